@@ -1,0 +1,226 @@
+"""What the acquisition sees of a stand, whichever wires (or none) lie behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foundation.channel import Channel
+
+
+class DeviceFault(Exception):  # noqa: N818 - it names the fact
+    """A device or its wire does not do what it must: what, where, and where to look (exit status 4)."""
+
+
+class CommandRejected(DeviceFault):
+    """The controller refused a command; the text names the command and the reason it gave."""
+
+
+class MotionState(IntEnum):
+    """What the controller does at present (register ``state``)."""
+
+    OFF = 0
+    READY = 1
+    HOLDING = 2
+    RAMPING = 3
+    WAVEFORM = 4
+    RELEASING = 5
+    FAULT = 6
+
+
+class EndReason(IntEnum):
+    """How the controller's last motion ended (register ``end_reason``)."""
+
+    NONE = 0
+    REACHED = 1
+    FORCE_LIMIT = 2
+    COMMANDED = 3
+    WATCHDOG = 4
+    DEVICE_LIMIT = 5
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who answers: for the run file and for ``bufferstand check``."""
+
+    device: str
+    address: str
+    serial: str
+    profile: str
+    sample_rate_Hz: float
+
+
+@dataclass(frozen=True)
+class ControllerStatus:
+    """One consistent snapshot of the controller.
+
+    ``force_kN``, ``stroke_mm`` and ``command_mm`` are the controller's own values, for display and
+    interlocks; figures are computed from samples only.
+    """
+
+    state: MotionState
+    fault_code: int
+    done_sequence: int
+    end_reason: EndReason
+    cycles_done: int
+    heartbeat: int
+    watchdog_trips: int
+    force_kN: float
+    stroke_mm: float
+    position_mm: float
+    command_mm: float
+
+
+@dataclass(frozen=True)
+class SampleBlock:
+    """Consecutive samples of one device: all channels of one instant in one row.
+
+    Parameters
+    ----------
+    stream : str
+        Name of the stream (``controller``, ``amplifier``, ``temperature_1`` …).
+    first_sequence : int
+        Absolute sequence number of row 0; rows are consecutive.
+    time_us : NDArray[int64]
+        The device's own time stamps [µs], unwrapped, shape (n,); for devices without a clock the host's
+        stand time at reception.
+    counts : mapping of str to NDArray
+        Raw counts as delivered, shape (n,) each, by channel name (without the stream).
+    lost : int
+        Samples known to be lost between the previous block and this one (counted gap).
+    received_s : float
+        Host stand time at reception [s].
+    """
+
+    stream: str
+    first_sequence: int
+    time_us: NDArray[np.int64]
+    counts: Mapping[str, NDArray[np.generic]]
+    lost: int
+    received_s: float
+
+
+@dataclass(frozen=True)
+class SensorFault:
+    """A reading that could not be had or cannot be true: what it is and where to look."""
+
+    stream: str
+    at_s: float
+    what: str
+
+
+@dataclass(frozen=True)
+class StreamFacts:
+    """What a stream is made of, for scaling now and for the run file.
+
+    ``clock`` is ``device`` (own time stamps) or ``host`` (stamped at reception).
+    """
+
+    name: str
+    clock: str
+    channels: tuple[Channel, ...]
+    rate_Hz: float
+    device: str
+
+
+class Controller(Protocol):
+    """The actuator controller. Every method may raise DeviceFault; none blocks longer than its timeout.
+
+    A motion is started by a ``start_…`` call that returns its sequence number; it has ended when
+    ``status().done_sequence`` equals it.
+    """
+
+    facts: StreamFacts
+
+    def connect(self) -> Identity:
+        """Open the wire, check identity and test-value registers; get who answers."""
+        ...
+
+    def read_block(self) -> SampleBlock | None:
+        """Get the next samples from the ring (None where there are none yet) and acknowledge the last."""
+        ...
+
+    def status(self) -> ControllerStatus:
+        """Get one consistent snapshot."""
+        ...
+
+    def feed_watchdog(self) -> None:
+        """Write the heartbeat; without it the controller falls back to zero force by itself."""
+        ...
+
+    def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:
+        """Set the device's own limits and watchdog and switch the actuator on (it holds)."""
+        ...
+
+    def start_hold(self) -> int:
+        """Stop where it stands and hold."""
+        ...
+
+    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
+        """Move to a stroke at constant speed."""
+        ...
+
+    def start_harmonic(
+        self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int
+    ) -> int:
+        """Sine about ``mean_mm`` (where it must stand already); one cycle in and out, ``cycles`` at full amplitude."""
+        ...
+
+    def start_static(
+        self, *, speed_mm_per_s: float, force_limit_kN: float, stroke_limit_mm: float, cycles: int, pause_s: float
+    ) -> int:
+        """Compress from zero at constant speed to a limit, unload at once to zero; ``cycles`` times."""
+        ...
+
+    def start_release(self, *, speed_mm_per_s: float) -> int:
+        """Ramp to zero force."""
+        ...
+
+    def disable(self) -> None:
+        """Switch the actuator's valve off."""
+        ...
+
+    def events(self) -> Sequence[str]:
+        """Get (and forget) what happened on the wire since the last call: retries, reopenings, resyncs."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the wire; never raises."""
+        ...
+
+
+class Sensor(Protocol):
+    """A device that delivers samples by itself, read in a thread of its own."""
+
+    facts: StreamFacts
+
+    def start(self) -> None:
+        """Open the wire and begin to read."""
+        ...
+
+    def drain(self) -> Sequence[SampleBlock | SensorFault]:
+        """Get (and forget) what has come in since the last call; never blocks."""
+        ...
+
+    def close(self) -> None:
+        """Stop reading and let go of the wire; never raises."""
+        ...
+
+
+@dataclass(frozen=True)
+class Stand:
+    """An opened stand: one controller and the sensors beside it."""
+
+    controller: Controller
+    sensors: tuple[Sensor, ...]
+
+    def close(self) -> None:
+        """Let go of every wire; never raises."""
+        for sensor in self.sensors:
+            sensor.close()
+        self.controller.close()

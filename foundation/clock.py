@@ -1,0 +1,44 @@
+"""Time as the acquisition sees it: the wall, the wall run faster for a simulated stand, or virtual time."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """Monotonic stand time in seconds; one second of it is one second of the specimen's life."""
+
+    def now_s(self) -> float:
+        """Get the present stand time [s]; it never steps back."""
+        ...
+
+    def sleep(self, duration_s: float) -> None:
+        """Wait for ``duration_s`` of stand time."""
+        ...
+
+    def wall_s(self) -> float:
+        """Get a monotonic time [s] by which silence is judged: real seconds, however fast the stand runs."""
+        ...
+
+
+class WallClock:
+    """Stand time that runs ``speed`` times as fast as the wall (1 for a real stand)."""
+
+    def __init__(self, speed: float = 1.0) -> None:
+        if not speed > 0.0:
+            raise ValueError(f"speed must be positive, got {speed}")
+        self.speed = speed
+        self._origin_s = time.monotonic()
+
+    def now_s(self) -> float:
+        """Get the present stand time [s] since the clock was made."""
+        return (time.monotonic() - self._origin_s) * self.speed
+
+    def sleep(self, duration_s: float) -> None:
+        """Wait for ``duration_s`` of stand time."""
+        time.sleep(max(0.0, duration_s) / self.speed)
+
+    def wall_s(self) -> float:
+        """Get real seconds since the clock was made."""
+        return time.monotonic() - self._origin_s

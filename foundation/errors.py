@@ -1,0 +1,47 @@
+"""The one way in which bad input is refused, and the exit statuses that users script against."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from pathlib import Path
+
+
+class ExitStatus(IntEnum):
+    """Exit status of every command (contracts § 1)."""
+
+    DONE = 0
+    SPECIMEN_FAILED = 1
+    BAD_INPUT = 2
+    STOPPED = 3
+    DEVICE_FAULT = 4
+
+
+class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at every raise
+    """Input that cannot be used, with all that a user needs to mend it.
+
+    Parameters
+    ----------
+    problem : str
+        What is wrong.
+    file : Path or str, optional
+        The file (or option) in which it is wrong.
+    place : str, optional
+        Where in the file: line, key, column or dataset.
+    remedy : str, optional
+        What to do.
+    """
+
+    def __init__(
+        self, problem: str, *, file: Path | str | None = None, place: str = "", remedy: str = ""
+    ) -> None:
+        self.problem = problem
+        self.file = None if file is None else str(file)
+        self.place = place
+        self.remedy = remedy
+        super().__init__(self.message())
+
+    def message(self) -> str:
+        """Return the one-line message: ``file: place: problem; remedy``."""
+        where = ": ".join(part for part in (self.file or "", self.place) if part)
+        text = f"{where}: {self.problem}" if where else self.problem
+        return f"{text}; {self.remedy}" if self.remedy else text

@@ -1,0 +1,59 @@
+"""What is tested: the facts of a buffer or draw gear and of its test, as users write them in a TOML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from foundation.settings import Moment, Settings, load_settings
+
+Kind = Literal["static", "harmonic", "impact", "proof"]
+"""Kind of a run (contracts § 4)."""
+
+
+class Specimen(Settings):
+    """A buffer or draw gear. Lengths in mm; stroke 0 is first contact, compression positive."""
+
+    id: str = Field(min_length=1)
+    kind: Literal["buffer", "draw-gear"] = "buffer"
+    category: Literal["A", "B", "C"] | None = None
+    max_stroke_mm: float | None = Field(default=None, gt=0)
+    elastic_system: Literal["elastomer", "rubber-steel", "ring-spring"] | None = None
+    assembled: Moment | None = None
+    maker: str = ""
+    serial: str = ""
+    year: int | None = None
+    customer: str = ""
+    description: str = ""
+    model: str | None = None
+    """Path of the spring model (TOML), relative to the specimen file."""
+
+
+class Test(Settings):
+    """How a foreign record was made, as far as it is known."""
+
+    kind: Kind | None = None
+    started: Moment | None = None
+    operator: str = ""
+    laboratory: str = ""
+    note: str = ""
+
+
+class SpecimenFile(Settings):
+    """A specimen file: ``[specimen]`` and, for imports, ``[test]``."""
+
+    specimen: Specimen
+    test: Test = Test()
+
+
+def load_specimen(path: Path) -> SpecimenFile:
+    """Read a specimen file.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be read or breaks the schema.
+    """
+    return load_settings(path, SpecimenFile)
