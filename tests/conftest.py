@@ -1,0 +1,32 @@
+"""Options and settings of the whole test suite."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import pytest
+from hypothesis import HealthCheck, settings
+
+mpl.use("Agg")
+
+settings.register_profile(
+    "bufferstand",
+    derandomize=True,
+    deadline=None,  # no test depends on wall-clock speed
+    max_examples=50,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("bufferstand")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--long", action="store_true", help="also run the long studies")
+    parser.addoption("--hardware", metavar="STAND.toml", help="also run the contract suite on a real stand")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for mark, option in (("long", "--long"), ("hardware", "--hardware")):
+        if not config.getoption(option):
+            skip = pytest.mark.skip(reason=f"needs {option}")
+            for item in items:
+                if item.get_closest_marker(mark):
+                    item.add_marker(skip)
