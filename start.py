@@ -44,7 +44,7 @@ def stop(message: str) -> None:
 
 
 def installer() -> list[str]:
-    """Return the command that installs into the environment: uv where it is at hand, else pip from outside."""
+    """Return the command that installs into the environment: uv where there is one, else pip from outside."""
     uv = shutil.which("uv")
     if uv:
         return [uv, "pip", "install", "--quiet", "--python", str(PYTHON)]
@@ -55,7 +55,9 @@ def installer() -> list[str]:
         stop("this Python has no pip; install it (Debian, Ubuntu: apt install python3-pip) and try again")
     version = tuple(int(part) for part in probe.stdout.split()[1].split(".")[:2])
     if version < OLDEST_PIP:
-        stop(f"pip {version[0]}.{version[1]} is too old (22.3 or newer is needed): python3 -m pip install -U pip")
+        stop(
+            f"pip {version[0]}.{version[1]} is too old, 22.3 or newer is needed: python3 -m pip install -U pip"
+        )
     return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--quiet",
             "--disable-pip-version-check", "--no-warn-script-location"]  # fmt: skip
 
@@ -78,10 +80,11 @@ def set_up() -> None:
     STAMP.write_text(wanted)
 
 
-def run(*command: str) -> int:
-    """Run a command of the environment and return its exit status; Ctrl-C is the command's to handle."""
+def run(*command: str, folder: Path | None = None) -> int:
+    """Run Python of the environment and return its exit status; Ctrl-C is the command's to handle."""
     environment = {**os.environ, "PATH": f"{PYTHON.parent}{os.pathsep}{os.environ.get('PATH', '')}"}
-    process = subprocess.Popen([str(PYTHON), *command], cwd=ROOT, env=environment)
+    # -P: nothing in the folder where the user stands can shadow the project's packages
+    process = subprocess.Popen([str(PYTHON), "-P", *command], cwd=folder, env=environment)
     while True:
         try:
             return process.wait()
@@ -91,17 +94,15 @@ def run(*command: str) -> int:
 
 def check() -> int:
     """Run lint, format, types and layering; return the first status that is not 0."""
-    for command in (
-        ["ruff", "check", "."],
-        ["ruff", "format", "--check", "."],
-        ["mypy"],
-        ["importlinter.cli", "lint"],
+    lint_imports = "from importlinter.cli import lint_imports_command as lint; lint()"
+    for title, command in (
+        ("ruff check", ("-m", "ruff", "check", ".")),
+        ("ruff format --check", ("-m", "ruff", "format", "--check", ".")),
+        ("mypy", ("-m", "mypy")),
+        ("layering (import-linter)", ("-c", lint_imports)),
     ):
-        module, *rest = command
-        print(f"== {' '.join(command)}", flush=True)
-        status = run("-c", "from importlinter.cli import lint_imports_command as c; c()") if (
-            module == "importlinter.cli"
-        ) else run("-m", module, *rest)  # fmt: skip
+        print(f"== {title}", flush=True)
+        status = run(*command, folder=ROOT)
         if status != 0:
             return status
     return 0
@@ -119,7 +120,7 @@ def main(arguments: list[str]) -> int:
     if task == "demo":
         return run("-m", "cli", "demo", *rest)
     if task == "test":
-        return run("-m", "pytest", *rest)
+        return run("-m", "pytest", *rest, folder=ROOT)
     if task == "check":
         return check()
     if task == "run":

@@ -1,0 +1,1 @@
+"""The commands: parsing of options and printing, nothing else."""

@@ -11,14 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.channel import Channel
-
-
-class DeviceFault(Exception):  # noqa: N818 - it names the fact
-    """A device or its wire does not do what it must: what, where, and where to look (exit status 4)."""
-
-
-class CommandRejected(DeviceFault):
-    """The controller refused a command; the text names the command and the reason it gave."""
+from foundation.errors import CommandRejected as CommandRejected
+from foundation.errors import DeviceFault as DeviceFault
 
 
 class MotionState(IntEnum):
@@ -165,14 +159,21 @@ class Controller(Protocol):
         """Move to a stroke at constant speed."""
         ...
 
-    def start_harmonic(
-        self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int
-    ) -> int:
-        """Sine about ``mean_mm`` (where it must stand already); one cycle in and out, ``cycles`` at full amplitude."""
+    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
+        """Sine about ``mean_mm``, where it must stand already.
+
+        One cycle of growing amplitude in, ``cycles`` at full amplitude, one of falling amplitude out.
+        """
         ...
 
     def start_static(
-        self, *, speed_mm_per_s: float, force_limit_kN: float, stroke_limit_mm: float, cycles: int, pause_s: float
+        self,
+        *,
+        speed_mm_per_s: float,
+        force_limit_kN: float,
+        stroke_limit_mm: float,
+        cycles: int,
+        pause_s: float,
     ) -> int:
         """Compress from zero at constant speed to a limit, unload at once to zero; ``cycles`` times."""
         ...

@@ -45,3 +45,11 @@ class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at ev
         where = ": ".join(part for part in (self.file or "", self.place) if part)
         text = f"{where}: {self.problem}" if where else self.problem
         return f"{text}; {self.remedy}" if self.remedy else text
+
+
+class DeviceFault(Exception):  # noqa: N818 - it names the fact
+    """A device or its wire does not do what it must: what, where, and where to look (exit status 4)."""
+
+
+class CommandRejected(DeviceFault):
+    """The controller refused a command; the text names the command and the reason it gave."""

@@ -115,7 +115,9 @@ def _explain(error: ValidationError, schema: type[BaseModel], path: Path, text: 
     if first["type"] == "extra_forbidden":
         problem = f"unknown key “{location[-1]}”"
         near = difflib.get_close_matches(str(location[-1]), _known_keys(schema, location), n=1, cutoff=0.5)
-        remedy = f"did you mean “{near[0]}”?" if near else "remove it, or see the docs for the keys of this table"
+        remedy = (
+            f"did you mean “{near[0]}”?" if near else "remove it, or see the docs for the keys of this table"
+        )
     elif first["type"] == "missing":
         problem = "this key is missing"
         remedy = "add it"

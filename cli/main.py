@@ -1,0 +1,104 @@
+"""The command ``bufferstand``: finds the sub-command; what went wrong becomes one line and a status."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import sys
+from importlib.metadata import version
+from typing import NoReturn
+
+import click
+
+from foundation.errors import BadInput, DeviceFault, ExitStatus
+
+# Name → what it does. The modules are imported only when used, so that --help answers at once.
+COMMANDS = {
+    "demo": "The paper's campaign, shortened, on the simulated stand: runs, evaluation, report.",
+    "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
+    "run": "Run a campaign; record one HDF5 file a run.",
+    "resume": "Go on where a stopped, crashed or too hot campaign ended.",
+    "check": "Read every device of a stand once; say what is stale or out of range.",
+    "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
+    "import": "Turn foreign records (CSV) into run files.",
+    "evaluate": "Evaluate runs or campaigns: energies, damping, stiffness, EN 15551.",
+    "report": "Write the test report (HTML and PDF).",
+    "runs": "List recorded runs with their key facts.",
+    "verify": "Check that run files are whole and unaltered.",
+}
+
+
+class LazyGroup(click.Group):
+    """A group whose sub-commands live in ``cli.commands.<name>`` and are imported when called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
+        """Return the names in the order of a campaign, not of the alphabet."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:  # noqa: ARG002
+        """Return the sub-command, imported now; None if there is none of that name."""
+        if name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"cli.commands.{name.replace('-', '_')}")
+        command = module.command
+        assert isinstance(command, click.Command)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the sub-command; for an unknown one name the nearest that there is."""
+        near = difflib.get_close_matches(args[0], COMMANDS, n=1)
+        if near and args[0] not in COMMANDS:
+            ctx.fail(f"there is no command “{args[0]}”; did you mean “{near[0]}”?")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
+        """Write the list of commands without importing any."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Start with:  bufferstand demo",
+)
+@click.version_option(version("bufferstand"), prog_name="bufferstand")
+def bufferstand() -> None:
+    """Test-stand data acquisition and evaluation for railway buffers and draw gear."""
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Run the command and end the process with its exit status (contracts § 1).
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Command line without the program's name; the process's own if not given.
+    """
+    try:
+        outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
+        status = int(outcome) if isinstance(outcome, int) else ExitStatus.DONE
+    except BadInput as error:
+        status = _say(str(error), ExitStatus.BAD_INPUT)
+    except click.UsageError as error:
+        hint = (
+            f" (bufferstand {error.ctx.info_name} --help)" if error.ctx and error.ctx.parent else " (--help)"
+        )
+        status = _say(error.format_message().rstrip(".") + hint, ExitStatus.BAD_INPUT)
+    except click.ClickException as error:
+        status = _say(error.format_message(), ExitStatus.BAD_INPUT)
+    except (click.Abort, KeyboardInterrupt):
+        status = _say("stopped by the operator", ExitStatus.STOPPED)
+    except BrokenPipeError:
+        sys.stderr.close()
+        status = ExitStatus.DONE
+    except DeviceFault as error:
+        status = _say(str(error), ExitStatus.DEVICE_FAULT)
+    raise SystemExit(int(status))
+
+
+def _say(message: str, status: ExitStatus) -> ExitStatus:
+    click.echo(f"bufferstand: {message}", err=True)
+    return status
