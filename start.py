@@ -55,9 +55,7 @@ def installer() -> list[str]:
         stop("this Python has no pip; install it (Debian, Ubuntu: apt install python3-pip) and try again")
     version = tuple(int(part) for part in probe.stdout.split()[1].split(".")[:2])
     if version < OLDEST_PIP:
-        stop(
-            f"pip {version[0]}.{version[1]} is too old, 22.3 or newer is needed: python3 -m pip install -U pip"
-        )
+        stop(f"pip {version[0]}.{version[1]} is too old, 22.3 is needed: python3 -m pip install -U pip")
     return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--quiet",
             "--disable-pip-version-check", "--no-warn-script-location"]  # fmt: skip
 

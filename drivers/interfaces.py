@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.channel import Channel
-from foundation.errors import CommandRejected as CommandRejected
-from foundation.errors import DeviceFault as DeviceFault
+from foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
+from foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
 
 
 class MotionState(IntEnum):
