@@ -71,14 +71,13 @@ def _lines_of_keys(text: str) -> dict[tuple[str | int, ...], int]:
 
 def _line_of(location: tuple[str | int, ...], lines: dict[tuple[str | int, ...], int]) -> int | None:
     """Return the line of the closest enclosing key; pydantic's union tags are skipped."""
+    prefixes = {path[:length] for path in lines for length in range(1, len(path) + 1)}
     kept: tuple[str | int, ...] = ()
     best: int | None = None
     for part in location:
-        if (*kept, part) in lines:
+        if (*kept, part) in prefixes:
             kept = (*kept, part)
-            best = lines[kept]
-        elif isinstance(part, int):
-            kept = (*kept, part)
+            best = lines.get(kept, best)
     return best
 
 

@@ -1,0 +1,109 @@
+"""Settings files: what is wrong is said with file, line, key and remedy."""
+
+from __future__ import annotations
+
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Literal
+
+import pytest
+from pydantic import Field
+
+from foundation.errors import BadInput
+from foundation.settings import Day, Moment, Numbers, Settings, load_settings, parse_settings
+
+
+class Wheel(Settings):
+    kind: Literal["wheel"] = "wheel"
+    diameter_mm: float = Field(gt=0)
+
+
+class Spring(Settings):
+    kind: Literal["spring"] = "spring"
+    stiffness_kN_per_mm: float
+
+
+class Cart(Settings):
+    name: str
+    wheel: list[Wheel] = []
+    part: list[Wheel | Spring] = []
+    spring: Spring | None = None
+    made: Moment | None = None
+    checked: Day | None = None
+    table: Numbers = ()
+
+
+def refuse(text: str) -> BadInput:
+    with pytest.raises(BadInput) as caught:
+        parse_settings(text, Cart, Path("cart.toml"))
+    return caught.value
+
+
+def test_unknown_key_names_line_and_nearest_key() -> None:
+    error = refuse('name = "a"\n\n[[wheel]]\ndiameter_mm = 1.0\n[[wheel]]\ndiamter_mm = 2.0\n')
+    assert error.place == "line 6: wheel.diamter_mm"
+    assert "unknown key “diamter_mm”" in error.problem
+    assert error.remedy == "did you mean “diameter_mm”?"
+
+
+def test_unknown_key_is_compared_with_the_keys_of_its_own_table() -> None:
+    error = refuse('name = "a"\n[spring]\nstifness = 3.0\n')
+    assert error.remedy == "did you mean “stiffness_kN_per_mm”?"
+
+
+def test_unknown_table_without_a_near_name_says_what_to_do() -> None:
+    assert refuse('name = "a"\n[zzz]\nq = 1\n').remedy.startswith("remove it")
+
+
+def test_missing_key() -> None:
+    error = refuse("[spring]\nstiffness_kN_per_mm = 1.0\n")
+    assert (error.place, error.problem, error.remedy) == ("name", "this key is missing", "add it")
+
+
+def test_wrong_value_shows_what_was_given_and_its_line() -> None:
+    error = refuse('name = "a"\n[[wheel]]\ndiameter_mm = -2.0\n')
+    assert error.place == "line 3: wheel.diameter_mm"
+    assert "greater than 0 (got -2.0)" in error.problem
+
+
+def test_text_is_not_taken_for_a_number() -> None:
+    assert "valid number" in refuse('name = "a"\n[spring]\nstiffness_kN_per_mm = "3"\n').problem
+
+
+def test_further_findings_are_counted() -> None:
+    assert "1 more" in refuse("name = 3\n[spring]\nstiffness_kN_per_mm = true\n").problem
+
+
+def test_syntax_error_names_the_line() -> None:
+    assert "line 3" in refuse('name = "a"\nwheel = [\n= 3').problem
+
+
+@pytest.mark.parametrize("value", ["nan", "inf"])
+def test_no_number_is_refused(value: str) -> None:
+    assert "finite" in refuse(f'name = "a"\n[spring]\nstiffness_kN_per_mm = {value}\n').problem
+
+
+def test_message_is_one_line_with_file_place_problem_and_remedy() -> None:
+    error = refuse('nam = "a"\n')
+    assert "\n" not in str(error)
+    assert str(error).startswith("cart.toml: line 1: nam: unknown key “nam”")
+    assert str(error).endswith("did you mean “name”?")
+
+
+def test_dates_as_toml_or_text_and_utc_where_no_zone_is_given() -> None:
+    as_text = parse_settings('name="a"\nmade="2026-03-01T10:00:00"\nchecked="2026-03-02"', Cart, Path("c"))
+    as_toml = parse_settings('name="a"\nmade=2026-03-01T10:00:00Z\nchecked=2026-03-02', Cart, Path("c"))
+    assert as_text == as_toml
+    assert as_text.made == datetime(2026, 3, 1, 10, tzinfo=UTC)
+    assert as_text.checked == date(2026, 3, 2)
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="no such file"):
+        load_settings(tmp_path / "none.toml", Cart)
+    with pytest.raises(BadInput, match="cannot be read"):
+        load_settings(tmp_path, Cart)
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes('name = "Prüfstand"'.encode("latin-1"))
+    with pytest.raises(BadInput, match="not UTF-8"):
+        load_settings(latin, Cart)

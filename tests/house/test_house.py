@@ -1,0 +1,57 @@
+"""The house itself: what is committed names no machine and no registry, and imports point down."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = {".py", ".md", ".toml", ".lock", ".txt", ".html", ".typ", ".css", ".json", ".yml", ""}
+
+
+def committed_files() -> list[Path]:
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout")
+    return [ROOT / name for name in listed.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+def test_lock_is_pinned_by_hash_and_names_no_address() -> None:
+    text = (ROOT / "requirements.lock").read_text()
+    assert "://" not in text
+    entries = re.split(r"\n(?=\S)", text.strip())
+    assert len(entries) > 40
+    for entry in entries:
+        assert "==" in entry, entry
+        assert "--hash=sha256:" in entry, entry
+
+
+def test_no_committed_text_names_a_machines_path_or_a_registry() -> None:
+    # put together here, so that this file does not contain what it looks for
+    forbidden = re.compile(
+        "|".join(["/" + "work/", "/" + "root/", "files" + r"\.pythonhosted", "pypi" + r"\.org"])
+    )
+    found = [
+        f"{path.relative_to(ROOT)}:{number}"
+        for path in committed_files()
+        if path.suffix in TEXT
+        for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1)
+        if forbidden.search(line)
+    ]
+    assert found == []
+
+
+def test_sample_runs_stay_small() -> None:
+    total = sum(path.stat().st_size for path in (ROOT / "sample_runs").rglob("*") if path.is_file())
+    assert total < 5_000_000
+
+
+def test_every_package_is_in_the_wheel_and_in_the_layers() -> None:
+    project = (ROOT / "pyproject.toml").read_text()
+    rooms = {path.parent.name for path in ROOT.glob("*/py.typed")}
+    assert rooms == {"cli", "daq", "drivers", "evaluation", "foundation", "model", "protocols", "recording"}
+    for room in rooms:
+        assert project.count(f'"{room}"') >= 3, f"{room}: wheel, mypy, import-linter"
