@@ -1,0 +1,106 @@
+"""Cycles of a run as facts: turning points, cycles, and the loop of force over stroke of one cycle.
+
+A cycle runs from a lower turning point over the upper one to the next lower turning point. A dwell at a
+turning point belongs to it: the cycle starts when the stroke leaves it and ends when the stroke arrives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from evaluation.record import FloatArray
+
+TurnMethod = Literal["polynomial", "lines", "plateau", "edge"]
+
+
+@dataclass(frozen=True)
+class TurningPoint:
+    """A fitted reversal of the stroke.
+
+    Attributes
+    ----------
+    time_s, leave_s : float
+        When the stroke arrives and leaves; equal unless it dwells.
+    stroke_mm : float
+        Fitted stroke.
+    kind : "lower" or "upper"
+    index : int
+        Sample nearest to the arrival.
+    method : str
+        ``polynomial`` (smooth), ``lines`` (triangular), ``plateau`` (dwell) or ``edge`` (end of the record).
+    u_stroke_mm : float
+        Standard uncertainty of the fit, from its residuals.
+    """
+
+    time_s: float
+    leave_s: float
+    stroke_mm: float
+    kind: Literal["lower", "upper"]
+    index: int
+    method: TurnMethod
+    u_stroke_mm: float = 0.0
+
+    @property
+    def dwell_s(self) -> float:
+        """Time spent at the turning point [s]."""
+        return self.leave_s - self.time_s
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """One cycle: lower turning point ``start``, upper ``top``, lower ``end``; ``why`` says what it is not."""
+
+    index: int
+    start: TurningPoint
+    top: TurningPoint
+    end: TurningPoint
+    complete: bool
+    steady: bool
+    stroke_distortion: float | None = None
+    why: tuple[str, ...] = ()
+
+    @property
+    def start_s(self) -> float:
+        """When the stroke leaves the lower turning point [s]."""
+        return self.start.leave_s
+
+    @property
+    def end_s(self) -> float:
+        """When the stroke is back at the lower turning point [s]."""
+        return self.end.time_s
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the cycle without dwells at its lower ends [s]."""
+        return self.end_s - self.start_s
+
+    @property
+    def range_mm(self) -> float:
+        """Stroke from the lower to the upper turning point [mm]."""
+        return self.top.stroke_mm - self.start.stroke_mm
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """Force over stroke of one cycle, cut at the fitted turning points, both ends included.
+
+    ``time_s``, ``stroke_mm``, ``force_kN`` have shape (M,). Loading is ``[: top + 1]``; a dwell at the top is
+    ``[top : unload + 1]``; unloading is ``[unload :]``.
+    """
+
+    time_s: FloatArray
+    stroke_mm: FloatArray
+    force_kN: FloatArray
+    top: int
+    unload: int
+
+    @property
+    def loading(self) -> slice:
+        """Samples of the loading branch."""
+        return slice(0, self.top + 1)
+
+    @property
+    def unloading(self) -> slice:
+        """Samples of the unloading branch."""
+        return slice(self.unload, self.time_s.size)

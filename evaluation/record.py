@@ -1,0 +1,192 @@
+"""A run as evaluation sees it: one time base, stroke and force sampled together, and every defect of the record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from foundation.errors import BadInput
+
+FloatArray = NDArray[np.float64]
+
+DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan"]
+
+_GAP_STEPS = 1.5
+"""A step longer than this many usual steps is a gap (a missing sample makes 2)."""
+
+
+@dataclass(frozen=True)
+class Defect:
+    """One place where the record must not be integrated across: from ``start_s`` to ``end_s``."""
+
+    kind: DefectKind
+    start_s: float
+    end_s: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Temperature:
+    """A temperature channel on its own time base: ``time_s`` (N,), ``temperature_C`` (N,)."""
+
+    name: str
+    time_s: FloatArray
+    temperature_C: FloatArray
+    role: Literal["specimen", "ambient"] = "specimen"
+    place: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Stroke and force of a run at common instants, strictly rising in time.
+
+    Attributes
+    ----------
+    time_s, stroke_mm, force_kN : arrays, shape (N,)
+        Seconds since the run's start; compression positive, stroke 0 is first contact.
+    speed_mm_per_s : array, shape (N,), or None
+        A measured speed channel, when the record has one.
+    temperatures : tuple of Temperature
+    breaks : tuple of int
+        Index i: nothing may be integrated between sample i-1 and sample i.
+    defects : tuple of Defect
+        What caused the breaks, in order of time.
+    """
+
+    time_s: FloatArray
+    stroke_mm: FloatArray
+    force_kN: FloatArray
+    speed_mm_per_s: FloatArray | None = None
+    temperatures: tuple[Temperature, ...] = ()
+    breaks: tuple[int, ...] = ()
+    defects: tuple[Defect, ...] = ()
+
+    def has_break(self, first: int, last: int) -> bool:
+        """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""
+        return any(first < index <= last for index in self.breaks)
+
+
+def usual_step_s(time_s: FloatArray) -> float:
+    """Return the largest step between samples that is still usual in this record [s].
+
+    The step itself for an even sampling; for an uneven one, five times the step that 98 % stay below.
+    """
+    step = np.diff(time_s)
+    step = step[step > 0.0]
+    if step.size == 0:
+        return float("inf")
+    median, high = np.quantile(step, [0.5, 0.98])
+    return float(_GAP_STEPS * median if high <= 1.2 * median else 5.0 * high)
+
+
+def _as_column(name: str, values: ArrayLike, size: int | None) -> FloatArray:
+    column = np.array(values, dtype=np.float64)
+    if column.ndim != 1:
+        raise BadInput(f"{name} must be one column of numbers, got shape {column.shape}", place=name)
+    if size is not None and column.size != size:
+        raise BadInput(f"{name} has {column.size} samples, time has {size}", place=name)
+    return column
+
+
+def make_record(
+    time_s: ArrayLike,
+    stroke_mm: ArrayLike,
+    force_kN: ArrayLike,
+    *,
+    speed_mm_per_s: ArrayLike | None = None,
+    temperatures: Iterable[Temperature] = (),
+    lost_before: Sequence[tuple[int, int]] = (),
+) -> Record:
+    """Clean raw columns into a record: defective samples leave, and each leaves a break and a defect behind.
+
+    Parameters
+    ----------
+    time_s, stroke_mm, force_kN : array_like, shape (N,)
+        Time [s] as recorded (may repeat, step back, hold NaN).
+    speed_mm_per_s : array_like, shape (N,), optional
+    temperatures : iterable of Temperature
+    lost_before : sequence of (index, samples)
+        Losses that the recording counted itself: ``samples`` are missing before sample ``index``.
+
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    BadInput
+        If a column has another length or fewer than two samples are usable.
+    """
+    time = _as_column("time_s", time_s, None)
+    stroke = _as_column("stroke_mm", stroke_mm, time.size)
+    force = _as_column("force_kN", force_kN, time.size)
+    speed = None if speed_mm_per_s is None else _as_column("speed_mm_per_s", speed_mm_per_s, time.size)
+
+    finite = np.isfinite(time) & np.isfinite(stroke) & np.isfinite(force)
+    latest = np.maximum.accumulate(np.where(np.isfinite(time), time, -np.inf))
+    before = np.concatenate(([-np.inf], latest[:-1]))
+    rising = np.where(np.isfinite(time), time, np.inf) > before
+    keep = finite & rising
+    if np.count_nonzero(keep) < 2:
+        raise BadInput(
+            "fewer than two usable samples in the record", remedy="check the time and stroke columns"
+        )
+
+    kept_index = np.flatnonzero(keep)
+    time_kept = time[kept_index]
+    defects = _dropped(time, before, finite, keep, kept_index)
+    break_at = [int(np.searchsorted(kept_index, i)) for i in np.flatnonzero(~keep)]
+    limit_s = usual_step_s(time_kept)
+    for i in np.flatnonzero(np.diff(time_kept) > limit_s):
+        a, b = float(time_kept[i]), float(time_kept[i + 1])
+        if int(kept_index[i + 1]) == int(kept_index[i]) + 1:
+            defects.append(Defect("gap", a, b, f"gap of {b - a:.4g} s after {a:.6g} s"))
+        break_at.append(int(i) + 1)
+    for raw_index, samples in lost_before:
+        at = int(np.searchsorted(kept_index, raw_index))
+        if 0 < at < time_kept.size:
+            a, b = float(time_kept[at - 1]), float(time_kept[at])
+            defects.append(Defect("lost", a, b, f"{samples} samples lost after {a:.6g} s"))
+            break_at.append(at)
+    inner = sorted({at for at in break_at if 0 < at < time_kept.size})
+    return Record(
+        time_s=time_kept,
+        stroke_mm=stroke[kept_index],
+        force_kN=force[kept_index],
+        speed_mm_per_s=None if speed is None else speed[kept_index],
+        temperatures=tuple(temperatures),
+        breaks=tuple(inner),
+        defects=tuple(sorted(defects, key=lambda d: d.start_s)),
+    )
+
+
+def _dropped(
+    time: FloatArray,
+    latest_before: FloatArray,
+    finite: NDArray[np.bool_],
+    keep: NDArray[np.bool_],
+    kept_index: NDArray[np.intp],
+) -> list[Defect]:
+    """Return one defect for each run of neighbouring samples that were dropped for the same reason."""
+    dropped = np.flatnonzero(~keep)
+    if dropped.size == 0:
+        return []
+    reason = np.where(~finite[dropped], 0, np.where(time[dropped] == latest_before[dropped], 1, 2))
+    names: tuple[DefectKind, ...] = ("nan", "repeated-time", "backward-time")
+    texts = ("no number (NaN)", "repeated time stamp", "backward time stamp")
+    cuts = np.flatnonzero((np.diff(dropped) > 1) | (np.diff(reason) != 0)) + 1
+    defects = []
+    for group in np.split(np.arange(dropped.size), cuts):
+        first, last, why = int(dropped[group[0]]), int(dropped[group[-1]]), int(reason[group[0]])
+        after = int(np.searchsorted(kept_index, last))
+        prior = int(np.searchsorted(kept_index, first)) - 1
+        start = float(time[kept_index[max(prior, 0)]])
+        end = float(time[kept_index[min(after, kept_index.size - 1)]])
+        samples = last - first + 1
+        what = texts[why] + (f" in {samples} samples" if samples > 1 else "")
+        defects.append(Defect(names[why], start, end, f"{what} at {start:.6g} s"))
+    return defects

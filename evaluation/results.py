@@ -1,0 +1,167 @@
+"""Results of an evaluation as frozen facts: what a report, a table and the JSON document are made from.
+
+Names are those of the evaluation contract (docs/evaluation.md). A value that cannot be had is None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any, Literal
+
+from evaluation.motion import Cycle
+from evaluation.record import Record
+from foundation.channel import ChannelUncertainty
+from foundation.specimen import Kind
+
+Verdict = Literal[
+    "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
+]
+DecisionRule = Literal["simple", "guard-band"]
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """What is known of a run besides its samples.
+
+    ``force_uncertainty`` is None, and ``stroke_uncertainty`` empty, when the record states no uncertainty
+    (imports): no uncertainty can be given then. ``stroke_uncertainty`` has one entry a draw wire.
+    """
+
+    id: str
+    kind: Kind
+    path: str = ""
+    sha256: str | None = None
+    specimen: Mapping[str, Any] = field(default_factory=dict)
+    started: datetime | None = None
+    status: str = "complete"
+    step: Mapping[str, Any] = field(default_factory=dict)
+    force_uncertainty: ChannelUncertainty | None = None
+    stroke_uncertainty: tuple[ChannelUncertainty, ...] = ()
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload."""
+
+    decision_rule: DecisionRule = "simple"
+    draws: int = 2000
+    seed: int = 20260115
+    preload_reading: Literal["extrapolated", "at-0.5mm"] = "extrapolated"
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """The figures of one cycle (contracts § 4); definitions and windows in docs/evaluation.md."""
+
+    stroke_min_mm: float | None = None
+    stroke_max_mm: float | None = None
+    prestress_mm: float | None = None
+    amplitude_mm: float | None = None
+    frequency_Hz: float | None = None
+    force_min_kN: float | None = None
+    force_max_kN: float | None = None
+    speed_loading_max_mm_per_s: float | None = None
+    speed_unloading_max_mm_per_s: float | None = None
+    stored_energy_J: float | None = None
+    absorbed_energy_J: float | None = None
+    damping: float | None = None
+    tangent_stiffness_kN_per_mm: float | None = None
+    secant_stiffness_kN_per_mm: float | None = None
+    dynamic_stiffness_kN_per_mm: float | None = None
+    storage_stiffness_kN_per_mm: float | None = None
+    loss_stiffness_kN_per_mm: float | None = None
+    loss_factor: float | None = None
+    stroke_distortion: float | None = None
+    temperature_start_C: float | None = None
+    temperature_max_C: float | None = None
+
+
+@dataclass(frozen=True)
+class CycleResult:
+    """A cycle with its figures; ``warnings`` concern this cycle."""
+
+    cycle: Cycle
+    quantities: Quantities
+    expanded_uncertainty: Mapping[str, float | None] = field(default_factory=dict)
+    """U = 2u by name of quantity, where it could be propagated."""
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A value with its expanded uncertainty U = k u (coverage factor k = 2)."""
+
+    value: float | None
+    expanded_uncertainty: float | None = None
+    coverage_factor: float = 2.0
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Means over the cycles used; ``values`` by name of quantity."""
+
+    cycles_used: tuple[int, ...]
+    values: Mapping[str, Measured]
+
+
+@dataclass(frozen=True)
+class RequirementResult:
+    """One requirement or condition judged (contracts § 4). ``cycle`` is None where it concerns the run."""
+
+    standard: str
+    edition: str
+    id: str
+    cycle: int | None
+    requirement: str
+    measured: float | None
+    expanded_uncertainty: float | None
+    lower_limit: float | None
+    upper_limit: float | None
+    unit: str
+    conformance_probability: float | None
+    verdict: Verdict
+    why: str
+    condition: bool = False
+    """True for a condition of the test, False for a requirement on the specimen."""
+    clause: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class RunEvaluation:
+    """Everything that was found in one run; ``record`` and each result's ``cycle`` give back the loops."""
+
+    facts: RunFacts
+    record: Record
+    cycles: tuple[CycleResult, ...]
+    summary: Summary
+    requirements: tuple[RequirementResult, ...]
+    verdict: Verdict | None
+    warnings: tuple[str, ...]
+    limit_set: Mapping[str, Any] | None = None
+    """Identity of the limits applied: id, standard, edition, date, source, sha256."""
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A quantity over frequency at constant prestress and amplitude: value = intercept + slope_per_Hz · f.
+
+    ``amplitude_mm`` is None when it varies among the runs (confounded; ``warnings`` says so). The band is the
+    half-width of the 95 % confidence band of the line at each point; None below three points.
+    """
+
+    quantity: Literal["damping", "tangent_stiffness"]
+    prestress_mm: float
+    amplitude_mm: float | None
+    runs: tuple[str, ...]
+    frequency_Hz: tuple[float, ...]
+    values: tuple[float, ...]
+    expanded_uncertainty: tuple[float | None, ...]
+    temperature_C: tuple[float | None, ...]
+    slope_per_Hz: float | None
+    intercept: float | None
+    slope_u_per_Hz: float | None
+    intercept_u: float | None
+    band: tuple[float | None, ...]
+    warnings: tuple[str, ...] = ()
