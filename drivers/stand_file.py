@@ -1,0 +1,270 @@
+"""STAND.toml: what a test stand is made of, as its users write it down."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+
+from drivers.profile import Profile, load_profile
+from foundation.channel import Calibration, Channel, ChannelUncertainty
+from foundation.errors import BadInput
+from foundation.settings import Settings, load_settings
+
+CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
+    "force": ("force", "kN"),
+    "stroke_1": ("stroke", "mm"),
+    "stroke_2": ("stroke", "mm"),
+    "position": ("position", "mm"),
+    "command": ("command", "mm"),
+}
+"""Quantity and unit of each channel that the controller samples."""
+
+CELSIUS_PER_COUNT = 0.0625
+"""Resolution of a DS18B20 at 12 bit [°C per count]."""
+
+
+def _as_tuple(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+class StandFacts(Settings):
+    """Which stand it is."""
+
+    id: str = Field(min_length=1)
+    name: str = ""
+    laboratory: str = ""
+
+
+class Limits(Settings):
+    """What the stand can stand; the controller gets force and stroke too."""
+
+    force_max_kN: float = Field(gt=0)
+    stroke_max_mm: float = Field(gt=0)
+    frequency_max_Hz: float = Field(gt=0)
+    speed_max_mm_per_s: float = Field(gt=0)
+
+
+class ControllerSettings(Settings):
+    """The actuator controller behind Modbus TCP."""
+
+    profile: str = "ring"
+    host: str = Field(min_length=1)
+    port: int = Field(default=502, ge=1, le=65535)
+    device_id: int = Field(default=1, ge=0, le=255)
+    timeout_s: float = Field(default=0.5, gt=0, le=10)
+    """Longest wait for one reply [s]."""
+    watchdog_s: float = Field(default=2.0, gt=0, le=65.535)
+    """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
+    channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
+
+    @model_validator(mode="after")
+    def _channels_complete(self) -> ControllerSettings:
+        names = [channel.name for channel in self.channel]
+        for channel in self.channel:
+            if names.count(channel.name) > 1:
+                raise ValueError(f"channel “{channel.name}” is there twice")
+            if channel.name not in CONTROLLER_CHANNELS:
+                raise ValueError(
+                    f"the controller has no channel “{channel.name}”; its channels are "
+                    + ", ".join(CONTROLLER_CHANNELS)
+                )
+            wanted = CONTROLLER_CHANNELS[channel.name]
+            if (channel.quantity, channel.unit) != wanted:
+                raise ValueError(f"channel “{channel.name}” must be {wanted[0]} in {wanted[1]}")
+        if missing := [name for name in CONTROLLER_CHANNELS if name not in names]:
+            raise ValueError(f"the controller's channels are incomplete: {', '.join(missing)} missing")
+        if self.watchdog_s < 2 * self.timeout_s:
+            raise ValueError(
+                f"watchdog_s = {self.watchdog_s:g} must be at least twice timeout_s = {self.timeout_s:g}, "
+                "or one slow reply stops the stand"
+            )
+        return self
+
+
+class AmplifierSettings(Settings):
+    """A measuring amplifier on a serial line."""
+
+    protocol: Literal["gsv2"]
+    port: str = Field(min_length=1)
+    baud: int = Field(default=38400, gt=0)
+    rate_Hz: float = Field(gt=0)
+    """Frames a second that the amplifier is set to."""
+    range_kN: float = Field(gt=0)
+    """Force at the nominal range; the full scale of the 24-bit value is 1.05 times this."""
+    channel: Channel
+
+    @model_validator(mode="after")
+    def _fits(self) -> AmplifierSettings:
+        if (self.channel.quantity, self.channel.unit) != ("force", "kN"):
+            raise ValueError(f"channel “{self.channel.name}” must be force in kN")
+        most = self.baud / 50  # 5 bytes of 10 bits a frame
+        if self.rate_Hz > most:
+            raise ValueError(
+                f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}"
+            )
+        return self
+
+
+class SensorSettings(Settings):
+    """One DS18B20 and where it sits."""
+
+    rom: str = Field(pattern=r"^28-[0-9a-f]{12}$")
+    """As the kernel names it: ``28-`` and 12 lower-case hex digits."""
+    name: str = Field(pattern=r"^temperature_[1-9][0-9]*$")
+    place: str = Field(min_length=1)
+    role: Literal["specimen", "ambient"] = "specimen"
+    delay_s: float = 0.0
+    calibration: Calibration = Calibration(id="DS18B20 nominal", coefficients=(0.0, CELSIUS_PER_COUNT))
+    uncertainty: ChannelUncertainty = ChannelUncertainty()
+
+    def channel(self) -> Channel:
+        """Return the sensor as the one channel of its stream; counts are 1/16 °C."""
+        return Channel(
+            name=self.name,
+            quantity="temperature",
+            unit="°C",
+            place=self.place,
+            delay_s=self.delay_s,
+            calibration=self.calibration,
+            uncertainty=self.uncertainty,
+        )
+
+
+class TemperatureSettings(Settings):
+    """The 1-Wire sensors."""
+
+    kind: Literal["w1"]
+    root: str = "/sys/bus/w1/devices"
+    period_s: float = Field(default=1.0, gt=0)
+    sensor: Annotated[tuple[SensorSettings, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _all_different(self) -> TemperatureSettings:
+        for what in ("rom", "name", "place"):
+            values = [getattr(sensor, what) for sensor in self.sensor]
+            for value in values:
+                if values.count(value) > 1:
+                    raise ValueError(f"two sensors have the {what} “{value}”")
+        return self
+
+
+class StandFile(Settings):
+    """A checked STAND.toml. ``model_dump`` gives it back as written, without this machine's folders."""
+
+    stand: StandFacts
+    limits: Limits
+    controller: ControllerSettings
+    amplifier: AmplifierSettings | None = None
+    temperature: TemperatureSettings | None = None
+    simulation: dict[str, Any] | None = None
+    """Only the simulated stand reads it, and checks it."""
+    _path: Path = PrivateAttr(default=Path("stand.toml"))
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> StandFile:
+        names = [channel.name for channel in self.controller.channel]
+        if self.amplifier is not None:
+            names.append(self.amplifier.channel.name)
+        if self.temperature is not None:
+            names += [sensor.name for sensor in self.temperature.sensor]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"two channels of the stand have the name “{name}”")
+        return self
+
+    @property
+    def path(self) -> Path:
+        """The file it was read from."""
+        return self._path
+
+    @property
+    def folder(self) -> Path:
+        """Folder that relative paths in it start from."""
+        return self._path.parent
+
+    def profile(self) -> Profile:
+        """Return the controller's register profile.
+
+        Raises
+        ------
+        BadInput
+            If there is none of that name, or it breaks its schema.
+        """
+        try:
+            return load_profile(self.controller.profile, self.folder)
+        except BadInput as error:
+            if error.file is not None:
+                raise
+            raise BadInput(
+                error.problem, file=self._path, place="controller.profile", remedy=error.remedy
+            ) from None
+
+    def amplifier_port(self) -> Path | None:
+        """Return the amplifier's serial device, if there is an amplifier."""
+        return None if self.amplifier is None else self.folder / self.amplifier.port
+
+    def w1_root(self) -> Path | None:
+        """Return the folder of the 1-Wire devices, if there are any."""
+        return None if self.temperature is None else self.folder / self.temperature.root
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """Where a simulated stand serves its wires; ``None`` keeps what the stand file says.
+
+    Parameters
+    ----------
+    host, port
+        Of the controller's Modbus TCP server.
+    amplifier_port : Path
+        The amplifier's serial device.
+    w1_root : Path
+        Folder of the 1-Wire devices.
+    """
+
+    host: str | None = None
+    port: int | None = None
+    amplifier_port: Path | None = None
+    w1_root: Path | None = None
+
+
+def load_stand(path: Path) -> StandFile:
+    """Read and check a stand file and the profile that it names.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, breaks the schema, or names a profile that is not there.
+    """
+    stand_file = load_settings(path, StandFile)
+    stand_file._path = path
+    stand_file.profile()
+    return stand_file
+
+
+def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
+    """Return the same stand on other wires: those of a simulated stand.
+
+    For the run file keep the original: its paths belong to no machine.
+    """
+    controller = stand_file.controller.model_copy(
+        update={
+            key: value
+            for key, value in (("host", endpoints.host), ("port", endpoints.port))
+            if value is not None
+        }
+    )
+    changes: dict[str, Any] = {"controller": controller}
+    if stand_file.amplifier is not None and endpoints.amplifier_port is not None:
+        changes["amplifier"] = stand_file.amplifier.model_copy(
+            update={"port": str(endpoints.amplifier_port.absolute())}
+        )
+    if stand_file.temperature is not None and endpoints.w1_root is not None:
+        changes["temperature"] = stand_file.temperature.model_copy(
+            update={"root": str(endpoints.w1_root.absolute())}
+        )
+    return stand_file.model_copy(update=changes)
