@@ -1,0 +1,109 @@
+"""The start script: what it says when it cannot, and that a second run sets nothing up again."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def start() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("start", ROOT / "start.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def call(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, str(ROOT / "start.py"), *words], capture_output=True, text=True, check=False
+    )
+
+
+def test_without_a_word_it_explains_itself() -> None:
+    done = call()
+    assert done.returncode == 0
+    assert "python3 start.py demo" in done.stdout
+    assert "python3 start.py test" in done.stdout
+
+
+def test_unknown_word_is_bad_usage() -> None:
+    assert call("dmeo").returncode == 2
+
+
+def test_it_needs_only_the_standard_library() -> None:
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", str(ROOT / "start.py")], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_changed_lock_asks_for_a_new_environment(
+    start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("requirements.lock", "pyproject.toml"):
+        shutil.copy(ROOT / name, tmp_path)
+    monkeypatch.setattr(start, "ROOT", tmp_path)
+    before = start.fingerprint()
+    assert start.fingerprint() == before
+    with (tmp_path / "requirements.lock").open("a") as lock:
+        lock.write("# changed\n")
+    assert start.fingerprint() != before
+
+
+def test_set_up_environment_is_left_alone(
+    start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(start, "PYTHON", Path(sys.executable))
+    monkeypatch.setattr(start, "STAMP", tmp_path / "stamp")
+    monkeypatch.setattr(start, "installer", lambda: pytest.fail("it would install again"))
+    (tmp_path / "stamp").write_text(start.fingerprint())
+    start.set_up()
+
+
+@pytest.mark.parametrize(
+    ("answer", "status", "words"),
+    [("", 1, "has no pip"), ("pip 21.0.1 from somewhere", 0, "too old")],
+)
+def test_missing_or_old_pip_is_said_in_one_line(
+    start: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    answer: str,
+    status: int,
+    words: str,
+) -> None:
+    monkeypatch.setattr(start.shutil, "which", lambda _: None)
+    monkeypatch.setattr(
+        start.subprocess, "run", lambda *_, **__: subprocess.CompletedProcess([], status, stdout=answer)
+    )
+    with pytest.raises(SystemExit) as caught:
+        start.installer()
+    assert caught.value.code == 2
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+
+
+@pytest.mark.long
+def test_clean_clone_in_a_path_with_a_space_sets_up_and_answers(tmp_path: Path) -> None:
+    clone = tmp_path / "a b" / "bufferstand"
+    subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
+    done = subprocess.run(
+        [sys.executable, str(clone / "start.py"), "run", "--version"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("bufferstand, version")
