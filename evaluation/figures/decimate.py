@@ -1,0 +1,71 @@
+"""Fewer points for drawing, the same look: what a printed line cannot show need not be in the file."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def kept_samples(x: ArrayLike, y: ArrayLike, limit: int) -> NDArray[np.intp]:
+    """Return the indices of the samples that a drawn curve needs, ascending.
+
+    The samples are divided into equal buckets; of each the lowest and the highest ``y`` stay, so that no
+    peak is lost. First and last sample, the extremes of ``x`` (a loop's turning points) and every break in
+    the curve (NaN) stay as well.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        The curve, in the order in which it is drawn; a NaN in either interrupts the line.
+    limit : int
+        Most points to keep, breaks not counted; at least 8.
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+        Indices; all of them when the curve is short enough.
+
+    Raises
+    ------
+    ValueError
+        If ``x`` and ``y`` differ in length or ``limit`` is below 8.
+    """
+    xs = np.asarray(x, dtype=np.float64)
+    ys = np.asarray(y, dtype=np.float64)
+    if xs.shape != ys.shape or xs.ndim != 1:
+        raise ValueError(f"x and y must be of one length, not {xs.shape} and {ys.shape}")
+    if limit < 8:
+        raise ValueError(f"limit must be at least 8, not {limit}")
+    broken = np.isnan(xs) | np.isnan(ys)
+    drawn = np.flatnonzero(~broken)
+    if drawn.size <= limit:
+        return np.arange(xs.size)
+    buckets = np.array_split(drawn, (limit - 4) // 2)
+    kept = [drawn[0], drawn[-1], drawn[np.argmin(xs[drawn])], drawn[np.argmax(xs[drawn])]]
+    for bucket in buckets:
+        kept.append(bucket[np.argmin(ys[bucket])])
+        kept.append(bucket[np.argmax(ys[bucket])])
+    return np.unique(np.concatenate([np.asarray(kept), np.flatnonzero(broken)]))
+
+
+def with_breaks(
+    time_s: NDArray[np.float64], value: NDArray[np.float64], longest_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return time and value with a NaN wherever two samples lie further apart than ``longest_s``.
+
+    A line drawn across such a gap would show values that nobody measured.
+
+    Parameters
+    ----------
+    time_s, value : ndarray, shape (n,)
+        Samples in the order of time.
+    longest_s : float
+        Longest distance of two samples that a line may join [s].
+
+    Returns
+    -------
+    tuple of ndarray, shape (n + gaps,)
+        Time [s] and value, each with NaN at the gaps.
+    """
+    gaps = np.flatnonzero(np.diff(time_s) > longest_s) + 1
+    return np.insert(time_s, gaps, np.nan), np.insert(value, gaps, np.nan)

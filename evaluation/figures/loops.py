@@ -1,0 +1,153 @@
+"""Force–stroke figures: the quasi-static cycles, and dynamic loops over them (paper, Figs 5, 6 and 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypedDict
+
+import numpy as np
+
+from evaluation.figures.decimate import kept_samples
+from evaluation.figures.plot import BLACK, Curve, Floats, Plot, Window
+
+STROKE_LABEL = "Stroke [mm]"
+FORCE_LABEL = "Force [kN]"
+_LOOP_POINTS = 1500
+_DOTTED = -1
+
+
+class _Ranges(TypedDict):
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """One closed cycle of a run.
+
+    Parameters
+    ----------
+    run : str
+        The run's short name in the report.
+    cycle : int
+        The cycle's number in its run.
+    stroke_mm, force_kN : ndarray, shape (n,)
+        The cycle's samples in the order of time; NaN where samples were lost.
+    prestress_mm, amplitude_mm, frequency_Hz : float or None
+        Mean stroke, half the stroke range, and frequency; None where the cycle has none.
+    """
+
+    run: str
+    cycle: int
+    stroke_mm: Floats
+    force_kN: Floats
+    prestress_mm: float | None = None
+    amplitude_mm: float | None = None
+    frequency_Hz: float | None = None
+
+
+def static_loops(loops: Sequence[Loop], windows: Sequence[Window] = ()) -> Plot:
+    """Return the quasi-static cycles of one run, the windows of EN 15551 Table 3 and the measured forces."""
+    curves = tuple(
+        _curve(loop, f"cycle {loop.cycle}", tone=number, dash=number) for number, loop in enumerate(loops)
+    )
+    ranges = _ranges(loops, windows)
+    return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, windows=tuple(windows), height_mm=115.0, **ranges)
+
+
+def dynamic_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
+    """Return all dynamic loops over the quasi-static cycle: a colour a prestress, a dash an amplitude."""
+    prestresses = _ranks(loop.prestress_mm for loop in loops)
+    within: dict[int, int] = {}
+    curves = []
+    for loop in sorted(loops, key=_by_condition):
+        tone = prestresses[_rounded(loop.prestress_mm)]
+        variant = within[tone] = within.get(tone, -1) + 1
+        label = f"{_mm(loop.prestress_mm)} ± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}"
+        curves.append(_curve(loop, label, tone=tone, dash=variant))
+    return _over(static, loops, curves, whole=True)
+
+
+def frequency_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
+    """Return loops of one prestress and amplitude at several frequencies (paper, Fig. 6)."""
+    ordered = sorted(loops, key=lambda loop: loop.frequency_Hz or 0.0)
+    curves = [_curve(loop, _hz(loop), tone=n, dash=n, marker=n) for n, loop in enumerate(ordered)]
+    return _over(static, loops, curves)
+
+
+def amplitude_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
+    """Return loops of one prestress at several amplitudes (paper, Fig. 7)."""
+    ordered = sorted(loops, key=_by_condition)
+    curves = [
+        _curve(loop, f"± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}", tone=n, dash=n, marker=n)
+        for n, loop in enumerate(ordered)
+    ]
+    return _over(static, loops, curves)
+
+
+def _over(static: Loop | None, loops: Sequence[Loop], curves: list[Curve], *, whole: bool = False) -> Plot:
+    """Lay curves over the quasi-static cycle, dotted as in the paper; show it ``whole`` or near the loops."""
+    ranges = _close_ranges(loops)
+    if static is not None:
+        envelope = _curve(static, "quasi-static", tone=BLACK, dash=_DOTTED, filled=True)
+        curves = [envelope, *curves]
+        loops = [static, *loops]
+    if whole:
+        ranges = _ranges(loops, ())
+    return Plot(STROKE_LABEL, FORCE_LABEL, curves=tuple(curves), height_mm=105.0, **ranges)
+
+
+def _curve(
+    loop: Loop, label: str, *, tone: int, dash: int, marker: int | None = None, filled: bool = False
+) -> Curve:
+    kept = kept_samples(loop.stroke_mm, loop.force_kN, _LOOP_POINTS)
+    return Curve(label, loop.stroke_mm[kept], loop.force_kN[kept], tone, dash, marker, filled)
+
+
+def _ranges(loops: Sequence[Loop], windows: Sequence[Window]) -> _Ranges:
+    """Return both axes from zero, or from the least value if that is negative, with room for symbols."""
+    xs = [0.0, *(window.at for window in windows)]
+    ys = [0.0, *(window.upper for window in windows)]
+    for loop in loops:
+        xs += [float(np.nanmin(loop.stroke_mm)), float(np.nanmax(loop.stroke_mm))]
+        ys += [float(np.nanmin(loop.force_kN)), float(np.nanmax(loop.force_kN))]
+    margin = 0.03 * (max(xs) - min(xs)) or 1.0
+    left = min(xs) - (margin if windows or min(xs) < 0 else 0.0)
+    low, high = min(ys), max(ys)
+    # Noise around zero force is no reason to start the axis far below it.
+    return _Ranges(x_range=(left, max(xs) + margin), y_range=(min(0.0, 1.02 * low), 1.1 * high or 1.0))
+
+
+def _close_ranges(loops: Sequence[Loop]) -> _Ranges:
+    """Return axes that frame the loops with a quarter of their extent around, yet not below zero."""
+    x_range = _framed([loop.stroke_mm for loop in loops])
+    y_range = _framed([loop.force_kN for loop in loops])
+    return _Ranges(x_range=x_range, y_range=y_range)
+
+
+def _framed(values: Sequence[Floats]) -> tuple[float, float]:
+    low = min(float(np.nanmin(value)) for value in values)
+    high = max(float(np.nanmax(value)) for value in values)
+    margin = 0.25 * (high - low) or 1.0
+    return min(low, max(0.0, low - margin)), high + margin
+
+
+def _by_condition(loop: Loop) -> tuple[float, float, float]:
+    return (loop.prestress_mm or 0.0, loop.amplitude_mm or 0.0, loop.frequency_Hz or 0.0)
+
+
+def _rounded(value: float | None) -> float:
+    return round(value or 0.0)
+
+
+def _ranks(values: Iterable[float | None]) -> dict[float, int]:
+    return {value: rank for rank, value in enumerate(sorted({_rounded(value) for value in values}))}
+
+
+def _mm(value: float | None) -> str:
+    return "—" if value is None else f"{value:.3g}"
+
+
+def _hz(loop: Loop) -> str:
+    return "— Hz" if loop.frequency_Hz is None else f"{loop.frequency_Hz:.3g} Hz"

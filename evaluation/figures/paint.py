@@ -1,0 +1,196 @@
+"""From plot data to SVG text: the same data give the same bytes."""
+
+from __future__ import annotations
+
+import io
+import re
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.transforms import blended_transform_factory
+
+from evaluation.figures import style
+from evaluation.figures.plot import Curve, Fit, Plot, Points, Window
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.container import ErrorbarContainer
+
+    Handle = Artist | ErrorbarContainer
+
+_LEGEND_ROW_MM = 4.6
+# A hundredth of a point is 0.004 mm on paper; matplotlib writes six decimals, which only make files large.
+_COORDINATE = re.compile(r"(?<=[ML ])(-?\d+\.\d\d)\d+(?= |$)", re.MULTILINE)
+
+
+def draw(plot: Plot) -> str:
+    """Return the figure as SVG text, 170 mm wide, its lettering as outlines.
+
+    Nothing in it depends on the date, the machine or the order of calls.
+
+    Parameters
+    ----------
+    plot : Plot
+        What to draw.
+
+    Returns
+    -------
+    str
+        A whole SVG document.
+    """
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(style.RC)
+        figure = Figure(layout="constrained")
+        canvas: Any = FigureCanvasSVG(figure)
+        handles = _paint(figure.add_subplot(), plot)
+        columns = _columns([str(handle.get_label()) for handle in handles])
+        rows = -(-len(handles) // columns)
+        height_mm = plot.height_mm + _LEGEND_ROW_MM * rows
+        figure.set_size_inches(style.WIDTH_MM * style.MM, height_mm * style.MM)
+        if handles:
+            figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+        text = io.StringIO()
+        canvas.print_svg(text, metadata={"Date": None, "Creator": None})
+    return _COORDINATE.sub(r"\1", text.getvalue())
+
+
+def _columns(labels: list[str]) -> int:
+    """Return how many legend columns fit the width: about 1.6 mm a letter, 15 mm for the line."""
+    if not labels:
+        return 1
+    widest_mm = 1.6 * max(len(label) for label in labels) + 15.0
+    return max(1, min(4, len(labels), int(style.WIDTH_MM // widest_mm)))
+
+
+def _paint(axes: Axes, plot: Plot) -> list[Handle]:
+    axes.set_xlabel(plot.x_label)
+    axes.set_ylabel(plot.y_label)
+    _paint_spans(axes, plot)
+    handles: list[Handle] = [_paint_curve(axes, curve) for curve in plot.curves]
+    handles += [_paint_fit(axes, fit) for fit in plot.fits]
+    handles += [_paint_points(axes, points) for points in plot.points]
+    limit: dict[str, Any] = {"color": style.colour(1), "linestyle": style.dash(4), "linewidth": 1.3}
+    handles += [axes.axhline(level.at, label=level.label, **limit) for level in plot.levels]
+    stop_line: dict[str, Any] = {"color": style.INK, "linestyle": style.DOTTED, "linewidth": 1.6}
+    handles += [axes.axvline(stop.at, label=stop.label, **stop_line) for stop in plot.stops]
+    for window in plot.windows:
+        _paint_window(axes, window)
+    if plot.windows:
+        handles += _window_legend(plot.windows)
+    if plot.x_range is not None:
+        axes.set_xlim(*plot.x_range)
+    if plot.y_range is not None:
+        axes.set_ylim(*plot.y_range)
+    return handles
+
+
+def _paint_curve(axes: Axes, curve: Curve) -> Line2D:
+    if curve.filled:
+        whole = ~(np.isnan(curve.x) | np.isnan(curve.y))
+        axes.fill(curve.x[whole], curve.y[whole], color=style.SHADE, linewidth=0, zorder=1.5)
+    marked: dict[str, Any] = {}
+    if curve.marker is not None:
+        # Few symbols, shifted from curve to curve, so that those of neighbours do not hide each other.
+        spacing = max(1, curve.x.size // 6)
+        marked = {
+            "marker": style.marker(curve.marker),
+            "markevery": (spacing * (curve.marker % 5) // 5, spacing),
+            "markersize": 3.6,
+        }
+    (line,) = axes.plot(
+        curve.x,
+        curve.y,
+        color=style.colour(curve.tone),
+        linestyle=style.dash(curve.dash),
+        label=curve.label,
+        **marked,
+    )
+    return line
+
+
+def _paint_fit(axes: Axes, fit: Fit) -> Line2D:
+    tint = style.colour(fit.tone)
+    if fit.lower is not None and fit.upper is not None:
+        axes.fill_between(fit.x, fit.lower, fit.upper, color=tint, alpha=0.15, linewidth=0)
+    (line,) = axes.plot(fit.x, fit.y, color=tint, linestyle=style.dash(fit.dash), label=fit.label)
+    return line
+
+
+def _paint_points(axes: Axes, points: Points) -> ErrorbarContainer:
+    return axes.errorbar(
+        points.x,
+        points.y,
+        yerr=points.error if np.any(points.error > 0) else None,
+        fmt=style.marker(points.tone),
+        color=style.colour(points.tone),
+        capsize=2.5,
+        elinewidth=0.9,
+        label=points.label,
+    )
+
+
+def _paint_spans(axes: Axes, plot: Plot) -> None:
+    above = blended_transform_factory(axes.transData, axes.transAxes)
+    lettering: dict[str, Any] = {"transform": above, "ha": "center", "va": "bottom", "fontsize": 7.5}
+    for number, span in enumerate(plot.spans):
+        face = style.SHADE if number % 2 == 0 else style.LIGHT_SHADE
+        axes.axvspan(span.start, span.end, facecolor=face, linewidth=0, zorder=0)
+        if span.label:
+            axes.text((span.start + span.end) / 2, 1.01, span.label, **lettering)
+
+
+def _verdict_symbol(verdict: str) -> dict[str, Any]:
+    shape, tint, fill = style.VERDICT_MARKERS[verdict]
+    return {
+        "linestyle": "none",
+        "marker": shape,
+        "color": tint,
+        "fillstyle": fill,
+        "markersize": 6.5,
+        "markeredgecolor": style.INK if fill == "full" else tint,
+        "markeredgewidth": 0.8,
+    }
+
+
+def _paint_window(axes: Axes, window: Window) -> None:
+    axes.errorbar(
+        window.at,
+        (window.lower + window.upper) / 2,
+        yerr=(window.upper - window.lower) / 2,
+        fmt="none",
+        ecolor=style.INK,
+        elinewidth=1.6,
+        capsize=6.0,
+        capthick=1.6,
+        zorder=4,
+    )
+    leftmost = window.at == 0.0
+    axes.annotate(
+        window.label,
+        (window.at, window.upper),
+        xytext=(-6 if leftmost else 0, 5),
+        textcoords="offset points",
+        ha="left" if leftmost else "center",  # at the left edge a centred text would run over the axis
+        va="bottom",
+        zorder=6,
+        bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+    )
+    if window.measured:
+        at = [window.at] * len(window.measured)
+        axes.plot(at, window.measured, zorder=5, **_verdict_symbol(window.verdict))
+
+
+def _window_legend(windows: tuple[Window, ...]) -> list[Handle]:
+    bar = Line2D([], [], color=style.INK, linewidth=1.6, label="permitted range (EN 15551, Table 3)")
+    seen = dict.fromkeys(window.verdict for window in windows if window.measured)
+    marks = [
+        Line2D([], [], label=f"measured: {verdict.replace('-', ' ')}", **_verdict_symbol(verdict))
+        for verdict in seen
+    ]
+    return [bar, *marks]

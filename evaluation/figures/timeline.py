@@ -1,0 +1,111 @@
+"""A campaign over time: temperature with its limit, and the stroke as it was run (paper, Fig. 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.figures.decimate import kept_samples
+from evaluation.figures.plot import Curve, Floats, Level, Plot, Span, Stop
+
+TEMPERATURE = "Temperature [°C]"
+STROKE = "Stroke [mm]"
+_TRACE_POINTS = 3000
+_MOST_STEP_LABELS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """One channel over the campaign's time; NaN between runs and at gaps, so that no line is drawn there."""
+
+    label: str
+    time_s: Floats
+    value: Floats
+
+
+@dataclass(frozen=True)
+class Step:
+    """One run on the campaign's time axis; ``stop`` says why it ended early, and is empty otherwise."""
+
+    label: str
+    start_s: float
+    end_s: float
+    stop: str = ""
+
+
+def temperature_plot(traces: Sequence[Trace], steps: Sequence[Step], stop_C: float | None) -> Plot:
+    """Return the temperatures over the campaign, its steps shaded, temperature limit and stops marked."""
+    levels = () if stop_C is None else (Level(stop_C, f"stop at {stop_C:g} °C"),)
+    lowest, highest = _span(traces)
+    tops = [highest, *(level.at for level in levels)]
+    margin = 0.06 * (max(tops) - lowest) or 1.0
+    return _timeline(
+        traces,
+        steps,
+        TEMPERATURE,
+        levels=levels,
+        y_range=(lowest - margin, max(tops) + margin),
+        height_mm=80.0,
+    )
+
+
+def stroke_plot(traces: Sequence[Trace], steps: Sequence[Step]) -> Plot:
+    """Return the stroke over the campaign with its steps shaded and the stops marked (paper, Fig. 4)."""
+    lowest, highest = _span(traces)
+    return _timeline(
+        traces, steps, STROKE, levels=(), y_range=(min(0.0, lowest), 1.05 * highest or 1.0), height_mm=70.0
+    )
+
+
+def _timeline(
+    traces: Sequence[Trace],
+    steps: Sequence[Step],
+    y_label: str,
+    *,
+    levels: tuple[Level, ...],
+    y_range: tuple[float, float],
+    height_mm: float,
+) -> Plot:
+    duration = max((step.end_s for step in steps), default=0.0)
+    unit, scale = time_unit(duration)
+    curves = []
+    for number, trace in enumerate(traces):
+        kept = kept_samples(trace.time_s, trace.value, _TRACE_POINTS)
+        curves.append(
+            Curve(trace.label, trace.time_s[kept] / scale, trace.value[kept], tone=number, dash=number)
+        )
+    labelled_every = -(-len(steps) // _MOST_STEP_LABELS) or 1
+    spans = tuple(
+        Span(step.start_s / scale, step.end_s / scale, step.label if number % labelled_every == 0 else "")
+        for number, step in enumerate(steps)
+    )
+    stops = tuple(Stop(step.end_s / scale, f"step {step.label} {step.stop}") for step in steps if step.stop)
+    return Plot(
+        f"Time since the start of the first step [{unit}]",
+        y_label,
+        kind="timeline",
+        curves=tuple(curves),
+        spans=spans,
+        levels=levels,
+        stops=stops,
+        x_range=(0.0, duration / scale or 1.0),
+        y_range=y_range,
+        height_mm=height_mm,
+    )
+
+
+def time_unit(duration_s: float) -> tuple[str, float]:
+    """Return the unit in which a duration reads well, and its length [s]."""
+    if duration_s <= 300.0:
+        return "s", 1.0
+    return ("min", 60.0) if duration_s <= 180.0 * 60.0 else ("h", 3600.0)
+
+
+def _span(traces: Sequence[Trace]) -> tuple[float, float]:
+    values = [trace.value[~np.isnan(trace.value)] for trace in traces]
+    whole = [value for value in values if value.size]
+    if not whole:
+        return 0.0, 1.0
+    return min(float(value.min()) for value in whole), max(float(value.max()) for value in whole)
