@@ -1,0 +1,1 @@
+"""Doing it: acquisition, guards, the safe stop, the campaign runner and its progress."""

@@ -1,0 +1,285 @@
+"""The acquisition: one loop in one thread owns the controller, sees every sample and feeds the watchdog.
+
+Sensors read in threads of their own; here they are only drained, so that no slow bus can stall a pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.guards import Action, Trip
+from daq.panel import CONTROLLER_STREAM, GuardPanel
+from daq.scaling import ScaledBlock, scale
+from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand
+from foundation.clock import Clock
+from foundation.errors import DeviceFault
+
+
+class Recorder(Protocol):
+    """Where the raw blocks of a run go (:class:`recording.writer.RunRecorder`)."""
+
+    def append(
+        self,
+        stream: str,
+        sequence: int,
+        time_us: NDArray[np.int64],
+        counts: Mapping[str, NDArray[np.generic]],
+        lost: int = 0,
+    ) -> None:
+        """Queue a block; never blocks on the disk."""
+        ...
+
+    def anchor(self, device_us: int, host_s: float, utc: str) -> None:
+        """Queue a pair of the device's and the host's clock."""
+        ...
+
+    def event(self, at_s: float, kind: str, text: str, **data: object) -> None:
+        """Queue an event."""
+        ...
+
+    @property
+    def written(self) -> int:
+        """Samples of the controller handed to the file."""
+        ...
+
+    @property
+    def durable(self) -> int:
+        """Samples of the controller known to be on the disk."""
+        ...
+
+    @property
+    def failure(self) -> Exception | None:
+        """Why it can no longer record, None while it can."""
+        ...
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How the loop is paced; stand time [s].
+
+    Parameters
+    ----------
+    tick_s : float
+        Aim of one pass.
+    blocks_per_tick : int
+        So many blocks at most in one pass, so that sensors, guards and watchdog always get their turn.
+    feed_s : float
+        The watchdog is fed at least this often.
+    anchor_s : float
+        A clock anchor is recorded this often.
+    """
+
+    tick_s: float = 0.02
+    blocks_per_tick: int = 64
+    feed_s: float = 0.25
+    anchor_s: float = 1.0
+
+
+@dataclass(frozen=True)
+class Latest:
+    """The newest values of everything, for progress and for waiting.
+
+    Parameters
+    ----------
+    at_s : float
+        Host stand time of the pass [s].
+    device_s : float or None
+        Newest time stamp of the controller [s of its clock].
+    values : mapping of str to float
+        Newest value of every channel and derived signal, in the unit of its name.
+    status : ControllerStatus or None
+        The last snapshot.
+    samples, lost : int
+        Samples of the controller seen and lost since the start.
+    """
+
+    at_s: float
+    device_s: float | None
+    values: Mapping[str, float]
+    status: ControllerStatus | None
+    samples: int
+    lost: int
+
+
+class Acquisition:
+    """Reads everything a stand delivers, pass by pass, hands it to guards and recorder.
+
+    Parameters
+    ----------
+    stand : Stand
+        The opened stand; nobody else may talk to its controller meanwhile.
+    clock : Clock
+        Stand time.
+    panel : GuardPanel
+        Sees every block, fault, status and silence.
+    pace : Pace
+        How often.
+    utc : callable
+        Gives the civil time of an anchor (ISO 8601).
+    """
+
+    def __init__(
+        self,
+        stand: Stand,
+        clock: Clock,
+        panel: GuardPanel,
+        *,
+        pace: Pace | None = None,
+        utc: Callable[[], str] = lambda: datetime.now(UTC).isoformat(),
+    ) -> None:
+        self.stand = stand
+        self.clock = clock
+        self.panel = panel
+        self.pace = pace or Pace()
+        self._utc = utc
+        self._facts = {stand.controller.facts.name: stand.controller.facts} | {
+            sensor.facts.name: sensor.facts for sensor in stand.sensors
+        }
+        self._recorder: Recorder | None = None
+        self._values: dict[str, float] = {}
+        self._status: ControllerStatus | None = None
+        self._device_us: int | None = None
+        self._samples = self._lost = 0
+        self._fed_s = -np.inf
+        self._anchor: tuple[int, float] | None = None
+        self._anchor_due_s = -np.inf
+
+    @property
+    def latest(self) -> Latest:
+        """Return the newest values."""
+        device_s = None if self._device_us is None else self._device_us / 1e6
+        return Latest(
+            self.clock.now_s(), device_s, dict(self._values), self._status, self._samples, self._lost
+        )
+
+    def attach(self, recorder: Recorder) -> None:
+        """Record from now on, beginning with a clock anchor."""
+        self._recorder = recorder
+        self._anchor, self._anchor_due_s = None, -np.inf
+
+    def detach(self) -> Recorder | None:
+        """Record no longer; return the recorder, which is not closed."""
+        recorder, self._recorder = self._recorder, None
+        return recorder
+
+    def say(self, kind: str, text: str, **data: object) -> None:
+        """Put an event into the run under way, if there is one."""
+        if self._recorder is not None:
+            self._recorder.event(self.clock.now_s(), kind, text, **data)
+
+    def tick(self) -> list[Trip]:
+        """Make one pass: feed, read, drain, record, judge.
+
+        Returns
+        -------
+        list of Trip
+            What guards said in this pass; the latch is in ``panel``.
+
+        Notes
+        -----
+        A fault of the controller or its wire does not come out as an exception: it is latched as a trip
+        of the guard ``controller``, like every other reason to stop.
+        """
+        try:
+            self._feed()
+            self._read_controller()
+            self._judge_status()
+        except DeviceFault as fault:
+            self.panel.latch(
+                Trip(
+                    "controller",
+                    Action.EMERGENCY,
+                    f"the controller or its wire failed: {fault}",
+                    self.clock.now_s(),
+                    device_fault=True,
+                )
+            )
+        self._drain_sensors()
+        self._check_recorder()
+        self.panel.listen(self.clock.now_s(), self.clock.wall_s())
+        said = self.panel.said()
+        for trip in said:
+            self.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
+        return said
+
+    def rest(self) -> None:
+        """Wait until the next pass is due."""
+        self.clock.sleep(self.pace.tick_s)
+
+    def _feed(self) -> None:
+        now_s = self.clock.now_s()
+        if now_s - self._fed_s >= self.pace.feed_s:
+            self.stand.controller.feed_watchdog()
+            self._fed_s = now_s
+
+    def _read_controller(self) -> None:
+        """Read until the ring is drained, with a bound, so that the rest gets its turn."""
+        for _ in range(self.pace.blocks_per_tick):
+            block = self.stand.controller.read_block()
+            if block is None:
+                break
+            self._take(block)
+        for text in self.stand.controller.events():
+            self.say("wire", text)
+
+    def _judge_status(self) -> None:
+        self._status = self.stand.controller.status()
+        self.panel.judge(self._status, self.clock.now_s(), self.clock.wall_s())
+
+    def _drain_sensors(self) -> None:
+        for sensor in self.stand.sensors:
+            for item in sensor.drain():
+                if isinstance(item, SensorFault):
+                    self.panel.complain(item)
+                    self.say("sensor", f"{item.stream}: {item.what}", stream=item.stream)
+                else:
+                    self._take(item)
+
+    def _take(self, block: SampleBlock) -> None:
+        """Record first, judge second: the sample that trips is in the run."""
+        if self._recorder is not None:
+            self._recorder.append(block.stream, block.first_sequence, block.time_us, block.counts, block.lost)
+        scaled = scale(block, self._facts[block.stream])
+        if block.stream == CONTROLLER_STREAM:
+            self._samples += len(scaled)
+            self._lost += block.lost
+            self._keep_anchor(scaled)
+        if len(scaled):
+            self._values.update((name, float(value[-1])) for name, value in scaled.values.items())
+        self.panel.observe(scaled, self.clock.now_s(), self.clock.wall_s())
+
+    def _keep_anchor(self, block: ScaledBlock) -> None:
+        """Keep the pair with the least delay on the wire; record it when the interval ends."""
+        if not len(block):
+            return
+        self._device_us = int(block.time_us[-1])
+        pair = (self._device_us, block.received_s)
+        if self._anchor is None or _delay_s(pair) < _delay_s(self._anchor):
+            self._anchor = pair
+        if self._recorder is not None and block.received_s >= self._anchor_due_s:
+            self._recorder.anchor(*self._anchor, self._utc())
+            self._anchor, self._anchor_due_s = None, block.received_s + self.pace.anchor_s
+
+    def _check_recorder(self) -> None:
+        failure = self._recorder.failure if self._recorder is not None else None
+        if failure is not None:
+            self.panel.latch(
+                Trip(
+                    "recorder",
+                    Action.STOP,
+                    f"recording failed: {failure}; what was durable before is kept",
+                    self.clock.now_s(),
+                    device_fault=True,
+                )
+            )
+
+
+def _delay_s(pair: tuple[int, float]) -> float:
+    """Return host minus device time of a pair [s]: smaller by less delay."""
+    return pair[1] - pair[0] / 1e6

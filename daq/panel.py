@@ -1,0 +1,192 @@
+"""The guard panel: all guards of a stand, what they remember, and the latch of the first trip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from daq.guards import (
+    Action,
+    AgreementGuard,
+    AgreementMemory,
+    ChannelGuard,
+    ChannelMemory,
+    ControllerGuard,
+    ControllerMemory,
+    TemperatureGuard,
+    TemperatureMemory,
+    Trip,
+    evaluate_agreement,
+    evaluate_channel,
+    evaluate_controller_silence,
+    evaluate_fault,
+    evaluate_gap,
+    evaluate_reading,
+    evaluate_silence,
+    evaluate_status,
+)
+from daq.scaling import ScaledBlock
+from drivers.interfaces import ControllerStatus, SensorFault
+
+CONTROLLER_STREAM = "controller"
+"""Name of the controller's stream (spec of the run file)."""
+FORCE_2_STREAM = "amplifier"
+"""Name of the stream of the second way to the force."""
+
+
+@dataclass(frozen=True)
+class GuardSet:
+    """Every guard of a stand, as data; it travels in the run file as the limits in force."""
+
+    channels: tuple[ChannelGuard, ...]
+    temperatures: tuple[TemperatureGuard, ...]
+    controller: ControllerGuard
+    agreement: AgreementGuard | None = None
+
+    def with_channels(self, *guards: ChannelGuard) -> GuardSet:
+        """Return the set with the guards of the same names replaced, the others kept."""
+        new = {guard.name: guard for guard in guards}
+        kept = tuple(guard for guard in self.channels if guard.name not in new)
+        return replace(self, channels=kept + guards)
+
+    def cooling(self) -> GuardSet:
+        """Return the set for waiting at zero force: a warm specimen does not trip, a silent sensor does."""
+        watched = tuple(replace(guard, stop_C=None) for guard in self.temperatures)
+        return replace(self, temperatures=watched)
+
+
+@dataclass
+class _Memories:
+    channels: dict[str, ChannelMemory] = field(default_factory=dict)
+    temperatures: dict[str, TemperatureMemory] = field(default_factory=dict)
+
+
+class GuardPanel:
+    """Hands every block, reading, fault and status to the guards; the first trip is latched.
+
+    Parameters
+    ----------
+    guards : GuardSet
+        The guards; :meth:`change` replaces them between steps.
+    at_s, wall_s : float
+        Stand time and time of the wall at which it begins to listen [s].
+    """
+
+    def __init__(self, guards: GuardSet, *, at_s: float, wall_s: float) -> None:
+        self.guards = guards
+        self._trip: Trip | None = None
+        self._action = Action.NOTE
+        self._said: list[Trip] = []
+        self._tripped: set[str] = set()
+        self._wall_s = wall_s
+        self._memories = _Memories()
+        self._controller = ControllerMemory(wall_s, wall_s)
+        self._agreement = AgreementMemory(at_s)
+
+    @property
+    def trip(self) -> Trip | None:
+        """Return the first trip that demands a stop; it stays until :meth:`reset`."""
+        return self._trip
+
+    @property
+    def action(self) -> Action:
+        """Return the strongest action demanded since the last reset."""
+        return self._action
+
+    def said(self) -> list[Trip]:
+        """Return (and forget) every trip and note since the last call, in the order they came."""
+        said, self._said = self._said, []
+        return said
+
+    def latch(self, trip: Trip) -> None:
+        """Take a trip from a guard or from outside (operator, recorder, lost link).
+
+        The first one that demands a stop is kept; later ones can only make the action stronger. The
+        same guard is said once per latch.
+        """
+        if trip.action is Action.NOTE:
+            self._said.append(trip)
+            return
+        if trip.action > self._action or trip.guard not in self._tripped:
+            self._said.append(trip)
+        self._tripped.add(trip.guard)
+        self._action = max(self._action, trip.action)
+        if self._trip is None:
+            self._trip = trip
+
+    def reset(self) -> None:
+        """Forget the latch, not what was seen: a condition that lasts trips again at once."""
+        self._trip, self._action = None, Action.NOTE
+        self._tripped.clear()
+
+    def change(self, guards: GuardSet) -> None:
+        """Replace the guards (limits of another step); what was seen of the sensors is kept."""
+        self.guards = guards
+
+    def observe(self, block: ScaledBlock, at_s: float, wall_s: float) -> None:
+        """Judge every sample of a block of any stream."""
+        if block.stream == CONTROLLER_STREAM:
+            self._observe_controller(block, wall_s)
+        for guard in self.guards.temperatures:
+            if guard.stream == block.stream:
+                memory, trip = evaluate_reading(guard, self._heard(guard), block, wall_s)
+                self._memories.temperatures[guard.stream] = memory
+                self._take(trip)
+        if self.guards.agreement and block.stream in (CONTROLLER_STREAM, FORCE_2_STREAM):
+            self._agreement, trip = evaluate_agreement(self.guards.agreement, self._agreement, block, at_s)
+            self._take(trip)
+
+    def _observe_controller(self, block: ScaledBlock, wall_s: float) -> None:
+        if len(block):
+            self._controller = replace(self._controller, sample_s=wall_s)
+        self._take(evaluate_gap(self.guards.controller, block))
+        for guard in self.guards.channels:
+            seen = self._memories.channels.get(guard.name, ChannelMemory())
+            self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
+            self._take(trip)
+
+    def complain(self, fault: SensorFault) -> None:
+        """Take a reading that could not be had: it explains the silence, should it last."""
+        for guard in self.guards.temperatures:
+            if guard.stream == fault.stream:
+                self._memories.temperatures[guard.stream] = evaluate_fault(self._heard(guard), fault)
+
+    def judge(self, status: ControllerStatus, at_s: float, wall_s: float) -> None:
+        """Judge a snapshot of the controller."""
+        self._controller, trip = evaluate_status(self._controller, status, at_s, wall_s)
+        self._take(trip)
+
+    def listen(self, at_s: float, wall_s: float) -> None:
+        """Judge every silence; called in each pass, after all that came in was observed."""
+        for guard in self.guards.temperatures:
+            memory, trip = evaluate_silence(guard, self._heard(guard), at_s, wall_s)
+            self._memories.temperatures[guard.stream] = memory
+            self._take(trip)
+        self._take(evaluate_controller_silence(self.guards.controller, self._controller, at_s, wall_s))
+
+    def latest_temperatures(self) -> Mapping[str, float]:
+        """Return the last true reading of every sensor that gave one [°C]."""
+        return {
+            stream: memory.value_C
+            for stream, memory in self._memories.temperatures.items()
+            if memory.value_C is not None
+        }
+
+    def too_warm(self) -> str:
+        """Return which specimen sensor is not yet below its resume threshold (or silent), empty if none."""
+        for guard in self.guards.temperatures:
+            if guard.resume_C is None:
+                continue
+            value_C = self._heard(guard).value_C
+            if value_C is None:
+                return f"{guard.label} has given no reading yet"
+            if value_C >= guard.resume_C:
+                return f"{guard.label} {value_C:.2f} °C, resume below {guard.resume_C:g} °C"
+        return ""
+
+    def _heard(self, guard: TemperatureGuard) -> TemperatureMemory:
+        return self._memories.temperatures.get(guard.stream) or TemperatureMemory(self._wall_s)
+
+    def _take(self, trip: Trip | None) -> None:
+        if trip is not None:
+            self.latch(trip)

@@ -1,0 +1,79 @@
+"""Raw blocks to values in the units of their names: what the guards and the display look at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.interfaces import SampleBlock, StreamFacts
+
+STROKE_WIRES = ("stroke_1", "stroke_2")
+"""The two draw wires on the buffer."""
+
+
+@dataclass(frozen=True)
+class ScaledBlock:
+    """A block in units, with the signals that are derived from its channels.
+
+    Parameters
+    ----------
+    stream : str
+        Name of the stream.
+    first_sequence : int
+        Absolute sequence number of row 0.
+    time_us : NDArray[int64]
+        Time stamps as received [µs], shape (n,).
+    values : mapping of str to NDArray[float64]
+        Calibrated channels, shape (n,) each; of the controller also ``stroke`` (mean of the draw wires
+        there are, mm), ``tilt`` (stroke_1 − stroke_2, mm) and ``following_error`` (command − position, mm).
+    lost : int
+        Samples known to be lost before row 0.
+    received_s : float
+        Host stand time at reception [s].
+    """
+
+    stream: str
+    first_sequence: int
+    time_us: NDArray[np.int64]
+    values: Mapping[str, NDArray[np.float64]]
+    lost: int
+    received_s: float
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return len(self.time_us)
+
+
+def scale(block: SampleBlock, facts: StreamFacts) -> ScaledBlock:
+    """Return a block with its channels calibrated and the derived signals added.
+
+    Parameters
+    ----------
+    block : SampleBlock
+        As delivered by the device.
+    facts : StreamFacts
+        What its stream is made of; a channel without counts in the block is left out.
+
+    Returns
+    -------
+    ScaledBlock
+        Same rows, same time stamps.
+    """
+    values = {
+        channel.name: channel.calibration.apply(block.counts[channel.name])
+        for channel in facts.channels
+        if channel.name in block.counts
+    }
+    wires = [values[name] for name in STROKE_WIRES if name in values]
+    if wires and "stroke" not in values:
+        values["stroke"] = wires[0] if len(wires) == 1 else 0.5 * (wires[0] + wires[1])
+    if len(wires) == 2:
+        values["tilt"] = wires[0] - wires[1]
+    if "command" in values and "position" in values:
+        values["following_error"] = values["command"] - values["position"]
+    return ScaledBlock(
+        block.stream, block.first_sequence, block.time_us, values, block.lost, block.received_s
+    )

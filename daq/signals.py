@@ -1,0 +1,97 @@
+"""Asking a campaign to stop: a flag that signals, terminals and programs set, and the loop obeys.
+
+A signal handler does nothing but set the flag, so that no signal can break into a safe stop.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import IntEnum
+from types import FrameType
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Every one of them ends the campaign by the same safe stop."""
+
+
+class StopLevel(IntEnum):
+    """How soon the operator wants the campaign to end."""
+
+    NONE = 0
+    AFTER_STEP = 1
+    AFTER_CYCLE = 2
+    NOW = 3
+
+
+class StopRequest:
+    """A wish to stop that can be raised, never lowered; safe to set from a signal handler."""
+
+    def __init__(self) -> None:
+        self._level = StopLevel.NONE
+        self._reason = ""
+
+    def ask(self, level: StopLevel, reason: str) -> None:
+        """Ask for a stop; the strongest wish counts, and its first reason is kept."""
+        if level > self._level:
+            self._reason = reason
+            self._level = level
+
+    @property
+    def level(self) -> StopLevel:
+        """Return how soon."""
+        return self._level
+
+    @property
+    def reason(self) -> str:
+        """Return who or what asked, for a person."""
+        return self._reason
+
+
+@contextmanager
+def stop_on_signals(request: StopRequest) -> Iterator[StopRequest]:
+    """While inside, SIGINT, SIGTERM and SIGHUP ask for a stop now; the handlers before are put back.
+
+    Must be entered in the main thread. Further signals change nothing: the safe stop runs to its end.
+
+    Raises
+    ------
+    ValueError
+        If entered in another thread than the main one (Python's rule for signal handlers).
+    """
+
+    def handler(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - Python's signature
+        name = signal.Signals(number).name
+        request.ask(StopLevel.NOW, "Ctrl-C (SIGINT)" if name == "SIGINT" else name)
+
+    before = {number: signal.signal(number, handler) for number in STOP_SIGNALS}
+    try:
+        yield request
+    finally:
+        for number, handle in before.items():
+            signal.signal(number, handle)
+
+
+@contextmanager
+def signals_held_back() -> Iterator[None]:
+    """While inside, the stop signals wait; the last one that came is delivered on the way out.
+
+    In another thread than the main one it does nothing: Python delivers signals to the main thread only.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    waiting: list[int] = []
+
+    def handler(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - Python's signature
+        waiting.append(number)
+
+    before = {number: signal.signal(number, handler) for number in STOP_SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handle in before.items():
+            signal.signal(number, handle)
+        if waiting:
+            signal.raise_signal(waiting[-1])
