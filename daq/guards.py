@@ -246,6 +246,7 @@ class TemperatureMemory:
     complaint: str = ""
     same_since_s: float | None = None
     frozen_said: bool = False
+    silence_said: bool = False
 
 
 def evaluate_reading(
@@ -321,9 +322,11 @@ def evaluate_silence(
     """
     silent_s = wall_s - memory.since_s
     if silent_s > guard.grace_s:
+        if memory.silence_said and guard.silence_action is Action.NOTE:
+            return memory, None
         last = "never" if memory.value_C is None else f"last true reading {memory.value_C:.2f} °C"
         why = memory.complaint or "nothing was received; check the cable and the bus"
-        return memory, Trip(
+        return replace(memory, silence_said=True), Trip(
             guard.stream,
             guard.silence_action,
             f"{guard.label} has given no true reading for {silent_s:.1f} s (limit {guard.grace_s:g} s; "

@@ -1,0 +1,109 @@
+"""Progress of a campaign as facts, at most ten times a second, for whoever shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+Phase = Literal["start", "ramp", "motion", "release", "wait", "cool-down", "safe stop", "done"]
+"""What the campaign does at present."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """One snapshot of a running campaign.
+
+    Parameters
+    ----------
+    step, steps : int
+        Number of the step (from 1; 0 before the first) and how many there are.
+    name : str
+        The step's name.
+    phase : Phase
+        What it does at present.
+    cycle, cycles : int
+        Full cycles done and wanted.
+    force_kN, stroke_mm : float or None
+        Newest values.
+    temperatures_C : mapping of str to float
+        Newest true reading by sensor.
+    temperature_limit_C : float or None
+        The stop threshold.
+    elapsed_s : float
+        Stand time since the campaign began [s].
+    remaining_s : float
+        Planned time that is left [s].
+    lost : int
+        Samples lost on the wire so far.
+    written, durable : int
+        Samples of the run under way: handed to the file, and known to be on the disk.
+    warnings : tuple of str
+        What guards noted so far in this step.
+    """
+
+    step: int
+    steps: int
+    name: str
+    phase: Phase
+    cycle: int
+    cycles: int
+    force_kN: float | None
+    stroke_mm: float | None
+    temperatures_C: Mapping[str, float]
+    temperature_limit_C: float | None
+    elapsed_s: float
+    remaining_s: float
+    lost: int = 0
+    written: int = 0
+    durable: int = 0
+    warnings: tuple[str, ...] = field(default=())
+
+
+class ProgressSink(Protocol):
+    """Whoever shows a campaign's progress; called in the acquisition's thread, so it must be quick."""
+
+    def update(self, progress: Progress) -> None:
+        """Show a snapshot."""
+        ...
+
+    def message(self, text: str) -> None:
+        """Show one line that must not be missed: a step begun or ended, a warning, a trip."""
+        ...
+
+
+class Silent:
+    """Shows nothing."""
+
+    def update(self, progress: Progress) -> None:
+        """Take a snapshot and drop it."""
+
+    def message(self, text: str) -> None:
+        """Take a line and drop it."""
+
+
+class Throttle:
+    """Lets a snapshot through at most every ``interval_s`` of the wall; it is not even made otherwise.
+
+    Parameters
+    ----------
+    sink : ProgressSink
+        Who gets it.
+    wall_s : callable
+        Time of the wall [s].
+    interval_s : float
+        Least time between two snapshots [s].
+    """
+
+    def __init__(self, sink: ProgressSink, wall_s: Callable[[], float], *, interval_s: float = 0.1) -> None:
+        self._sink = sink
+        self._wall_s = wall_s
+        self._interval_s = interval_s
+        self._next_s = wall_s()
+
+    def offer(self, make: Callable[[], Progress]) -> None:
+        """Make and pass on a snapshot if it is time for one."""
+        now_s = self._wall_s()
+        if now_s >= self._next_s:
+            self._next_s = now_s + self._interval_s
+            self._sink.update(make())

@@ -1,0 +1,95 @@
+"""Progress in a terminal: a live panel where there is one, plain lines where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TextIO
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from daq.progress import Progress, ProgressSink
+
+
+def duration(seconds: float) -> str:
+    """Return e.g. ``1:02:03`` or ``2:03`` for a number of seconds; below zero is zero."""
+    minutes, rest = divmod(round(max(0.0, seconds)), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def temperatures(progress: Progress) -> str:
+    """Return the readings in one line, e.g. ``31.2 · 30.9 °C (stop 40 °C)``."""
+    if not progress.temperatures_C:
+        return "no reading"
+    readings = " · ".join(f"{value:.1f}" for _, value in sorted(progress.temperatures_C.items()))
+    limit = "" if progress.temperature_limit_C is None else f" (stop {progress.temperature_limit_C:g} °C)"
+    return f"{readings} °C{limit}"
+
+
+def panel(progress: Progress) -> Group:
+    """Return the live view of a snapshot: a line of place, a bar of time, the values."""
+    head = Text.assemble(
+        (f"step {progress.step} of {progress.steps}  ", "bold"),
+        progress.name,
+        (f"  {progress.phase}", "cyan"),
+    )
+    total_s = progress.elapsed_s + progress.remaining_s
+    time = Table.grid(padding=(0, 2))
+    time.add_row(
+        ProgressBar(total=max(total_s, 1e-9), completed=progress.elapsed_s, width=40),
+        f"{duration(progress.elapsed_s)} gone, about {duration(progress.remaining_s)} left",
+    )
+    values = Table.grid(padding=(0, 2))
+    force = "–" if progress.force_kN is None else f"{progress.force_kN:8.1f} kN"
+    stroke = "–" if progress.stroke_mm is None else f"{progress.stroke_mm:8.2f} mm"
+    cycle = f"cycle {progress.cycle} of {progress.cycles}" if progress.cycles else ""
+    values.add_row(force, stroke, cycle, temperatures(progress))
+    lost = f", {progress.lost} lost" if progress.lost else ""
+    values.add_row("recorded", f"{progress.written} samples", f"{progress.durable} on disk{lost}", "")
+    warnings = [Text(f"! {text}", style="yellow") for text in progress.warnings[-3:]]
+    return Group(head, time, values, *warnings)
+
+
+class LiveTerminal:
+    """Shows a panel that renews itself; messages scroll by above it."""
+
+    def __init__(self, live: Live) -> None:
+        self._live = live
+
+    def update(self, progress: Progress) -> None:
+        """Show a snapshot."""
+        self._live.update(panel(progress))
+
+    def message(self, text: str) -> None:
+        """Print a line above the panel."""
+        self._live.console.print(text, markup=False, highlight=False)
+
+
+class PlainLines:
+    """One line a message, and no snapshots: for logs and pipes."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def update(self, progress: Progress) -> None:
+        """Show nothing: a log is not a display."""
+
+    def message(self, text: str) -> None:
+        """Write a line at once."""
+        print(text, file=self._stream, flush=True)
+
+
+@contextmanager
+def progress_on(stream: TextIO) -> Iterator[ProgressSink]:
+    """Show progress on a stream (standard error): live if it is a terminal, plain lines if not."""
+    if not stream.isatty():
+        yield PlainLines(stream)
+        return
+    console = Console(file=stream)
+    with Live(console=console, refresh_per_second=10, transient=True) as live:
+        yield LiveTerminal(live)
