@@ -1,0 +1,1 @@
+"""Talk to one device each: wires, registers, readings. Knows nothing of tests."""

@@ -1,4 +1,4 @@
-"""Register maps as data: schema of ``profiles/*.toml``, checks, and the coding of values into registers.
+"""Register maps as data: schema and checks of ``profiles/*.toml``.
 
 Driver and simulated device read the same profile, so that neither can disagree with the documentation.
 Addresses are 0-based wire addresses in the holding table.
@@ -6,29 +6,26 @@ Addresses are 0-based wire addresses in the holding table.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
+from drivers.registers import (
+    WORDS,
+    Layout,
+    Place,
+    RegisterType,
+    WordOrder,
+    decode_value,
+    encode_value,
+)
 from foundation.canonical import content_hash
 from foundation.errors import BadInput
 from foundation.settings import Settings, load_settings
-
-RegisterType = Literal["u16", "i16", "u32", "i32", "f32"]
-WordOrder = Literal["big", "little"]
-"""Which of the two registers of a 32-bit value comes first: the high word (``big``) or the low one."""
-
-WORDS: Mapping[str, int] = {"u16": 1, "i16": 1, "u32": 2, "i32": 2, "f32": 2}
-"""Registers that a value of each type takes."""
-_CODES: Mapping[str, str] = {"u16": ">H", "i16": ">h", "u32": ">I", "i32": ">i", "f32": ">f"}
-_DTYPES: Mapping[str, str] = {"u16": "u2", "i16": "i2", "u32": "u4", "i32": "i4", "f32": "f4"}
 
 SHIPPED = Path(__file__).parent / "profiles"
 """Folder of the profiles that come with the software."""
@@ -36,175 +33,25 @@ SHIPPED = Path(__file__).parent / "profiles"
 MAX_READ = 125
 """Registers that one Modbus read (FC3, FC4, FC23) can carry (Modbus application protocol 1.1b3, 6.3)."""
 
+RING_REGISTERS: Mapping[str, str] = {
+    **dict.fromkeys(("device_type", "profile_version", "test_float", "test_integer", "serial"), "r"),
+    **dict.fromkeys(("sample_rate", "status_word", "state", "fault_code", "echo_sequence"), "r"),
+    **dict.fromkeys(("reject_code", "done_sequence", "cycles_done", "heartbeat", "watchdog_remaining"), "r"),
+    **dict.fromkeys(("watchdog_trips", "end_reason", "force", "stroke", "position", "command", "tick"), "r"),
+    **dict.fromkeys(("command_sequence", "command_code", "target", "speed", "mean", "amplitude"), "rw"),
+    **dict.fromkeys(("frequency", "cycles", "turning_force", "turning_stroke", "static_pause"), "rw"),
+    **dict.fromkeys(("execute", "control_word", "watchdog_feed", "watchdog_time", "force_limit"), "rw"),
+    **dict.fromkeys(("stroke_limit", "ring_acknowledge"), "rw"),
+}
+"""Registers that a controller with a sample ring must have, and the access to each."""
 
-def encode_value(value: float, kind: str, word_order: str = "big") -> list[int]:
-    """Return the registers of a value.
-
-    Parameters
-    ----------
-    value : float or int
-        In the register's own unit.
-    kind : str
-        ``u16``, ``i16``, ``u32``, ``i32`` or ``f32``.
-    word_order : str
-        ``big`` or ``little``.
-
-    Returns
-    -------
-    list of int
-        One or two unsigned 16-bit words.
-
-    Raises
-    ------
-    ValueError
-        If the value does not fit the type, or is no whole number where one is needed.
-    """
-    number: float | int = value
-    if kind != "f32":
-        if not float(value).is_integer():
-            raise ValueError(f"{value!r} is not a whole number, {kind} needs one")
-        number = int(value)
-    try:
-        packed = struct.pack(_CODES[kind], number)
-    except (struct.error, OverflowError):
-        raise ValueError(f"{value!r} does not fit {kind}") from None
-    words = list(struct.unpack(f">{len(packed) // 2}H", packed))
-    return words if word_order == "big" else words[::-1]
-
-
-def decode_value(registers: Sequence[int], kind: str, word_order: str = "big") -> float | int:
-    """Return the value that registers hold: the inverse of :func:`encode_value`.
-
-    Raises
-    ------
-    ValueError
-        If the number of registers is not that of the type.
-    """
-    if len(registers) != WORDS[kind]:
-        raise ValueError(f"{kind} takes {WORDS[kind]} registers, got {len(registers)}")
-    words = registers if word_order == "big" else registers[::-1]
-    packed = struct.pack(f">{len(words)}H", *words)
-    value: float | int = struct.unpack(_CODES[kind], packed)[0]
-    return value
-
-
-@dataclass(frozen=True)
-class Place:
-    """One typed value inside a window of registers."""
-
-    name: str
-    kind: str
-    offset: int
-
-    @property
-    def words(self) -> int:
-        """Registers that it takes."""
-        return WORDS[self.kind]
-
-
-@dataclass(frozen=True)
-class Layout:
-    """A window of registers as named values: a block of the map, the ring's header, one sample.
-
-    Parameters
-    ----------
-    address : int
-        Wire address of the window's first register (0 for a part of another window).
-    words : int
-        Registers in the window, those without a name included.
-    places : tuple of Place
-        The values, by ascending offset.
-    word_order : str
-        ``big`` or ``little``.
-    """
-
-    address: int
-    words: int
-    places: tuple[Place, ...]
-    word_order: str
-
-    def decode(self, registers: Sequence[int]) -> dict[str, float | int]:
-        """Return every value of the window by name.
-
-        Raises
-        ------
-        ValueError
-            If the number of registers is not that of the window.
-        """
-        self._demand(len(registers), self.words)
-        return {
-            place.name: decode_value(
-                registers[place.offset : place.offset + place.words], place.kind, self.word_order
-            )
-            for place in self.places
-        }
-
-    def encode(self, values: Mapping[str, float]) -> list[int]:
-        """Return the window's registers; registers without a name are 0.
-
-        Raises
-        ------
-        ValueError
-            If a value is missing, has no place here, or does not fit.
-        """
-        names = {place.name for place in self.places}
-        if wrong := names.symmetric_difference(values):
-            raise ValueError(f"values do not match the window: {', '.join(sorted(wrong))}")
-        registers = [0] * self.words
-        for place in self.places:
-            try:
-                words = encode_value(values[place.name], place.kind, self.word_order)
-            except ValueError as error:
-                raise ValueError(f"{place.name}: {error}") from None
-            registers[place.offset : place.offset + place.words] = words
-        return registers
-
-    def decode_rows(self, registers: Sequence[int], rows: int) -> dict[str, NDArray[Any]]:
-        """Return each value of ``rows`` windows in a row, as an array of its own type, shape (rows,).
-
-        Raises
-        ------
-        ValueError
-            If the number of registers is not ``rows`` windows.
-        """
-        self._demand(len(registers), rows * self.words)
-        table = np.asarray(registers, dtype=np.uint16).reshape(rows, self.words)
-        columns: dict[str, NDArray[Any]] = {}
-        for place in self.places:
-            words = table[:, place.offset : place.offset + place.words]
-            if self.word_order == "little":
-                words = words[:, ::-1]
-            packed = np.ascontiguousarray(words).astype(">u2").view(">" + _DTYPES[place.kind])
-            columns[place.name] = packed[:, 0].astype(_DTYPES[place.kind])
-        return columns
-
-    def encode_rows(self, columns: Mapping[str, NDArray[Any]]) -> list[int]:
-        """Return the registers of windows in a row from arrays of equal length (undoes :meth:`decode_rows`).
-
-        Raises
-        ------
-        ValueError
-            If a column is missing, lengths differ, or a value does not fit its type.
-        """
-        rows = len(columns[self.places[0].name])
-        table = np.zeros((rows, self.words), dtype=np.uint16)
-        for place in self.places:
-            column = np.asarray(columns[place.name])
-            with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is refused below
-                typed = column.astype(">" + _DTYPES[place.kind])
-            if typed.shape != (rows,) or (place.kind != "f32" and not np.array_equal(typed, column)):
-                raise ValueError(f"{place.name}: a value does not fit {place.kind}, or lengths differ")
-            words = typed.view(">u2").reshape(rows, place.words)
-            table[:, place.offset : place.offset + place.words] = (
-                words if self.word_order == "big" else words[:, ::-1]
-            )
-        flat: list[int] = table.ravel().tolist()
-        return flat
-
-    @staticmethod
-    def _demand(got: int, wanted: int) -> None:
-        if got != wanted:
-            raise ValueError(f"the window has {wanted} registers, got {got}")
+_BLOCKS = (
+    ("device_type", "sample_rate"),
+    ("status_word", "tick"),
+    ("command_sequence", "static_pause"),
+    ("force_limit", "stroke_limit"),
+)
+"""Registers that go in one transaction."""
 
 
 class Register(Settings):
@@ -311,6 +158,23 @@ class ProfileFile(Settings):
         for (_, end, first), (start, _, second) in pairwise(sorted(spans)):
             if start < end:
                 raise ValueError(f"{first} and {second} overlap at address {start}")
+        return self
+
+    @model_validator(mode="after")
+    def _complete(self) -> ProfileFile:
+        by_name = {register.name: register for register in self.register_}
+        for name, access in RING_REGISTERS.items():
+            if name not in by_name:
+                raise ValueError(f"register “{name}” is missing")
+            if access == "rw" and by_name[name].access != "rw":
+                raise ValueError(f"register “{name}” must have access “rw”")
+        for first, last in _BLOCKS:
+            start, end = by_name[first].address, by_name[last].address + by_name[last].words
+            if not 0 < end - start <= MAX_READ:
+                raise ValueError(f"“{first}” to “{last}” do not fit one transaction of {MAX_READ} registers")
+            named = sum(r.words for r in self.register_ if start <= r.address < end)
+            if named != end - start:
+                raise ValueError(f"“{first}” to “{last}” must follow each other without a hole")
         return self
 
 

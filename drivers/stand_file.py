@@ -238,11 +238,18 @@ def load_stand(path: Path) -> StandFile:
     Raises
     ------
     BadInput
-        If it cannot be read, breaks the schema, or names a profile that is not there.
+        If it cannot be read, breaks the schema, or names a profile that is not there or does not fit.
     """
     stand_file = load_settings(path, StandFile)
     stand_file._path = path
-    stand_file.profile()
+    sampled = {name for name, _ in stand_file.profile().ring.sample} - {"tick"}
+    if sampled != set(CONTROLLER_CHANNELS):
+        raise BadInput(
+            f"profile “{stand_file.controller.profile}” samples {', '.join(sorted(sampled))}",
+            file=path,
+            place="controller.profile",
+            remedy=f"the ring must sample exactly {', '.join(CONTROLLER_CHANNELS)}",
+        )
     return stand_file
 
 

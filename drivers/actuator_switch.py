@@ -1,0 +1,104 @@
+"""Switching the actuator on and off: limits, watchdog, fault reset, and the CiA 402 states on the way."""
+
+from __future__ import annotations
+
+import math
+
+from drivers import cia402
+from drivers.interfaces import CommandRejected
+from drivers.register_panel import FAULT_TEXTS, RegisterPanel
+
+_INTERMEDIATE_S = 0.1
+
+
+class ActuatorSwitch:
+    """The actuator's valve, limits and watchdog.
+
+    Parameters
+    ----------
+    panel : RegisterPanel
+        The controller's registers.
+    """
+
+    def __init__(self, panel: RegisterPanel) -> None:
+        self._panel = panel
+        self._limits = panel.profile.block("force_limit", "stroke_limit")
+        self._beat: int | None = None
+
+    def feed_watchdog(self) -> None:
+        """Write a heartbeat that differs from the last.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        if self._beat is None:
+            register = self._panel.profile.find("watchdog_feed")
+            self._beat = self._panel.link.read(register.address, 1, "the last heartbeat")[0]
+        self._beat = (self._beat + 1) % 0x10000
+        self._panel.set("watchdog_feed", self._beat)
+
+    def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:
+        """Set limits and watchdog, read them back, reset a latched fault, switch on.
+
+        Parameters
+        ----------
+        force_limit_kN, stroke_limit_mm
+            Limits that the device itself keeps.
+        watchdog_ms : int
+            Longest time without a heartbeat [ms], 1 to 65535.
+
+        Raises
+        ------
+        CommandRejected
+            If a value is none that can be sent.
+        DeviceFault
+            If the wire fails, the device keeps other values, or a state is not reached in time.
+        """
+        panel = self._panel
+        if not 0 < watchdog_ms <= 0xFFFF:
+            raise CommandRejected(f"watchdog of {watchdog_ms} ms was not sent: 1 to 65535 ms can be")
+        if not (0 < force_limit_kN < math.inf and 0 < stroke_limit_mm < math.inf):
+            raise CommandRejected(
+                f"limits of {force_limit_kN} kN and {stroke_limit_mm} mm were not sent: they must be positive"
+            )
+        limits = self._limits.encode({"force_limit": force_limit_kN, "stroke_limit": stroke_limit_mm})
+        panel.set("watchdog_time", watchdog_ms)
+        panel.link.write(self._limits.address, limits, "limits")
+        panel.demand_kept(
+            "watchdog_time", "watchdog_time", panel.profile.encode("watchdog_time", watchdog_ms)
+        )
+        panel.demand_kept("force_limit", "stroke_limit", limits)
+        self.feed_watchdog()
+        values = panel.read_status()
+        if int(values["status_word"]) & cia402.FAULT_BIT:
+            self._reset_fault(int(values["fault_code"]))
+            values = panel.read_status()
+        *before, last = cia402.SWITCH_ON
+        if not last.reached(int(values["status_word"])):  # if it is on, the earlier words would switch it off
+            for step in before:
+                panel.set("control_word", step.control_word)
+                panel.wait_for_word(step.reached, _INTERMEDIATE_S)
+        panel.set("control_word", last.control_word)
+        panel.demand_state(last.reached, f"“{last.name}” after control word 0x{last.control_word:04X}")
+
+    def disable(self) -> None:
+        """Switch off, and see that it is.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails or the actuator stays on.
+        """
+        self._panel.set("control_word", cia402.SWITCH_OFF)
+        self._panel.demand_state(
+            lambda word: not word & cia402.OPERATION_BIT, "the actuator off after control word 0x0000"
+        )
+
+    def _reset_fault(self, code: int) -> None:
+        text = FAULT_TEXTS.get(code, f"unknown fault {code}")
+        self._panel.set("control_word", cia402.SWITCH_OFF)
+        self._panel.set("control_word", cia402.FAULT_RESET)
+        self._panel.demand_state(lambda word: not word & cia402.FAULT_BIT, f"reset of fault {code} ({text})")
+        self._panel.link.note(f"fault {code} ({text}) of the {self._panel.link.name} was reset")

@@ -1,0 +1,190 @@
+"""Values in registers: the coding of numbers into 16-bit words, singly, in windows and in rows of samples."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+RegisterType = Literal["u16", "i16", "u32", "i32", "f32"]
+WordOrder = Literal["big", "little"]
+"""Which of the two registers of a 32-bit value comes first: the high word (``big``) or the low one."""
+
+WORDS: Mapping[str, int] = {"u16": 1, "i16": 1, "u32": 2, "i32": 2, "f32": 2}
+"""Registers that a value of each type takes."""
+_CODES: Mapping[str, str] = {"u16": ">H", "i16": ">h", "u32": ">I", "i32": ">i", "f32": ">f"}
+_DTYPES: Mapping[str, str] = {"u16": "u2", "i16": "i2", "u32": "u4", "i32": "i4", "f32": "f4"}
+
+
+def encode_value(value: float, kind: str, word_order: str = "big") -> list[int]:
+    """Return the registers of a value.
+
+    Parameters
+    ----------
+    value : float or int
+        In the register's own unit.
+    kind : str
+        ``u16``, ``i16``, ``u32``, ``i32`` or ``f32``.
+    word_order : str
+        ``big`` or ``little``.
+
+    Returns
+    -------
+    list of int
+        One or two unsigned 16-bit words.
+
+    Raises
+    ------
+    ValueError
+        If the value does not fit the type, or is no whole number where one is needed.
+    """
+    number: float | int = value
+    if kind != "f32":
+        if not float(value).is_integer():
+            raise ValueError(f"{value!r} is not a whole number, {kind} needs one")
+        number = int(value)
+    try:
+        packed = struct.pack(_CODES[kind], number)
+    except (struct.error, OverflowError):
+        raise ValueError(f"{value!r} does not fit {kind}") from None
+    words = list(struct.unpack(f">{len(packed) // 2}H", packed))
+    return words if word_order == "big" else words[::-1]
+
+
+def decode_value(registers: Sequence[int], kind: str, word_order: str = "big") -> float | int:
+    """Return the value that registers hold: the inverse of :func:`encode_value`.
+
+    Raises
+    ------
+    ValueError
+        If the number of registers is not that of the type.
+    """
+    if len(registers) != WORDS[kind]:
+        raise ValueError(f"{kind} takes {WORDS[kind]} registers, got {len(registers)}")
+    words = registers if word_order == "big" else registers[::-1]
+    packed = struct.pack(f">{len(words)}H", *words)
+    value: float | int = struct.unpack(_CODES[kind], packed)[0]
+    return value
+
+
+@dataclass(frozen=True)
+class Place:
+    """One typed value inside a window of registers."""
+
+    name: str
+    kind: str
+    offset: int
+
+    @property
+    def words(self) -> int:
+        """Registers that it takes."""
+        return WORDS[self.kind]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A window of registers as named values: a block of the map, the ring's header, one sample.
+
+    Parameters
+    ----------
+    address : int
+        Wire address of the window's first register (0 for a part of another window).
+    words : int
+        Registers in the window, those without a name included.
+    places : tuple of Place
+        The values, by ascending offset.
+    word_order : str
+        ``big`` or ``little``.
+    """
+
+    address: int
+    words: int
+    places: tuple[Place, ...]
+    word_order: str
+
+    def decode(self, registers: Sequence[int]) -> dict[str, float | int]:
+        """Return every value of the window by name.
+
+        Raises
+        ------
+        ValueError
+            If the number of registers is not that of the window.
+        """
+        self._demand(len(registers), self.words)
+        return {
+            place.name: decode_value(
+                registers[place.offset : place.offset + place.words], place.kind, self.word_order
+            )
+            for place in self.places
+        }
+
+    def encode(self, values: Mapping[str, float]) -> list[int]:
+        """Return the window's registers; registers without a name are 0.
+
+        Raises
+        ------
+        ValueError
+            If a value is missing, has no place here, or does not fit.
+        """
+        names = {place.name for place in self.places}
+        if wrong := names.symmetric_difference(values):
+            raise ValueError(f"values do not match the window: {', '.join(sorted(wrong))}")
+        registers = [0] * self.words
+        for place in self.places:
+            try:
+                words = encode_value(values[place.name], place.kind, self.word_order)
+            except ValueError as error:
+                raise ValueError(f"{place.name}: {error}") from None
+            registers[place.offset : place.offset + place.words] = words
+        return registers
+
+    def decode_rows(self, registers: Sequence[int], rows: int) -> dict[str, NDArray[Any]]:
+        """Return each value of ``rows`` windows in a row, as an array of its own type, shape (rows,).
+
+        Raises
+        ------
+        ValueError
+            If the number of registers is not ``rows`` windows.
+        """
+        self._demand(len(registers), rows * self.words)
+        table = np.asarray(registers, dtype=np.uint16).reshape(rows, self.words)
+        columns: dict[str, NDArray[Any]] = {}
+        for place in self.places:
+            words = table[:, place.offset : place.offset + place.words]
+            if self.word_order == "little":
+                words = words[:, ::-1]
+            packed = np.ascontiguousarray(words).astype(">u2").view(">" + _DTYPES[place.kind])
+            columns[place.name] = packed[:, 0].astype(_DTYPES[place.kind])
+        return columns
+
+    def encode_rows(self, columns: Mapping[str, NDArray[Any]]) -> list[int]:
+        """Return the registers of windows in a row from arrays of equal length (undoes :meth:`decode_rows`).
+
+        Raises
+        ------
+        ValueError
+            If a column is missing, lengths differ, or a value does not fit its type.
+        """
+        rows = len(columns[self.places[0].name])
+        table = np.zeros((rows, self.words), dtype=np.uint16)
+        for place in self.places:
+            column = np.asarray(columns[place.name])
+            with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is refused below
+                typed = column.astype(">" + _DTYPES[place.kind])
+            if typed.shape != (rows,) or (place.kind != "f32" and not np.array_equal(typed, column)):
+                raise ValueError(f"{place.name}: a value does not fit {place.kind}, or lengths differ")
+            words = typed.view(">u2").reshape(rows, place.words)
+            table[:, place.offset : place.offset + place.words] = (
+                words if self.word_order == "big" else words[:, ::-1]
+            )
+        flat: list[int] = table.ravel().tolist()
+        return flat
+
+    @staticmethod
+    def _demand(got: int, wanted: int) -> None:
+        if got != wanted:
+            raise ValueError(f"the window has {wanted} registers, got {got}")

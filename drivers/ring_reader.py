@@ -1,0 +1,150 @@
+"""The sample ring's bookkeeping: what to ask for next, and whether what came is true, whole and new."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.profile import Profile
+
+_WRAP = 1 << 32
+_HALF = 1 << 31
+
+
+class DoubtfulBlock(Exception):  # noqa: N818 - it names the fact
+    """A block that cannot be true: torn, repeated or out of step; asking again is harmless."""
+
+
+@dataclass(frozen=True)
+class RingRows:
+    """New samples of the ring.
+
+    Parameters
+    ----------
+    first_sequence : int
+        Absolute sequence number of row 0, unwrapped.
+    time_us : NDArray[int64]
+        Device time [µs], unwrapped, shape (n,).
+    counts : dict of str to NDArray
+        Raw counts by channel, shape (n,).
+    lost : int
+        Samples missing before row 0.
+    """
+
+    first_sequence: int
+    time_us: NDArray[np.int64]
+    counts: dict[str, NDArray[Any]]
+    lost: int
+
+
+class RingReader:
+    """Turns windows of registers into consecutive samples with unwrapped time.
+
+    A window is taken only if its sequence continues (or leaves a gap, which is counted) and its ticks are
+    those that the sequence and the sample rate demand; so a torn or repeated window cannot pass.
+
+    Parameters
+    ----------
+    profile : Profile
+        The register map.
+    sample_rate_Hz : float
+        Of the device.
+    """
+
+    def __init__(self, profile: Profile, sample_rate_Hz: float) -> None:
+        self._header = profile.ring_header
+        self._sample = profile.ring_sample
+        self._most = profile.ring.samples_per_block
+        self._period_us = 1e6 / sample_rate_Hz
+        self._next_sequence: int | None = None
+        self._last_time_us = 0
+        self._overruns: int | None = None
+        self.events: list[str] = []
+
+    @property
+    def acknowledge(self) -> int:
+        """Sequence number to ask for next, as the register holds it (modulo 2**32)."""
+        return (self._next_sequence or 0) % _WRAP
+
+    def take(self, registers: Sequence[int]) -> RingRows | None:
+        """Return the window's samples (None where it holds none) and move on behind them.
+
+        Raises
+        ------
+        DoubtfulBlock
+            If the window cannot be true; nothing has moved then.
+        ValueError
+            If the window has the wrong length.
+        """
+        header = self._header.decode(registers[: self._header.words])
+        rows = int(header["count"])
+        if rows > self._most:
+            raise DoubtfulBlock(f"the block claims {rows} samples, {self._most} fit")
+        first, lost = self._place(int(header["first_sequence"]), rows)
+        if rows == 0:
+            self._note_overruns(int(header["overruns"]), lost=0, at=first)
+            return None
+        start = self._header.words
+        columns = self._sample.decode_rows(registers[start : start + rows * self._sample.words], rows)
+        time_us = self._unwrap(columns.pop("tick"), lost)
+        if self._next_sequence is None:
+            lost = 0
+        self._note_overruns(int(header["overruns"]), lost=lost, at=first)
+        self._next_sequence = first + rows
+        self._last_time_us = int(time_us[-1])
+        return RingRows(first, time_us, columns, lost)
+
+    def _place(self, first: int, rows: int) -> tuple[int, int]:
+        """Return the absolute sequence of row 0 and the samples missing before it."""
+        if self._next_sequence is None:
+            return first, 0
+        ahead = (first - self._next_sequence) % _WRAP
+        if ahead >= _HALF:
+            raise DoubtfulBlock(
+                f"the block begins at sequence {first}, before {self.acknowledge} which was asked for: "
+                "the controller has restarted, or another program reads its ring"
+            )
+        if rows == 0 and ahead:
+            raise DoubtfulBlock(f"the block is empty but begins at {first}, not {self.acknowledge}")
+        return self._next_sequence + ahead, ahead
+
+    def _unwrap(self, ticks: NDArray[np.uint32], lost: int) -> NDArray[np.int64]:
+        """Return device time without the 32-bit wrap (every 71.6 min); refuse ticks out of step."""
+        steps = np.diff(ticks)  # modulo 2**32 by its type
+        if steps.size and (steps.min() < 0.5 * self._period_us or steps.max() > 1.5 * self._period_us):
+            raise DoubtfulBlock(
+                f"the ticks step by {steps.min()} … {steps.max()} µs inside the block, "
+                f"the sample rate demands {self._period_us:g}"
+            )
+        if self._next_sequence is None:
+            start = int(ticks[0])
+        else:
+            expected_us = (lost + 1) * self._period_us
+            step_us = (int(ticks[0]) - self._last_time_us) % _WRAP
+            step_us += round((expected_us - step_us) / _WRAP) * _WRAP
+            if abs(step_us - expected_us) > 0.5 * self._period_us + 1e-3 * expected_us:
+                raise DoubtfulBlock(
+                    f"the tick steps by {step_us} µs from the last block, {expected_us:g} µs would be right"
+                )
+            start = self._last_time_us + step_us
+        time_us = np.empty(ticks.size, dtype=np.int64)
+        time_us[0] = start
+        time_us[1:] = start + np.cumsum(steps, dtype=np.int64)
+        return time_us
+
+    def _note_overruns(self, overruns: int, *, lost: int, at: int) -> None:
+        before, self._overruns = self._overruns, overruns
+        rose = 0 if before is None else (overruns - before) % 0x10000
+        if lost:
+            self.events.append(
+                f"{lost} samples lost before sequence {at}: the ring was read too late "
+                f"(overrun counter +{rose})"
+            )
+        elif rose:
+            self.events.append(
+                f"the controller's overrun counter rose by {rose} at sequence {at} without a gap"
+            )
