@@ -1,4 +1,4 @@
-"""A run as evaluation sees it: one time base, stroke and force sampled together, and every defect of the record."""
+"""A run as evaluation sees it: one time base, stroke and force sampled together, and each defect of it."""
 
 from __future__ import annotations
 

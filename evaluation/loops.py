@@ -1,0 +1,98 @@
+"""The loop of force over stroke of one cycle, cut exactly at the fitted turning points."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from evaluation.motion import Cycle, Loop
+from evaluation.record import FloatArray, Record
+
+DENSE_SAMPLES = 200
+"""A branch with fewer samples is interpolated (cubic spline over time, each branch by itself), because the
+polygon through N points of a cycle encloses too little: -0.26 % at 50, -0.07 % at 100 (wire-facts 3.3)."""
+_DENSE_POINTS = 800
+_END_SHARE = 0.02
+"""Share of a branch from which the force at its turning point is extrapolated."""
+_LEAST_END_SAMPLES = 4
+_MOST_END_SAMPLES = 400
+
+
+def cut_loop(record: Record, cycle: Cycle) -> Loop:
+    """Return the loop of one cycle with both lower turning points and the upper one as points of it.
+
+    The force at a turning point is extrapolated from both branches over their last 2 % (at least four
+    samples) and, where stroke passes through without dwell, is the mean of the two.
+
+    Parameters
+    ----------
+    record : Record
+    cycle : Cycle
+        One of :func:`evaluation.cycles.find_cycles`, complete.
+
+    Returns
+    -------
+    Loop
+    """
+    start_s, top_s, leave_s, end_s = cycle.start_s, cycle.top.time_s, cycle.top.leave_s, cycle.end_s
+    up = _branch(record, start_s, top_s)
+    down = _branch(record, leave_s, end_s)
+    top_up, top_down = _end_force(up, top_s, last=True), _end_force(down, leave_s, last=False)
+    if cycle.top.dwell_s == 0.0:
+        top_up = top_down = 0.5 * (top_up + top_down)
+    loading = _closed(
+        up,
+        (start_s, cycle.start.stroke_mm, _end_force(up, start_s, last=False)),
+        (top_s, cycle.top.stroke_mm, top_up),
+    )
+    unloading = _closed(
+        down,
+        (leave_s, cycle.top.stroke_mm, top_down),
+        (end_s, cycle.end.stroke_mm, _end_force(down, end_s, last=True)),
+    )
+    top = loading.shape[1] - 1
+    if cycle.top.dwell_s > 0.0:
+        dwell = np.stack(_branch(record, top_s, leave_s))
+        whole = np.concatenate((loading, dwell, unloading), axis=1)
+        return Loop(whole[0], whole[1], whole[2], top, top + dwell.shape[1] + 1)
+    whole = np.concatenate((loading, unloading[:, 1:]), axis=1)
+    return Loop(whole[0], whole[1], whole[2], top, top)
+
+
+def _branch(record: Record, start_s: float, end_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    first = int(np.searchsorted(record.time_s, start_s, side="right"))
+    last = int(np.searchsorted(record.time_s, end_s, side="left"))
+    inside = slice(first, last)
+    return record.time_s[inside], record.stroke_mm[inside], record.force_kN[inside]
+
+
+def _end_force(branch: tuple[FloatArray, FloatArray, FloatArray], at_s: float, *, last: bool) -> float:
+    """Return the force of a branch at its end, from a line (few samples: a parabola) over its end."""
+    time, _, force = branch
+    count = int(np.clip(_END_SHARE * time.size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES))
+    part = slice(-count, None) if last else slice(0, count)
+    near, value = time[part] - at_s, force[part]
+    if near.size == 0:
+        return float("nan")
+    scale = float(np.max(np.abs(near))) or 1.0
+    degree = min(2 if near.size <= 2 * _LEAST_END_SAMPLES else 1, near.size - 1)
+    return float(np.polynomial.polynomial.polyfit(near / scale, value, degree)[0])
+
+
+def _closed(
+    branch: tuple[FloatArray, FloatArray, FloatArray],
+    first: tuple[float, float, float],
+    last: tuple[float, float, float],
+) -> FloatArray:
+    """Return time, stroke and force (3, M) of a branch with its end points, dense enough to integrate."""
+    columns = np.stack(
+        [np.concatenate(([a], values, [b])) for a, values, b in zip(first, branch, last, strict=True)]
+    )
+    time = columns[0]
+    apart = np.concatenate(([True], np.diff(time) > 1e-9 * (time[-1] - time[0])))
+    apart[-1] = True
+    columns = columns[:, apart]
+    if columns.shape[1] >= DENSE_SAMPLES or columns.shape[1] < 4:
+        return columns
+    fine = np.linspace(columns[0, 0], columns[0, -1], _DENSE_POINTS)
+    return np.vstack((fine, CubicSpline(columns[0], columns[1:], axis=1)(fine)))

@@ -1,0 +1,117 @@
+"""Coarse reversals of a stroke record: which turns are motion and which are noise, before any fit."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.record import FloatArray
+
+IndexArray = NDArray[np.intp]
+
+_NOISE_FACTOR = 12.0
+"""White noise of 10^6 samples spans about 10 standard deviations; a reversal must be larger."""
+_STEPS_FACTOR = 3.0
+"""… and larger than three steps of the converter."""
+_LEAST_SHARE = 1e-3
+"""… and than this share of the whole stroke range of the record."""
+_LEAST_CYCLE_SHARE = 0.05
+"""Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
+_FIFTH_DIFFERENCE_GAIN = float(np.sqrt(252.0))
+
+
+def noise_sigma(values: FloatArray) -> float:
+    """Return the standard deviation of white noise on a smooth signal, from its fifth differences.
+
+    Fifth differences vanish for anything smooth over six samples; the median makes the estimate blind to
+    turning points, gaps and jumps. Quantisation counts as a twelfth of its step squared.
+    """
+    if values.size < 16:
+        return 0.0
+    difference = np.diff(values, n=5)
+    spread = float(np.median(np.abs(difference))) / 0.6745 / _FIFTH_DIFFERENCE_GAIN
+    return max(spread, quantum(values) / float(np.sqrt(12.0)))
+
+
+def quantum(values: FloatArray) -> float:
+    """Return the converter step of a record that repeats values, else 0 (unit of ``values``)."""
+    step = np.abs(np.diff(values))
+    moving = step[step > 0.0]
+    if moving.size == 0 or moving.size > 0.95 * step.size:
+        return 0.0
+    # A low quantile, not the least: rounding of the input's decimals makes steps near zero.
+    return float(np.quantile(moving, 0.02))
+
+
+def _remove_small(values: FloatArray, index: IndexArray, threshold: float) -> IndexArray:
+    """Drop pairs of neighbouring extremes that are closer than ``threshold``, smallest first.
+
+    What is left is the same as by a hysteresis of that width, found without a loop over samples.
+    """
+    tie_break = np.random.default_rng(0)
+    while index.size > 2:
+        height = np.abs(np.diff(values[index]))
+        small = height < threshold
+        if not small.any():
+            break
+        # Equal heights (quantised noise) are ordered at random, or one pass would remove only one of them.
+        key = height * (1.0 + 1e-9 * tie_break.random(height.size)) + 1e-12 * threshold * tie_break.random(
+            height.size
+        )
+        padded = np.concatenate(([np.inf], key, [np.inf]))
+        local = small & (padded[1:-1] < padded[:-2]) & (padded[1:-1] < padded[2:])
+        keep = np.ones(index.size, dtype=bool)
+        at = np.flatnonzero(local)
+        inner = at[(at > 0) & (at < height.size - 1)]
+        keep[inner] = False
+        keep[inner + 1] = False
+        if 0 in at:
+            keep[0] = False  # the record's edge belongs to the turn beside it
+        if height.size - 1 in at:
+            keep[index.size - 1] = False
+        index = index[keep]
+    return index
+
+
+def _alternating(values: FloatArray, index: IndexArray) -> IndexArray:
+    """Keep those of ``index`` at which the direction of ``values[index]`` changes, and both ends."""
+    direction = np.sign(np.diff(values[index]))
+    keep = np.concatenate(([True], direction[1:] != direction[:-1], [True]))
+    return index[keep]
+
+
+def local_extremes(values: FloatArray) -> IndexArray:
+    """Return the indices of all local extremes and of both ends; runs of equal values count once."""
+    changes = np.flatnonzero(np.diff(values) != 0.0)
+    if changes.size == 0:
+        return np.array([0], dtype=np.intp)
+    index = np.concatenate(([0], changes + 1)).astype(np.intp)
+    return _alternating(values, index)
+
+
+def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
+    """Return indices of alternating lower and upper extremes that are motion, both record ends included.
+
+    Parameters
+    ----------
+    stroke_mm : array, shape (N,)
+    sigma_mm : float
+        Noise of the stroke (:func:`noise_sigma`).
+
+    Returns
+    -------
+    array of int
+        At least two entries when the stroke moves at all; neighbours differ by more than noise, the
+        converter's resolution and 5 % of the largest cycle.
+    """
+    index = local_extremes(stroke_mm)
+    if index.size < 2:
+        return index
+    span = float(np.ptp(stroke_mm))
+    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * quantum(stroke_mm), _LEAST_SHARE * span)
+    index = _remove_small(stroke_mm, index, least)
+    height = np.abs(np.diff(stroke_mm[index]))
+    if height.size >= 2:
+        largest_cycle = float(np.max(np.minimum(height[:-1], height[1:])))
+        index = _remove_small(stroke_mm, index, max(least, _LEAST_CYCLE_SHARE * largest_cycle))
+    return index
