@@ -1,0 +1,240 @@
+"""Does a step keep every limit? If not: which one does it break, and what is the nearest that would do?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from protocols.campaign import CoolDownStep, HarmonicStep, HoldStep, MotionSettings, StaticStep
+from protocols.expansion import SingleStep
+from protocols.limits import TOLERANCE, Bound, Envelope
+from protocols.prediction import Predictor
+
+BELOW_ZERO = "prestress_mm − amplitude_mm >= 0"
+"""Name of the limit that keeps the actuator in contact (paper § 3.1: no force impacts)."""
+
+_RESOLUTION = 0.01
+"""Steps in which admissible values are proposed [mm, mm/s]; frequencies in tenths of it [Hz]."""
+
+
+@dataclass(frozen=True)
+class Breach:
+    """A limit that a step breaks.
+
+    Parameters
+    ----------
+    limit : str
+        Name of the limit.
+    problem : str
+        What is asked, and what is allowed by whom.
+    nearest : dict of str to float
+        Keys of the step to change, with their nearest admissible values; empty if there are none.
+    """
+
+    limit: str
+    problem: str
+    nearest: dict[str, float]
+
+    def remedy(self) -> str:
+        """Return the nearest admissible values as a sentence."""
+        if not self.nearest:
+            return "no value of this step's keys is admissible: check the limits and the spring model"
+        return "nearest admissible: " + ", ".join(
+            f"{key} = {value:.10g}" for key, value in self.nearest.items()
+        )
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Holds what a step is judged by.
+
+    Parameters
+    ----------
+    limits : Envelope
+        The limits in force.
+    predictor : Predictor
+        The spring model.
+    coldest_C : float
+        The lowest temperature the specimen can have: forces are greatest there.
+    """
+
+    limits: Envelope
+    predictor: Predictor
+    coldest_C: float
+
+    def breach(self, step: SingleStep) -> Breach | None:
+        """Return the first limit that a step breaks, with the nearest admissible values, or None."""
+        if isinstance(step, HarmonicStep):
+            return self._harmonic(step)
+        if isinstance(step, StaticStep):
+            return self._static(step)
+        if isinstance(step, HoldStep):
+            return self._hold(step)
+        return None
+
+    def motion_breach(self, motion: MotionSettings) -> Breach | None:
+        """Return the limit that a ramp's speed breaks."""
+        for key in ("ramp_speed_mm_per_s", "release_speed_mm_per_s"):
+            if found := _over(key, getattr(motion, key), self.limits.speed):
+                return found
+        return None
+
+    def _harmonic(self, step: HarmonicStep) -> Breach | None:
+        found = self._harmonic_problem(step)
+        if found is None:
+            return None
+        name, problem = found
+        return Breach(name, problem, self._nearest_harmonic(step))
+
+    def _harmonic_problem(self, step: HarmonicStep) -> tuple[str, str] | None:
+        limits, (frequency, speed) = self.limits, step.rate()
+        prestress, amplitude = step.prestress_mm, step.amplitude_mm
+        lowest, highest = prestress - amplitude, prestress + amplitude
+        if lowest < -TOLERANCE * amplitude:
+            problem = (
+                f"the stroke would go to {prestress:g} − {amplitude:g} = {lowest:g} mm, below first contact "
+                f"({BELOW_ZERO})"
+            )
+            return BELOW_ZERO, problem
+        if not limits.stroke.allows(highest):
+            return _said(f"the stroke {prestress:g} + {amplitude:g}", highest, limits.stroke)
+        if not limits.frequency.allows(frequency):
+            by = "" if step.frequency_Hz else f" of {speed:g} mm/s at {amplitude:g} mm"
+            return _said(f"the frequency{by}", frequency, limits.frequency)
+        if not limits.speed.allows(speed):
+            return _said(f"the peak speed 2π · {frequency:g} Hz · {amplitude:g} mm", speed, limits.speed)
+        force = self._peak_kN(prestress, amplitude, frequency)
+        if not limits.force.allows(force):
+            what = f"the expected peak force at {highest:g} mm and {self.coldest_C:g} °C"
+            return _said(what, force, limits.force)
+        return None
+
+    def _peak_kN(self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float) -> float:
+        cycle = self.predictor.harmonic(prestress_mm, amplitude_mm, frequency_Hz, self.coldest_C)
+        return cycle.peak_force_kN
+
+    def _nearest_harmonic(self, step: HarmonicStep) -> dict[str, float]:
+        """Mend stroke, then rate, then force; only what must change changes, and no more than it must."""
+        mended = self._mend_rate(self._mend_stroke(step))
+        problem = self._harmonic_problem(mended)
+        if problem is not None and problem[0] == self.limits.force.name:
+            mended = self._mend_force(mended)
+        if self._harmonic_problem(mended) is not None:
+            return {}
+        keys = ("prestress_mm", "amplitude_mm", "frequency_Hz", "peak_speed_mm_per_s")
+        return {key: getattr(mended, key) for key in keys if getattr(mended, key) != getattr(step, key)}
+
+    def _mend_stroke(self, step: HarmonicStep) -> HarmonicStep:
+        top, prestress = self.limits.stroke.value, step.prestress_mm
+        room = min(prestress, top - prestress)
+        if step.amplitude_mm <= room * (1.0 + TOLERANCE):
+            return step
+        if room >= _RESOLUTION:
+            return step.model_copy(update={"amplitude_mm": _down(room)})
+        amplitude = min(step.amplitude_mm, _down(top / 2.0))  # no room at this prestress: move the prestress
+        prestress = amplitude if prestress < top / 2.0 else top - amplitude
+        return step.model_copy(update={"prestress_mm": prestress, "amplitude_mm": amplitude})
+
+    def _mend_rate(self, step: HarmonicStep) -> HarmonicStep:
+        per_Hz = 2.0 * math.pi * step.amplitude_mm
+        highest_Hz = min(self.limits.frequency.value, self.limits.speed.value / per_Hz)
+        frequency, _ = step.rate()
+        if frequency <= highest_Hz * (1.0 + TOLERANCE):
+            return step
+        if step.frequency_Hz is not None:
+            return step.model_copy(update={"frequency_Hz": _down(highest_Hz, _RESOLUTION / 10.0)})
+        return step.model_copy(update={"peak_speed_mm_per_s": _down(highest_Hz * per_Hz)})
+
+    def _mend_force(self, step: HarmonicStep) -> HarmonicStep:
+        """Lower the amplitude, or where that cannot help the prestress, to the greatest force allowed."""
+
+        def lower_amplitude(share: float) -> HarmonicStep:
+            return self._mend_rate(step.model_copy(update={"amplitude_mm": _down(step.amplitude_mm * share)}))
+
+        def lower_prestress(share: float) -> HarmonicStep:
+            prestress = _down(step.prestress_mm * share)
+            changed = {"prestress_mm": prestress, "amplitude_mm": min(step.amplitude_mm, prestress)}
+            return self._mend_rate(step.model_copy(update=changed))
+
+        for change, size in ((lower_amplitude, step.amplitude_mm), (lower_prestress, step.prestress_mm)):
+            share = _greatest_share(self._keeping(change), size)
+            if share > 0.0:
+                return change(share)
+        return step
+
+    def _keeping(self, change: Callable[[float], HarmonicStep]) -> Callable[[float], bool]:
+        return lambda share: self._harmonic_problem(change(share)) is None
+
+    def _static(self, step: StaticStep) -> Breach | None:
+        asked = (
+            ("speed_mm_per_s", step.speed_mm_per_s, self.limits.speed),
+            ("force_limit_kN", step.force_limit_kN, self.limits.force),
+            ("stroke_limit_mm", step.stroke_limit_mm, self.limits.stroke),
+        )
+        for key, value, bound in asked:
+            if value is not None and (found := _over(key, value, bound)):
+                return found
+        return None
+
+    def _hold(self, step: HoldStep) -> Breach | None:
+        if step.stroke_mm is None:
+            return None
+        stroke = min(step.stroke_mm, self.limits.stroke.value)
+
+        def keeps(share: float) -> bool:
+            return self.limits.force.allows(self._force_at_kN(_down(stroke * share)))
+
+        if self.limits.force.allows(self._force_at_kN(stroke)):
+            return _over("stroke_mm", step.stroke_mm, self.limits.stroke)
+        share = _greatest_share(keeps, stroke)
+        nearest = {"stroke_mm": _down(stroke * share)} if share > 0.0 else {}
+        if not self.limits.stroke.allows(step.stroke_mm):
+            return Breach(*_said("stroke_mm", step.stroke_mm, self.limits.stroke), nearest)
+        what = f"the expected force at {step.stroke_mm:g} mm and {self.coldest_C:g} °C"
+        return Breach(*_said(what, self._force_at_kN(step.stroke_mm), self.limits.force), nearest)
+
+    def _force_at_kN(self, stroke_mm: float) -> float:
+        """Force of a slow compression: of a cycle from zero, so that it is on the loading branch."""
+        return self._peak_kN(stroke_mm / 2.0, stroke_mm / 2.0, 0.01) if stroke_mm > 0.0 else 0.0
+
+
+def cool_down_note(step: CoolDownStep, ambient_C: float) -> str | None:
+    """Return a warning for a cool-down that the air is too warm for, None if it can end."""
+    if step.temperature_C > ambient_C:
+        return None
+    return (
+        f"cooling to {step.temperature_C:g} °C cannot end in air of {ambient_C:g} °C (conditions.ambient_C): "
+        f"it would give up after {step.timeout_s:g} s"
+    )
+
+
+def _down(value: float, resolution: float = _RESOLUTION) -> float:
+    """Round down to the resolution; what is below it stays as it is."""
+    if value < resolution:
+        return value
+    return round(math.floor(value / resolution * (1.0 + TOLERANCE)) * resolution, 6)
+
+
+def _said(what: str, value: float, bound: Bound) -> tuple[str, str]:
+    return bound.name, f"{what} = {value:.4g} {bound.unit} is above {bound.text()}"
+
+
+def _over(key: str, value: float, bound: Bound) -> Breach | None:
+    if bound.allows(value):
+        return None
+    return Breach(*_said(key, value, bound), {key: bound.value})
+
+
+def _greatest_share(keeps: Callable[[float], bool], size: float) -> float:
+    """Return the greatest share of ``size`` (to the resolution) that keeps the limits; 0 if none does.
+
+    ``keeps`` must hold below some share and not above it.
+    """
+    low, high = min(1.0, _RESOLUTION / size), 1.0
+    if not keeps(low):
+        return 0.0
+    while (high - low) * size > _RESOLUTION / 4.0:
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if keeps(middle) else (low, middle)
+    return low

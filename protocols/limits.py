@@ -1,0 +1,174 @@
+"""Limits as data: the stand's, the campaign's and the specimen's, and the narrowest of them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from foundation.settings import Settings
+from foundation.specimen import Specimen
+
+TemperaturePolicy = Literal["stop", "wait-and-continue", "skip"]
+"""What happens at the temperature stop (docs/campaign-file.md)."""
+
+FORCE_TRIP_FACTOR = 1.03
+"""Default trip of the force guard over the planned maximum: 618 kN for 600 kN, below the 630 kN actuator."""
+STROKE_TRIP_MARGIN_MM = 2.0
+"""Default trip of the stroke guard over the planned maximum [mm]: overshoot of a harmonic motion."""
+
+TOLERANCE = 1e-9
+"""Relative slack of every comparison with a limit: v = 2π f A and back must not break it by rounding."""
+
+
+@dataclass(frozen=True)
+class StandLimits:
+    """What the stand can do, from its stand file; all positive.
+
+    Raises
+    ------
+    ValueError
+        If a limit is not positive.
+    """
+
+    force_max_kN: float
+    stroke_max_mm: float
+    frequency_max_Hz: float
+    speed_max_mm_per_s: float
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if not value > 0.0:
+                raise ValueError(f"{name} of the stand must be positive, got {value}")
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the limits by name, as floats (so that 600 and 600.0 hash alike)."""
+        return {name: float(value) for name, value in asdict(self).items()}
+
+
+class TestLimits(Settings):
+    """``[limits]`` of a campaign: what this test may use of the stand, and when its guards trip."""
+
+    __test__: ClassVar[bool] = False  # pytest takes every class named Test… for a test
+
+    force_max_kN: float = Field(default=600.0, gt=0)
+    stroke_max_mm: float | None = Field(default=None, gt=0)
+    frequency_max_Hz: float = Field(default=2.55, gt=0)
+    speed_max_mm_per_s: float | None = Field(default=None, gt=0)
+    force_trip_kN: float | None = Field(default=None, gt=0)
+    stroke_trip_mm: float | None = Field(default=None, gt=0)
+    temperature_stop_C: float = 40.0
+    temperature_resume_C: float = 30.0
+    temperature_stale_s: float = Field(default=5.0, gt=0)
+    on_temperature_stop: TemperaturePolicy = "stop"
+    following_error_max_mm: float = Field(default=10.0, gt=0)
+    following_error_grace_s: float = Field(default=0.25, ge=0)
+
+    @model_validator(mode="after")
+    def _thresholds_are_apart(self) -> Self:
+        if not self.temperature_resume_C < self.temperature_stop_C:
+            raise ValueError(
+                f"temperature_resume_C = {self.temperature_resume_C} must be below "
+                f"temperature_stop_C = {self.temperature_stop_C}"
+            )
+        if self.force_trip_kN is not None and self.force_trip_kN < self.force_max_kN:
+            raise ValueError(
+                f"force_trip_kN = {self.force_trip_kN} must not be below force_max_kN = {self.force_max_kN}"
+            )
+        trip, top = self.stroke_trip_mm, self.stroke_max_mm
+        if trip is not None and top is not None and trip < top:
+            raise ValueError(f"stroke_trip_mm = {trip} must not be below stroke_max_mm = {top}")
+        return self
+
+    def hashed(self) -> dict[str, Any]:
+        """Return what bears on a recorded result; how a campaign goes on after a stop does not."""
+        return self.model_dump(mode="json", exclude={"on_temperature_stop", "temperature_resume_C"})
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One upper limit in force: its name, value and unit, and who sets it."""
+
+    name: str
+    value: float
+    unit: str
+    source: str
+
+    def allows(self, value: float) -> bool:
+        """Return whether ``value`` (in the bound's unit) keeps the limit, rounding errors aside."""
+        return value <= self.value * (1.0 + TOLERANCE)
+
+    def text(self) -> str:
+        """Return e.g. ``stroke_max_mm = 105 mm (max_stroke_mm of the specimen)``."""
+        return f"{self.name} = {self.value:g} {self.unit} ({self.source})"
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """The narrowest limits of stand, campaign and specimen, and the guards' trips that follow from them."""
+
+    force: Bound
+    stroke: Bound
+    frequency: Bound
+    speed: Bound
+    force_trip_kN: float
+    stroke_trip_mm: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the limits by name, each with value and source, for ``plan --json``."""
+        bounds = (self.force, self.stroke, self.frequency, self.speed)
+        facts: dict[str, Any] = {
+            bound.name: {"value": bound.value, "source": bound.source} for bound in bounds
+        }
+        return facts | {"force_trip_kN": self.force_trip_kN, "stroke_trip_mm": self.stroke_trip_mm}
+
+
+def _narrowest(name: str, unit: str, candidates: list[tuple[float | None, str]]) -> Bound:
+    known = [(value, source) for value, source in candidates if value is not None]
+    value, source = min(known, key=lambda entry: entry[0])
+    return Bound(name, float(value), unit, source)
+
+
+def envelope(stand: StandLimits, test: TestLimits, specimen: Specimen) -> Envelope:
+    """Return the narrowest of the stand's, the campaign's and the specimen's limits.
+
+    Parameters
+    ----------
+    stand : StandLimits
+        From the stand file.
+    test : TestLimits
+        ``[limits]`` of the campaign.
+    specimen : Specimen
+        Its ``max_stroke_mm``, where known, bounds the stroke.
+    """
+    stand_text, test_text = "the stand", "[limits] of the campaign"
+    force = _narrowest(
+        "force_max_kN", "kN", [(test.force_max_kN, test_text), (stand.force_max_kN, stand_text)]
+    )
+    stroke = _narrowest(
+        "stroke_max_mm",
+        "mm",
+        [
+            (test.stroke_max_mm, test_text),
+            (specimen.max_stroke_mm, "max_stroke_mm of the specimen"),
+            (test.stroke_trip_mm, f"stroke_trip_mm in {test_text}"),
+            (stand.stroke_max_mm, stand_text),
+        ],
+    )
+    return Envelope(
+        force=force,
+        stroke=stroke,
+        frequency=_narrowest(
+            "frequency_max_Hz",
+            "Hz",
+            [(test.frequency_max_Hz, test_text), (stand.frequency_max_Hz, stand_text)],
+        ),
+        speed=_narrowest(
+            "speed_max_mm_per_s",
+            "mm/s",
+            [(test.speed_max_mm_per_s, test_text), (stand.speed_max_mm_per_s, stand_text)],
+        ),
+        force_trip_kN=test.force_trip_kN or FORCE_TRIP_FACTOR * force.value,
+        stroke_trip_mm=test.stroke_trip_mm or stroke.value + STROKE_TRIP_MARGIN_MM,
+    )

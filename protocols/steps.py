@@ -1,0 +1,251 @@
+"""Motions as data, and a planned step: an ordered list of them with what is expected of it.
+
+Strokes are required ones [mm], from first contact, compression positive; amplitude is half the range.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, ClassVar
+
+from foundation.specimen import Kind
+
+
+@dataclass(frozen=True)
+class RampTo:
+    """Move to a stroke at constant speed."""
+
+    name: ClassVar[str] = "ramp"
+    target_mm: float
+    speed_mm_per_s: float
+
+    def duration_s(self, from_mm: float) -> float:
+        """Return how long it takes from stroke ``from_mm`` [s]."""
+        return abs(self.target_mm - from_mm) / self.speed_mm_per_s
+
+    def end_mm(self, from_mm: float) -> float:  # noqa: ARG002 - every motion answers alike
+        """Return the stroke at its end [mm]."""
+        return self.target_mm
+
+
+@dataclass(frozen=True)
+class Release:
+    """Ramp to zero force."""
+
+    name: ClassVar[str] = "release"
+    speed_mm_per_s: float
+
+    def duration_s(self, from_mm: float) -> float:
+        """Return how long it takes from stroke ``from_mm`` [s]; zero force is at first contact."""
+        return max(0.0, from_mm) / self.speed_mm_per_s
+
+    def end_mm(self, from_mm: float) -> float:  # noqa: ARG002
+        """Return the stroke at its end [mm]."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Stand still where it stands."""
+
+    name: ClassVar[str] = "hold"
+    wait_s: float
+
+    def duration_s(self, from_mm: float) -> float:  # noqa: ARG002
+        """Return how long it takes [s]."""
+        return self.wait_s
+
+    def end_mm(self, from_mm: float) -> float:
+        """Return the stroke at its end [mm]."""
+        return from_mm
+
+
+@dataclass(frozen=True)
+class WaitUntilCool:
+    """Stand still until every specimen sensor is at or below a temperature; give up after ``timeout_s``."""
+
+    name: ClassVar[str] = "wait-until-cool"
+    temperature_C: float
+    timeout_s: float
+
+    def end_mm(self, from_mm: float) -> float:
+        """Return the stroke at its end [mm]."""
+        return from_mm
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """Sine about ``mean_mm``, where it must stand already: one cycle in, ``cycles`` full ones, one out."""
+
+    name: ClassVar[str] = "harmonic"
+    FADE_CYCLES: ClassVar[int] = 2
+    mean_mm: float
+    amplitude_mm: float
+    frequency_Hz: float
+    cycles: int
+
+    def duration_s(self, from_mm: float) -> float:  # noqa: ARG002
+        """Return how long it takes [s], the cycle in and the cycle out included."""
+        return (self.cycles + self.FADE_CYCLES) / self.frequency_Hz
+
+    def end_mm(self, from_mm: float) -> float:  # noqa: ARG002
+        """Return the stroke at its end [mm]."""
+        return self.mean_mm
+
+    @property
+    def peak_speed_mm_per_s(self) -> float:
+        """The greatest speed [mm/s]: 2π f A."""
+        return 2.0 * math.pi * self.frequency_Hz * self.amplitude_mm
+
+
+@dataclass(frozen=True)
+class StaticCycles:
+    """Compress from zero at constant speed to a limit, unload at once to zero; ``cycles`` times."""
+
+    name: ClassVar[str] = "static"
+    speed_mm_per_s: float
+    force_limit_kN: float
+    stroke_limit_mm: float
+    cycles: int
+    pause_s: float
+
+    def end_mm(self, from_mm: float) -> float:  # noqa: ARG002
+        """Return the stroke at its end [mm]."""
+        return 0.0
+
+
+Motion = RampTo | Release | Hold | WaitUntilCool | Harmonic | StaticCycles
+"""What the runner executes. How long a wait for cooling or a static cycle takes only the model can say."""
+
+
+def motion_dict(motion: Motion) -> dict[str, Any]:
+    """Return a motion as data: its name under ``motion``, and its parameters."""
+    return {"motion": motion.name, **asdict(motion)}
+
+
+@dataclass(frozen=True)
+class MotionEstimate:
+    """What is expected of one motion: duration, heat, and the specimen's temperature at its end."""
+
+    duration_s: float
+    heat_J: float
+    end_temperature_C: float
+
+
+@dataclass(frozen=True)
+class ExpectedStop:
+    """Where the temperature stop is expected within a step.
+
+    Parameters
+    ----------
+    at_s : float
+        Time from the step's start, waits included [s].
+    cycles_done : float
+        Full-amplitude cycles done by then.
+    wait_s : float or None
+        How long cooling to the resume temperature takes; None if the air is too warm for it.
+    """
+
+    at_s: float
+    cycles_done: float
+    wait_s: float | None
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """One step of the plan: what the runner executes, what is expected of it, and its hash.
+
+    Parameters
+    ----------
+    index : int
+        Position in the plan, from 1.
+    name : str
+        What the user calls it, or what it does.
+    kind : str
+        ``static``, ``harmonic``, ``hold`` or ``cool-down``.
+    run_kind : Kind or None
+        Kind of the recorded run; None for a step that is not recorded.
+    place : str
+        Where it comes from in the campaign file.
+    motions : tuple of Motion
+        In order; it begins at zero force and ends there.
+    estimates : tuple of MotionEstimate
+        One for each motion; their durations add up to ``duration_s``.
+    prestress_mm, amplitude_mm, frequency_Hz, peak_speed_mm_per_s : float or None
+        Parameters of the motion, where it has them.
+    cycles : int or None
+        Full cycles required.
+    expected_peak_force_kN : float or None
+        By the model, at the temperature at the step's start.
+    expected_heat_J : float
+        Absorbed until the step's end, or the temperature stop that ends it.
+    start_temperature_C, end_temperature_C, max_temperature_C : float
+        Of the specimen (mean), by the model's heat law.
+    duration_s : float
+        Of all motions, if nothing stops them.
+    expected_duration_s : float
+        With the expected temperature stops: cut short, or with the waits.
+    disk_bytes : int
+        At most, before compression; 0 for a step that is not recorded.
+    stops : tuple of ExpectedStop
+        Where the temperature stop is expected.
+    plan_hash : str
+        SHA-256 of motions, specimen and limits, and of how many like it came before (for ``resume``).
+    """
+
+    index: int
+    name: str
+    kind: str
+    run_kind: Kind | None
+    place: str
+    motions: tuple[Motion, ...]
+    estimates: tuple[MotionEstimate, ...]
+    prestress_mm: float | None
+    amplitude_mm: float | None
+    frequency_Hz: float | None
+    peak_speed_mm_per_s: float | None
+    cycles: int | None
+    expected_peak_force_kN: float | None
+    expected_heat_J: float
+    start_temperature_C: float
+    end_temperature_C: float
+    max_temperature_C: float
+    duration_s: float
+    expected_duration_s: float
+    disk_bytes: int
+    stops: tuple[ExpectedStop, ...]
+    plan_hash: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the step as JSON-ready data, for run files and ``plan --json``."""
+        content = asdict(self)
+        content["motions"] = [motion_dict(motion) for motion in self.motions]
+        content["estimates"] = [asdict(estimate) for estimate in self.estimates]
+        content["stops"] = [asdict(stop) for stop in self.stops]
+        return content
+
+
+def motions_after(motions: Sequence[Motion], cycles_done: int) -> tuple[Motion, ...]:
+    """Return the motions of a step that was interrupted after ``cycles_done`` cycles, for its continuation.
+
+    Only the cycles that are left remain; the ramps to and from them stay. Empty if none are left.
+
+    Raises
+    ------
+    ValueError
+        If ``cycles_done`` is negative.
+    """
+    if cycles_done < 0:
+        raise ValueError(f"cycles_done must not be negative, got {cycles_done}")
+    rest: list[Motion] = []
+    for motion in motions:
+        if isinstance(motion, Harmonic | StaticCycles):
+            left = motion.cycles - cycles_done
+            if left <= 0:
+                return ()
+            rest.append(replace(motion, cycles=left))
+        else:
+            rest.append(motion)
+    return tuple(rest)
