@@ -1,0 +1,61 @@
+"""A campaign file with everything that it names, read and planned: the beginning of plan, run and demo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from drivers.stand_file import StandFile, load_stand
+from foundation.errors import BadInput
+from foundation.specimen import SpecimenFile, load_specimen
+from model.file import load_model
+from model.prediction import ModelPredictor
+from protocols.campaign import Campaign, load_campaign
+from protocols.limits import StandLimits
+from protocols.plan import Plan, make_plan
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A campaign, its stand, its specimen with the spring model's path, and the plan made of them."""
+
+    campaign: Campaign
+    stand_file: StandFile
+    specimen_file: SpecimenFile
+    model_path: Path
+    plan: Plan
+
+
+def prepare(path: Path) -> Prepared:
+    """Read a campaign file and what it names, and plan it.
+
+    Raises
+    ------
+    BadInput
+        If a file cannot be read or breaks its schema, or a step breaks a limit.
+    """
+    campaign = load_campaign(path)
+    stand_file = load_stand(campaign.stand_path)
+    specimen_file = load_specimen(campaign.specimen_path)
+    specimen = specimen_file.specimen
+    if specimen.model is None:
+        raise BadInput(
+            "the specimen names no spring model, from which forces and heat are planned",
+            file=campaign.specimen_path,
+            place="specimen.model",
+            remedy="add one; sample_runs/models/category-a-elastomer.toml serves for a first estimate",
+        )
+    model_path = campaign.specimen_path.parent / specimen.model
+    limits = stand_file.limits
+    plan = make_plan(
+        campaign,
+        StandLimits(
+            force_max_kN=limits.force_max_kN,
+            stroke_max_mm=limits.stroke_max_mm,
+            frequency_max_Hz=limits.frequency_max_Hz,
+            speed_max_mm_per_s=limits.speed_max_mm_per_s,
+        ),
+        ModelPredictor(load_model(model_path)),
+        specimen,
+    )
+    return Prepared(campaign, stand_file, specimen_file, model_path, plan)

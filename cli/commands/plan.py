@@ -1,0 +1,41 @@
+"""``bufferstand plan``: what a campaign would do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from cli.campaigns import prepare
+from cli.options import EXISTING, show_table, write_json
+from protocols.plan import HEADER, Plan, duration_text
+
+LEFT_ALIGNED = {"name", "duration"}
+
+
+@click.command("plan", epilog="Example:  bufferstand plan sample_runs/demo.toml")
+@click.argument("campaign", metavar="CAMPAIGN.toml", type=EXISTING)
+@click.option("--json", "as_json", is_flag=True, help="Print the plan as JSON and nothing else.")
+def command(campaign: Path, as_json: bool) -> None:
+    """Dry run: every step with prestress, amplitude, frequency, force, heat, temperature, duration, disk.
+
+    A step that breaks a limit is refused with its name, the limit and the nearest admissible value.
+    """
+    plan = prepare(campaign).plan
+    if as_json:
+        write_json(plan.as_dict(), "-")
+    else:
+        show_plan(plan)
+
+
+def show_plan(plan: Plan) -> None:
+    """Print the plan as a table, its totals and its notes."""
+    columns = [(head, "left" if head in LEFT_ALIGNED else "right") for head in HEADER]
+    show_table(columns, plan.rows(), title=plan.campaign.content.campaign.title or plan.campaign.id)
+    click.echo(
+        f"\n{len(plan.steps)} steps, {duration_text(plan.duration_s)} if nothing stops them "
+        f"({duration_text(plan.expected_duration_s)} expected), {plan.heat_J / 1000.0:.0f} kJ of heat, "
+        f"up to {plan.max_temperature_C:.1f} °C, at most {plan.disk_bytes / 1e6:.0f} MB"
+    )
+    for note in plan.notes:
+        click.echo(f"note: {note}")

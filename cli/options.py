@@ -1,0 +1,89 @@
+"""Options that several commands share, and how a table is shown."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from foundation.errors import BadInput
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+EXISTING = click.Path(exists=True, path_type=Path)
+FOLDER = click.Path(file_okay=False, path_type=Path)
+FILE = click.Path(dir_okay=False, path_type=Path)
+
+
+def out_option(help_text: str, *, required: bool = True) -> Callable[[Function], Function]:
+    """Return the option ``--out DIR``."""
+    return click.option("--out", metavar="DIR", type=FOLDER, required=required, help=help_text)
+
+
+def key_values(pairs: Sequence[str], option: str, form: str) -> dict[str, str]:
+    """Return ``NAME=VALUE`` options as a dictionary.
+
+    Raises
+    ------
+    BadInput
+        If one has no ``=`` or a name is given twice.
+    """
+    result: dict[str, str] = {}
+    for pair in pairs:
+        name, separator, value = pair.partition("=")
+        if not separator or not name or not value:
+            raise BadInput(f"“{pair}” has not the form {form}", file=option, remedy=f"write {option} {form}")
+        if name in result:
+            raise BadInput(f"“{name}” is given twice", file=option, remedy="give it once")
+        result[name] = value
+    return result
+
+
+def write_json(content: Any, target: str) -> None:
+    """Write JSON to a file, or to standard output with nothing else on it (``-``).
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be written.
+    """
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    if target == "-":
+        sys.stdout.write(text)
+        return
+    try:
+        Path(target).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"cannot be written: {error.strerror}", file=target) from None
+
+
+def warn(message: str) -> None:
+    """Say on standard error what the user should know but need not stop for."""
+    click.echo(f"warning: {message}", err=True)
+
+
+def show_table(
+    columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], *, title: str = ""
+) -> None:
+    """Print a table on standard output; ``columns`` are (heading, ``left`` or ``right``)."""
+    from rich.console import Console  # noqa: PLC0415 - only where a table is shown
+    from rich.table import Table  # noqa: PLC0415
+
+    table = Table(title=title or None, title_justify="left", header_style="bold", pad_edge=False, box=None)
+    for heading, side in columns:
+        table.add_column(heading, justify="right" if side == "right" else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, markup=False, width=160, no_color=True)
+    console.print(table)
+
+
+def figure(value: float | None, digits: int) -> str:
+    """Return a number with fixed decimals, or a dash where there is none."""
+    return "—" if value is None else f"{value:.{digits}f}"
