@@ -1,0 +1,328 @@
+"""The controller's state machine, as the register profile ``ring`` describes it; it knows no wires.
+
+Commands are armed, judged and then executed; motions end by themselves, by a command, by the device's own
+limits or by the watchdog, which runs on wall time and leads to zero force with the valve off.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from drivers.interfaces import EndReason, MotionState
+from drivers.simulated.commands import (
+    AT_MEAN_MM,
+    AT_ZERO_MM,
+    ENABLE_OPERATION,
+    ENABLE_VOLTAGE,
+    FAULT_RESET,
+    FLOAT32_SLACK,
+    KNOWN_CODES,
+    QUICK_STOP_OFF,
+    SWITCH_ON,
+    Capabilities,
+    Code,
+    Command,
+    Fault,
+    Reject,
+    Status,
+    in_range,
+)
+from drivers.simulated.motions import Harmonic, Hold, Motion, Ramp, Release, Static
+from drivers.simulated.watchdog import Watchdog
+
+
+class Controller:
+    """Judges commands, makes them motions, watches limits.
+
+    Parameters
+    ----------
+    capabilities : Capabilities
+    dt_s : float
+        Sample period in the controller's own time [s].
+    wall_s : callable
+        Monotonic wall time [s], for the watchdog.
+    """
+
+    def __init__(self, capabilities: Capabilities, dt_s: float, wall_s: Callable[[], float]) -> None:
+        self.capabilities = capabilities
+        self._dt_s = dt_s
+        self.watchdog = Watchdog(wall_s)
+        self._force_limit_kN = capabilities.force_max_kN
+        self._stroke_limit_mm = capabilities.stroke_max_mm
+        self._set_trips()
+        self._control_word = 0
+        self._armed: Command | None = None
+        self._executed: Command | None = None
+        self._motion: Motion = Hold(0, 0.0)
+        self._running = False
+        self._rate_mm = 0.0
+        self._force_kN = 0.0
+        self.valve_on = False
+        self.state = MotionState.OFF
+        self.fault = Fault.NONE
+        self.echo_sequence = 0
+        self.reject = Reject.ACCEPTED
+        self.done_sequence = 0
+        self.end_reason = EndReason.NONE
+        self.cycles_done = 0
+        self.command_mm = 0.0
+        self.position_mm = 0.0
+
+    # --- every sample -------------------------------------------------------------------------------
+
+    def step(self, force_kN: float, position_mm: float) -> float:
+        """Take one sample of the controller's own transducers; return the next command [mm]."""
+        self._force_kN = force_kN
+        self.position_mm = position_mm
+        if not self.valve_on:
+            self.command_mm = position_mm
+            return position_mm
+        if self.fault is Fault.NONE:
+            if force_kN > self._trip_kN:
+                self._trip(Fault.FORCE_LIMIT, EndReason.DEVICE_LIMIT)
+            elif position_mm > self._trip_mm:
+                self._trip(Fault.STROKE_LIMIT, EndReason.DEVICE_LIMIT)
+        motion = self._motion
+        before = self.command_mm
+        command = self.command_mm = motion.advance(force_kN, position_mm)
+        self._rate_mm = command - before
+        if self._running:
+            self.cycles_done = motion.cycles_done
+            if motion.end is not EndReason.NONE:
+                self._arrive(motion)
+        return command
+
+    def still_samples(self) -> int:
+        """Return for how many samples the command is sure to stay as it is, valve on."""
+        return self._motion.still_samples() if self.valve_on and self._rate_mm == 0.0 else 0
+
+    def skip(self, samples: int) -> None:
+        """Let samples pass at once, not more than ``still_samples()``."""
+        self._motion.skip(samples)
+
+    def look_at_watchdog(self) -> None:
+        """Let wall time count; fall back to zero force if the heartbeat is missing."""
+        if self.watchdog.look() and self.valve_on and self.fault is Fault.NONE:
+            self.watchdog.trips += 1
+            self._trip(Fault.WATCHDOG, EndReason.WATCHDOG)
+
+    # --- commands -----------------------------------------------------------------------------------
+
+    def arm(self, command: Command) -> Reject:
+        """Judge a command and keep it for :meth:`execute`.
+
+        The same command once more, while it is being executed, is a repeated request and changes nothing.
+        """
+        self.echo_sequence = command.sequence
+        if self._running and command == self._executed:
+            self.reject = Reject.ACCEPTED
+            return self.reject
+        self.reject = self._judge(command)
+        self._armed = command if self.reject is Reject.ACCEPTED else None
+        return self.reject
+
+    def execute(self, sequence: int) -> Reject:
+        """Start the armed command of that sequence; a repeated request for a started one changes nothing."""
+        command = self._armed
+        self.echo_sequence = sequence
+        if command is None or command.sequence != sequence:
+            repeated = self._executed is not None and self._executed.sequence == sequence
+            self.reject = Reject.ACCEPTED if repeated else Reject.NOT_ARMED
+            return self.reject
+        self.reject = self._judge(command)
+        self._armed = None
+        if self.reject is Reject.ACCEPTED:
+            self._executed = command
+            self._start(self._motion_of(command))
+        return self.reject
+
+    def set_force_limit(self, limit_kN: float) -> bool:
+        """Set the device's force limit [kN]; return whether it was acceptable (0 < limit <= the stand's)."""
+        accepted = 0.0 < limit_kN <= self.capabilities.force_max_kN * (1.0 + FLOAT32_SLACK)
+        if accepted:
+            self._force_limit_kN = limit_kN
+            self._set_trips()
+        return accepted
+
+    def set_stroke_limit(self, limit_mm: float) -> bool:
+        """Set the device's stroke limit [mm]; return whether it was acceptable (0 < limit <= the stand's)."""
+        accepted = 0.0 < limit_mm <= self.capabilities.stroke_max_mm * (1.0 + FLOAT32_SLACK)
+        if accepted:
+            self._stroke_limit_mm = limit_mm
+            self._set_trips()
+        return accepted
+
+    def control(self, word: int) -> None:
+        """Take a control word: switch on or off, quick stop, fault reset on the rising edge of bit 7."""
+        edge = word & ~self._control_word
+        self._control_word = word
+        if edge & FAULT_RESET and self.state is MotionState.FAULT:
+            self.fault = Fault.NONE
+            self.state = MotionState.OFF
+        operate = word & SWITCH_ON and word & ENABLE_VOLTAGE and word & ENABLE_OPERATION
+        if not operate:
+            self._switch_off()
+        elif not word & QUICK_STOP_OFF:
+            self._quick_stop()
+        elif not self.valve_on and self.fault is Fault.NONE:
+            self.valve_on = True
+            self.watchdog.restart()
+            self.command_mm = self.position_mm
+            self._rate_mm = 0.0
+            self._motion = Hold(0, self.position_mm)
+            self.state = MotionState.HOLDING
+
+    @property
+    def status_word(self) -> int:
+        """The status word, bits as CiA 402."""
+        word = int(Status.REMOTE)
+        if self._control_word & QUICK_STOP_OFF:
+            word |= Status.QUICK_STOP_INACTIVE
+        if self.fault is not Fault.NONE:
+            word |= Status.FAULT
+        if self.valve_on:
+            word |= Status.READY | Status.SWITCHED_ON | Status.ENABLED | Status.VOLTAGE
+        elif self.state is MotionState.READY:
+            word |= Status.READY | Status.VOLTAGE
+            if self._control_word & SWITCH_ON:
+                word |= Status.SWITCHED_ON
+        elif self.fault is Fault.NONE:
+            word |= Status.SWITCH_ON_DISABLED
+        if not self._running and self.end_reason is EndReason.REACHED:
+            word |= Status.TARGET_REACHED
+        if self._force_kN >= self._force_limit_kN or self.position_mm >= self._stroke_limit_mm:
+            word |= Status.LIMIT_ACTIVE
+        return word
+
+    @property
+    def force_limit_kN(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """Force limit in force [kN]."""
+        return self._force_limit_kN
+
+    @property
+    def stroke_limit_mm(self) -> float:
+        """Stroke limit in force [mm]."""
+        return self._stroke_limit_mm
+
+    # --- inside -------------------------------------------------------------------------------------
+
+    def _set_trips(self) -> None:
+        self._trip_kN = self._force_limit_kN * self.capabilities.force_trip_ratio
+        self._trip_mm = self._stroke_limit_mm + self.capabilities.stroke_trip_mm
+
+    def _start(self, motion: Motion) -> None:
+        self._finish(EndReason.COMMANDED)
+        if self.done_sequence == motion.sequence:
+            self.done_sequence = 0  # an earlier user's number: it must not look done before it has begun
+        self._motion = motion
+        self._running = True
+        self.state = motion.state
+        self.cycles_done = 0
+
+    def _finish(self, why: EndReason) -> None:
+        """Note that the running motion has ended."""
+        if self._running:
+            self._running = False
+            self.end_reason = why
+            if self._motion.sequence:
+                self.done_sequence = self._motion.sequence
+
+    def _arrive(self, motion: Motion) -> None:
+        self._finish(motion.end)
+        self._motion = Hold(0, self.command_mm)
+        self.state = MotionState.HOLDING
+        if self.fault is not Fault.NONE:
+            self.valve_on = False
+            self.state = MotionState.FAULT
+
+    def _trip(self, fault: Fault, why: EndReason) -> None:
+        """Give up: note why, then retract to zero force."""
+        self._finish(why)
+        self.fault = fault
+        self._armed = None
+        step = self.capabilities.fallback_speed_mm_per_s * self._dt_s
+        self._motion = Release(0, self.command_mm, step)
+        self._running = True
+        self.state = MotionState.RELEASING
+
+    def _switch_off(self) -> None:
+        if self.valve_on:
+            self._finish(EndReason.COMMANDED)
+            self._motion = Hold(0, self.position_mm)
+            self.valve_on = False
+        self._armed = None
+        if self.fault is not Fault.NONE:
+            self.state = MotionState.FAULT
+        else:
+            powered = self._control_word & ENABLE_VOLTAGE and self._control_word & QUICK_STOP_OFF
+            self.state = MotionState.READY if powered else MotionState.OFF
+
+    def _quick_stop(self) -> None:
+        self._armed = None
+        if self.valve_on and self.fault is Fault.NONE:
+            self._finish(EndReason.COMMANDED)
+            self._motion = Hold(0, self.command_mm)
+            self.state = MotionState.HOLDING
+
+    def _motion_of(self, command: Command) -> Motion:
+        sequence, at = command.sequence, self.command_mm
+        step = command.speed_mm_per_s * self._dt_s
+        match command.code:
+            case Code.HOLD:
+                return Hold(sequence, at, self._rate_mm, self._deceleration_mm())
+            case Code.RAMP:
+                return Ramp(sequence, at, command.target_mm, step)
+            case Code.HARMONIC:
+                return Harmonic(
+                    sequence,
+                    command.mean_mm,
+                    command.amplitude_mm,
+                    command.frequency_Hz,
+                    command.cycles,
+                    self._dt_s,
+                )
+            case Code.STATIC:
+                return Static(
+                    sequence,
+                    at,
+                    step,
+                    command.turning_force_kN,
+                    command.turning_stroke_mm,
+                    command.cycles,
+                    round(command.pause_s / self._dt_s),
+                )
+            case _:
+                return Release(sequence, at, step)
+
+    def _deceleration_mm(self) -> float:
+        """Change of the command's rate per sample that stops a harmonic within its own range.
+
+        A sine never needs more than ``A ω²``, and stopping with it from any phase stays inside ``mean ± A``:
+        ``sin φ + cos² φ / 2 <= 1``. Other motions stop at once, as they start.
+        """
+        command = self._executed
+        if self.state is not MotionState.WAVEFORM or command is None or command.code != Code.HARMONIC:
+            return 0.0
+        omega = 2.0 * math.pi * command.frequency_Hz
+        return command.amplitude_mm * omega**2 * self._dt_s**2
+
+    # --- judging ------------------------------------------------------------------------------------
+
+    def _judge(self, command: Command) -> Reject:
+        if command.code not in KNOWN_CODES:
+            return Reject.UNKNOWN_COMMAND
+        operational = self.valve_on and self.fault is Fault.NONE and self._control_word & QUICK_STOP_OFF
+        if not operational or command.sequence == 0:
+            return Reject.WRONG_STATE
+        if not in_range(command, self.capabilities, self._force_limit_kN, self._stroke_limit_mm):
+            return Reject.OUT_OF_RANGE
+        if command.code in {Code.RAMP, Code.HARMONIC, Code.STATIC} and self._running:
+            return Reject.WRONG_STATE  # a motion in progress is ended by hold or release only
+        away_from_mean = abs(self.command_mm - command.mean_mm) > AT_MEAN_MM
+        away_from_zero = abs(self.command_mm) > AT_ZERO_MM
+        if (command.code == Code.HARMONIC and away_from_mean) or (
+            command.code == Code.STATIC and away_from_zero
+        ):
+            return Reject.WRONG_STATE
+        return Reject.ACCEPTED

@@ -1,0 +1,320 @@
+"""The stand without wires: controller, actuator, specimen and transducers, advanced sample by sample."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.simulated.commands import Capabilities
+from drivers.simulated.controller import Controller
+from drivers.simulated.faults import FaultSchedule, ScheduledFault
+from drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
+from drivers.simulated.ring import SampleRing
+from drivers.simulated.sensors import CountedChannel, Delay, Resampler, WireErrors
+from drivers.simulated.settings import SimulationSettings
+from drivers.simulated.truth import Truth
+from drivers.stand_file import SensorSettings, StandFile
+
+RATE_HZ = 1000.0
+"""Samples a second of the controller's own clock."""
+SLICE = 200
+"""Most samples that are advanced before wall time and thermometers are looked at again."""
+DWELL = 50
+"""Most samples that are bridged by one step while nothing moves."""
+CONVERSION_S = 0.75
+"""Time that a DS18B20 takes at 12 bit [s]."""
+FULL_SCALE = 0x7FFFFF
+"""Largest count of the amplifier's bipolar 24-bit value."""
+
+_US = 1_000_000
+_KEPT_READINGS = 4096
+_KEPT_FRAMES = 65536
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Values of the amplifier that have become due: stand time [s] and counts about zero, shape (n,)."""
+
+    time_s: NDArray[np.float64]
+    counts: NDArray[np.int64]
+
+
+class Thermometer:
+    """One DS18B20: converts for ``CONVERSION_S``, again and again.
+
+    Parameters
+    ----------
+    settings : SensorSettings
+    noise_C : float
+        Standard deviation [°C].
+    seed : numpy.random.SeedSequence
+    """
+
+    def __init__(self, settings: SensorSettings, noise_C: float, seed: np.random.SeedSequence) -> None:
+        self.settings = settings
+        self._noise_C = noise_C
+        self._random = np.random.Generator(np.random.PCG64(seed))
+        self._next_s = CONVERSION_S
+        self.readings: deque[tuple[float, int]] = deque(maxlen=_KEPT_READINGS)
+        self.conversions = 0
+
+    def look(self, now_s: float, temperature_C: float) -> None:
+        """Finish the conversions that are due at stand time ``now_s`` [s]."""
+        while self._next_s <= now_s:
+            felt = temperature_C + self._noise_C * float(self._random.standard_normal())
+            counts = round(min(125.0, max(-55.0, felt)) * 16.0)
+            self.readings.append((self._next_s, counts))
+            self.conversions += 1
+            self._next_s += CONVERSION_S
+
+
+class SimulatedDevice:
+    """A whole stand, advanced by stand time.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        Channels, limits, sensors.
+    settings : SimulationSettings
+        Physics and imperfections.
+    spring : Spring
+        The specimen.
+    wall_s : callable
+        Monotonic wall time [s], for the watchdog.
+    truth : Truth, optional
+        Where to log what really happens.
+    faults : sequence of ScheduledFault
+        What shall fail, and when.
+
+    Raises
+    ------
+    BadInput
+        If a channel's calibration cannot be inverted.
+    """
+
+    def __init__(
+        self,
+        stand_file: StandFile,
+        settings: SimulationSettings,
+        spring: Spring,
+        wall_s: Callable[[], float],
+        truth: Truth | None = None,
+        faults: Sequence[ScheduledFault] = (),
+    ) -> None:
+        self.settings = settings
+        self.spring = spring
+        self.truth = truth
+        self.faults = FaultSchedule(faults)
+        self._clock_rate = 1.0 + settings.clock_drift_ppm * 1e-6
+        self.period_s = 1.0 / (RATE_HZ * self._clock_rate)
+        limits = stand_file.limits
+        self.controller = Controller(
+            Capabilities(
+                limits.force_max_kN,
+                limits.stroke_max_mm,
+                limits.speed_max_mm_per_s,
+                limits.frequency_max_Hz,
+            ),
+            1.0 / RATE_HZ,
+            wall_s,
+        )
+        self.actuator = Actuator(
+            ActuatorFacts(
+                settings.actuator_bandwidth_Hz, settings.actuator_damping, limits.speed_max_mm_per_s
+            ),
+            self.period_s,
+        )
+        self.contact = Contact(spring, settings.frame_stiffness_kN_per_mm, self.period_s)
+        self._delay = Delay(settings.force_delay_s, self.period_s, settings.force_low_pass_Hz)
+        self.measured_force_kN = 0.0
+        self.measured_stroke_mm = 0.0
+        self.time_s = 0.0
+        self.ring = SampleRing()
+        self._make_transducers(stand_file, settings)
+
+    def _make_transducers(self, stand_file: StandFile, settings: SimulationSettings) -> None:
+        channels = {channel.name: channel for channel in stand_file.controller.channel}
+        sensors = stand_file.temperature.sensor if stand_file.temperature is not None else ()
+        seeds = np.random.SeedSequence(settings.seed).spawn(8 + len(sensors))
+        stroke = settings.stroke_noise_mm
+        i4, u2, i2 = (-(1 << 31), (1 << 31) - 1), (0, 65535), (-32768, 32767)
+        self._force = CountedChannel(channels["force"], *i4, settings.force_noise_kN, seeds[0])
+        self._stroke_1 = CountedChannel(channels["stroke_1"], *u2, stroke, seeds[1])
+        self._stroke_2 = CountedChannel(channels["stroke_2"], *u2, stroke, seeds[2])
+        self._position = CountedChannel(channels["position"], *i2, stroke, seeds[3])
+        self._command = CountedChannel(channels["command"], *i2, 0.0, seeds[4])
+        self._wires = WireErrors(settings.wire_linearity_mm, tilt=settings.wire_tilt)
+        self._amplifier: tuple[Resampler, CountedChannel] | None = None
+        self.frames: deque[Frames] = deque(maxlen=_KEPT_FRAMES)
+        if stand_file.amplifier is not None:
+            channel = stand_file.amplifier.channel
+            self._amplifier = (
+                Resampler(stand_file.amplifier.rate_Hz, channel.delay_s),
+                CountedChannel(channel, -FULL_SCALE, FULL_SCALE, settings.force_noise_kN, seeds[5]),
+            )
+        self.thermometers = tuple(
+            Thermometer(sensor, settings.temperature_noise_C, seed)
+            for sensor, seed in zip(sensors, seeds[8:], strict=True)
+        )
+
+    # --- time ---------------------------------------------------------------------------------------
+
+    def advance_to(self, time_s: float, most: int | None = None) -> int:
+        """Advance to a stand time.
+
+        Parameters
+        ----------
+        time_s : float
+            Stand time [s].
+        most : int, optional
+            Most samples to advance; what is left follows with a later call, nothing is dropped.
+
+        Returns
+        -------
+        int
+            Samples that are left to advance.
+        """
+        due = int(time_s / self.period_s + 1e-6) - self.ring.total
+        count = due if most is None else min(due, most)
+        if count > 0:
+            self.advance(count)
+        else:
+            self.controller.look_at_watchdog()
+        left = max(0, due - max(count, 0))
+        self.time_s = max(self.time_s, self.ring.total * self.period_s if left else time_s)
+        return left
+
+    def advance(self, count: int) -> None:
+        """Advance by ``count`` samples."""
+        while count > 0:
+            self.controller.look_at_watchdog()
+            still = min(count, DWELL, self._still_samples())
+            if still > 1:
+                self._dwell(still)
+                count -= still
+            else:
+                some = min(count, SLICE)
+                self._move(some)
+                count -= some
+            self.time_s = self.ring.total * self.period_s
+            for thermometer in self.thermometers:
+                specimen = thermometer.settings.role == "specimen"
+                thermometer.look(
+                    self.time_s, self.spring.sensor_temperature_C if specimen else self.settings.ambient_C
+                )
+
+    @property
+    def tick_us(self) -> int:
+        """The controller's clock, 32 bits [µs]."""
+        return (self.settings.tick_start_us + int(self.time_s * self._clock_rate * _US)) % (1 << 32)
+
+    @property
+    def heartbeat(self) -> int:
+        """Counts up by one every 10 ms of device time, 16 bits."""
+        return self.ring.total // 10 % (1 << 16)
+
+    def _still_samples(self) -> int:
+        if not self.controller.valve_on:
+            return DWELL if self.contact.force_kN == 0.0 and self.measured_force_kN == 0.0 else 0
+        still = self.controller.still_samples()
+        return still if still and self.actuator.rests_at(self.controller.command_mm) else 0
+
+    # --- samples ------------------------------------------------------------------------------------
+
+    def _move(self, count: int) -> None:
+        """Advance sample by sample."""
+        controller, actuator, contact, delay = self.controller, self.actuator, self.contact, self._delay
+        spring = self.spring
+        force_kN, position_mm = self.measured_force_kN, actuator.position_mm
+        rows: list[tuple[float, ...]] = []
+        for _ in range(count):
+            command_mm = controller.step(force_kN, position_mm)
+            if controller.valve_on:
+                position_mm = actuator.follow(command_mm)
+            else:
+                position_mm = actuator.leak(contact.force_kN)
+            true_kN = contact.push(position_mm)
+            force_kN = delay.push(true_kN)
+            rows.append(
+                (
+                    force_kN,
+                    contact.stroke_mm,
+                    position_mm,
+                    command_mm,
+                    true_kN,
+                    spring.temperature_C,
+                    contact.work_J,
+                    spring.heat_J,
+                )
+            )
+        self.measured_force_kN = force_kN
+        self._publish(np.array(rows).T)
+
+    def _dwell(self, count: int) -> None:
+        """Bridge samples in which neither command nor piston moves: only force and temperature relax."""
+        contact, spring, controller = self.contact, self.spring, self.controller
+        before = np.array(
+            (
+                self.measured_force_kN,
+                contact.stroke_mm,
+                self.actuator.position_mm,
+                controller.command_mm,
+                contact.force_kN,
+                spring.temperature_C,
+                contact.work_J,
+                spring.heat_J,
+            )
+        )
+        true_kN = contact.push(self.actuator.position_mm, count)
+        self._delay.settle(true_kN)
+        controller.skip(count - 1)
+        self.measured_force_kN = true_kN
+        controller.step(true_kN, self.actuator.position_mm)
+        after = np.array(
+            (
+                true_kN,
+                contact.stroke_mm,
+                self.actuator.position_mm,
+                controller.command_mm,
+                true_kN,
+                spring.temperature_C,
+                contact.work_J,
+                spring.heat_J,
+            )
+        )
+        share = np.arange(1, count + 1) / count
+        self._publish(before[:, np.newaxis] + (after - before)[:, np.newaxis] * share)
+
+    def _publish(self, table: NDArray[np.float64]) -> None:
+        """Turn a slice of the truth into counts, frames and log, by column of ``_move``'s rows."""
+        force, stroke, position, command, true_force, temperature, work, heat = table
+        first = self.ring.total
+        sequence = np.arange(first, first + force.shape[0])
+        time_us = self.settings.tick_start_us + (sequence + 1) * round(_US / RATE_HZ)
+        stroke_1 = self._stroke_1.counts(self._wires.apply(stroke, 1))
+        stroke_2 = self._stroke_2.counts(self._wires.apply(stroke, 2))
+        self.ring.append(
+            {
+                "tick": time_us % (1 << 32),
+                "force": self._force.counts(force),
+                "stroke_1": stroke_1,
+                "stroke_2": stroke_2,
+                "position": self._position.counts(position),
+                "command": self._command.counts(command),
+            }
+        )
+        self.measured_stroke_mm = 0.5 * (
+            self._stroke_1.value(float(stroke_1[-1])) + self._stroke_2.value(float(stroke_2[-1]))
+        )
+        if self._amplifier is not None:
+            resampler, channel = self._amplifier
+            due_s, value = resampler.take((sequence + 1) * self.period_s, true_force)
+            if due_s.size:
+                self.frames.append(Frames(due_s, channel.counts(value).astype(np.int64)))
+        if self.truth is not None:
+            columns = (sequence, time_us, stroke, true_force, temperature, work, heat)
+            self.truth.add(np.stack([np.asarray(column, dtype=np.float64) for column in columns]))
