@@ -1,0 +1,1 @@
+"""What happened: journal, sealing, the HDF5 run file, verifying, finding; and foreign records coming in."""

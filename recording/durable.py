@@ -1,0 +1,74 @@
+"""Files that are either whole and on the disk under their name, or not there at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+Pwrite = Callable[[int, bytes | memoryview, int], int]
+
+
+def sync_directory(directory: Path) -> None:
+    """Make the names in a directory survive a power cut.
+
+    Raises
+    ------
+    OSError
+        If the directory cannot be opened or synchronised.
+    """
+    handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def write_all(handle: int, data: bytes | memoryview, offset: int, pwrite: Pwrite = os.pwrite) -> None:
+    """Write every byte of ``data`` at ``offset``: a write may be short without being an error.
+
+    Raises
+    ------
+    OSError
+        If the file takes no more (disk full, size limit).
+    """
+    rest = memoryview(data)
+    while rest:
+        taken = pwrite(handle, rest, offset)
+        if taken <= 0:
+            raise OSError(f"a write of {len(rest)} bytes took none")
+        rest = rest[taken:]
+        offset += taken
+
+
+def write_under_temporary_name(temporary: Path, data: bytes) -> None:
+    """Write a read-only file under a temporary name and bring it to the disk.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; what was written so far is removed.
+    """
+    temporary.unlink(missing_ok=True)
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+    try:
+        write_all(handle, data, 0)
+        os.fchmod(handle, 0o444)
+        os.fsync(handle)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
+    finally:
+        os.close(handle)
+
+
+def give_final_name(temporary: Path, final: Path) -> None:
+    """Rename a synchronised file and make the new name survive a power cut.
+
+    Raises
+    ------
+    OSError
+        If the name cannot be given.
+    """
+    temporary.replace(final)
+    sync_directory(final.parent)

@@ -1,0 +1,196 @@
+"""From journal to run file. May be interrupted at any instant and simply done again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from foundation.errors import BadInput
+from recording.content import Anchor, Event, Segment, StreamContent, join_segments
+from recording.journal import DataRecord, EndRecord, Scan, Stop, scan
+from recording.journal_file import JOURNAL_SUFFIX, STARTING_SUFFIX, lock_or_refuse, remove_journal
+from recording.runfile import TEMPORARY_SUFFIX, read_metadata, write_run
+from recording.verify import verify
+
+RUN_SUFFIX = ".h5"
+DAMAGED_SUFFIX = ".journal-damaged"
+
+
+def seal(journal: Path) -> Path:
+    """Make the run file of a journal and drop the journal.
+
+    Parameters
+    ----------
+    journal : Path
+        ``<run_id>.journal``; the run file is ``<run_id>.h5`` beside it.
+
+    Returns
+    -------
+    Path
+        The run file. Its status is that of the journal's end record, ``recovered`` if there is none.
+
+    Raises
+    ------
+    BadInput
+        If the journal cannot be read, is in use, holds no header, or another run has its name.
+    OSError
+        If the run file cannot be written; the journal stays.
+    """
+    run_file = journal.with_suffix(RUN_SUFFIX)
+    try:
+        handle = os.open(journal, os.O_RDWR)
+    except FileNotFoundError:
+        if run_file.exists():
+            return run_file
+        raise BadInput("no such journal", file=journal, remedy="check the path") from None
+    except OSError as error:
+        raise BadInput(f"cannot be opened: {error.strerror}", file=journal) from None
+    try:
+        lock_or_refuse(handle, journal)
+        if not journal.exists() and run_file.exists():
+            return run_file  # another process sealed it between opening and locking
+        return seal_held(journal)
+    finally:
+        os.close(handle)
+
+
+def seal_held(journal: Path) -> Path:
+    """Seal a journal whose lock the caller holds; otherwise as :func:`seal`.
+
+    Raises
+    ------
+    BadInput, OSError
+        As :func:`seal`.
+    """
+    content = scan(journal)
+    if content.header is None:
+        raise BadInput(f"the journal has no header ({content.why})", file=journal)
+    run_file = journal.with_suffix(RUN_SUFFIX)
+    metadata = _document(content)
+    if not _is_sealed_already(run_file, metadata):
+        streams = {name: _stream(content, name) for name in _streams_with_data(content)}
+        write_run(
+            run_file,
+            metadata,
+            streams,
+            [record for record in content.records if isinstance(record, Event)],
+            [record for record in content.records if isinstance(record, Anchor)],
+        )
+    if content.more_follows:
+        journal.replace(journal.with_suffix(DAMAGED_SUFFIX))
+    else:
+        remove_journal(journal)
+    return run_file
+
+
+def seal_orphans(directory: Path) -> list[Path]:
+    """Seal the journals that a crash left in a folder; those in use are left alone.
+
+    Also removes what interrupted sealing and starting left behind: neither ever was a recording.
+
+    Returns
+    -------
+    list of Path
+        The run files made, in the order of their names.
+
+    Raises
+    ------
+    BadInput, OSError
+        As :func:`seal`, for the first journal that cannot be sealed, after all others were.
+    """
+    sealed: list[Path] = []
+    first_error: BadInput | OSError | None = None
+    for journal in sorted(directory.glob(f"*{JOURNAL_SUFFIX}")):
+        if is_in_use(journal):
+            continue
+        try:
+            sealed.append(seal(journal))
+        except (BadInput, OSError) as error:
+            first_error = first_error or error
+    for suffix in (TEMPORARY_SUFFIX, STARTING_SUFFIX):
+        for left in directory.glob(f"*{suffix}"):
+            if not is_in_use(left) and not is_in_use(
+                left.with_name(f"{_stem(left, suffix)}{JOURNAL_SUFFIX}")
+            ):
+                left.unlink(missing_ok=True)
+    if first_error is not None:
+        raise first_error
+    return sealed
+
+
+def is_in_use(path: Path) -> bool:
+    """Tell whether a living process records or seals a journal."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        lock_or_refuse(handle, path)
+    except BadInput:
+        return True
+    finally:
+        os.close(handle)
+    return False
+
+
+def _stem(path: Path, suffix: str) -> str:
+    return path.name.removesuffix(suffix)
+
+
+def _is_sealed_already(run_file: Path, metadata: Mapping[str, Any]) -> bool:
+    """Tell whether an earlier attempt got as far as the final name; refuse to replace another run."""
+    if not run_file.exists():
+        return False
+    if any(finding.level == "fault" for finding in verify(run_file)):
+        return False
+    if read_metadata(run_file).get("sealed_from") != metadata["sealed_from"]:
+        raise BadInput("another run has this name", file=run_file, remedy="move one of them away")
+    return True
+
+
+def _document(content: Scan) -> dict[str, Any]:
+    """Return the metadata document with how the recording ended and what it was sealed from."""
+    header = content.header or {}
+    document: dict[str, Any] = dict(header["metadata"])
+    end = next((record for record in content.records if isinstance(record, EndRecord)), None)
+    ending: dict[str, str | None]
+    if end is not None:
+        ending = {"status": end.status, "reason": end.reason, "ended_utc": end.ended_utc}
+        document["recorder"] = dict(end.figures)
+    else:
+        utc = [record.utc for record in content.records if isinstance(record, Anchor)]
+        reason = f"the recording broke off: {content.why} (no end record)"
+        if content.more_follows:
+            reason += f"; further records lie behind it, kept in the file *{DAMAGED_SUFFIX}"
+        ending = {"status": "recovered", "reason": reason, "ended_utc": utc[-1] if utc else None}
+    document["run"] = {**document["run"], **ending}
+    document["sealed_from"] = {
+        "frames": content.frames,
+        "bytes": content.valid_bytes,
+        "crc": content.crc,
+        "stop": Stop(content.stop).value,
+    }
+    return document
+
+
+def _streams_with_data(content: Scan) -> list[str]:
+    return list(dict.fromkeys(r.stream for r in content.records if isinstance(r, DataRecord)))
+
+
+def _stream(content: Scan, name: str) -> StreamContent:
+    records = list(content.of_stream(name))
+    rows = np.cumsum([0, *(len(record.time_us) for record in records)])
+    segments = [
+        Segment(int(row), record.sequence, record.lost)
+        for row, record in zip(rows, records, strict=False)
+        if len(record.time_us)
+    ]
+    counts = {
+        channel: np.concatenate([record.counts[channel] for record in records])
+        for channel in records[0].counts
+    }
+    return StreamContent(np.concatenate([r.time_us for r in records]), counts, join_segments(segments))

@@ -1,0 +1,144 @@
+"""Is a run file whole and unaltered, and what does it lack?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import h5py
+import numpy as np
+
+from foundation.canonical import content_hash
+from foundation.errors import BadInput
+from recording.content import Segment, gaps_of
+from recording.layout import ENTRY, file_is_as_sealed, sha256_of
+from recording.metadata import check_document, check_format
+from recording.reading import open_tree, read_column, read_document
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was found.
+
+    ``fault``: the file is damaged or altered and must not be trusted. ``note``: the file is as it was
+    sealed, and the recording itself is not complete (gaps, a crash, a stop).
+    """
+
+    level: Literal["fault", "note"]
+    place: str
+    text: str
+
+
+def verify(path: Path) -> list[Finding]:
+    """Check a run file completely; no findings means that it is whole, unaltered and without gaps.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file, it is no run file at all, or one of a newer format.
+    """
+    whole = file_is_as_sealed(path)
+    try:
+        faults = content_faults(path)
+        if not whole:
+            faults.append(
+                Finding(
+                    "fault", "file", "its bytes are not those that were sealed: damaged, altered or repacked"
+                )
+            )
+        return faults if faults else recording_notes(path)
+    except BadInput as error:
+        if whole or "newer" in error.problem or "not a run file" in error.problem:
+            raise
+        return [Finding("fault", error.place or "file", error.problem)]
+
+
+def content_faults(path: Path) -> list[Finding]:
+    """Compare the metadata document and every dataset with their hashes; independent of the file's bytes.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be opened, or is no run file or one of a newer format.
+    """
+    with open_tree(path) as tree:
+        document = read_document(tree, path)
+        check_format(document, path)
+        faults = []
+        stated = document.get("content_sha256")
+        if stated != content_hash({key: value for key, value in document.items() if key != "content_sha256"}):
+            faults.append(Finding("fault", "metadata", "the metadata were altered"))
+        datasets = document.get("datasets")
+        if not isinstance(datasets, dict):
+            return [*faults, Finding("fault", "metadata: datasets", "the list of datasets is missing")]
+        for place, facts in datasets.items():
+            faults += _dataset_faults(tree, path, place, facts)
+        present: list[str] = []
+        tree.visititems(lambda name, item: present.append(name) if isinstance(item, h5py.Dataset) else None)
+        faults += [
+            Finding("fault", name, "a dataset that was not sealed with the rest")
+            for name in sorted(set(present) - set(datasets))
+        ]
+        try:
+            check_document(document, path)
+        except BadInput as error:
+            faults.append(Finding("fault", error.place, error.problem))
+    return faults
+
+
+def _dataset_faults(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> list[Finding]:
+    try:
+        values = read_column(tree, path, place, facts)
+    except BadInput as error:
+        return [Finding("fault", place, error.problem)]
+    if sha256_of(values) != facts.get("sha256"):
+        return [Finding("fault", place, "the numbers are not those that were sealed (SHA-256)")]
+    return []
+
+
+def recording_notes(path: Path) -> list[Finding]:
+    """Return what the recording lacks: its status if not complete, gaps, time stamps that step back.
+
+    Raises
+    ------
+    BadInput
+        If it is no readable run file.
+    """
+    with open_tree(path) as tree:
+        document = read_document(tree, path)
+        run = document["run"]
+        notes = []
+        if run["status"] not in ("complete", "imported"):
+            reason = f": {run['reason']}" if run.get("reason") else ""
+            notes.append(Finding("note", "run", f"{run['status']}{reason}"))
+        notes += [
+            Finding("note", "original", str(finding))
+            for finding in (document.get("original") or {}).get("findings", [])
+        ]
+        for name in document["streams"]:
+            place = f"{ENTRY}/{name}/segments"
+            if place not in document["datasets"]:
+                notes.append(Finding("note", f"{ENTRY}/{name}", "not one sample was recorded"))
+                continue
+            rows = read_column(tree, path, place, document["datasets"][place])
+            gaps = gaps_of([Segment(*(int(v) for v in row)) for row in rows])
+            if gaps:
+                lost = sum(count for _, count in gaps)
+                text = f"{len(gaps)} gap(s), {lost} sample(s) lost; the first after row {gaps[0][0]}"
+                notes.append(Finding("note", f"{ENTRY}/{name}", text))
+            notes += _time_notes(tree, path, name, document["datasets"])
+    return notes
+
+
+def _time_notes(tree: Any, path: Path, name: str, datasets: Mapping[str, Any]) -> list[Finding]:
+    place = f"{ENTRY}/{name}/time_us"
+    if place not in datasets:
+        return []  # of an imported record: among the findings of the import
+    steps = np.diff(read_column(tree, path, place, datasets[place]))
+    if not (steps <= 0).any():
+        return []
+    first = int(np.argmax(steps <= 0))
+    count = int((steps <= 0).sum())
+    return [Finding("note", place, f"{count} time stamp(s) do not advance, the first after row {first}")]
