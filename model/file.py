@@ -1,0 +1,174 @@
+"""The model file (TOML): schema, reading, writing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from foundation.errors import BadInput
+from foundation.settings import Numbers, Settings, load_settings
+from model.curves import Curves
+from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+
+FORMAT = "bufferstand/spring-model"
+FORMAT_VERSION = 1
+
+
+class ModelHead(Settings):
+    """``[model]``: what this is."""
+
+    format: Literal["bufferstand/spring-model"]
+    """Kind of file."""
+    format_version: Literal[1]
+    """Version of this schema."""
+    name: str = Field(min_length=1)
+    """The spring, for people."""
+    sense: Literal["compression", "extension"] = "compression"
+    """What positive stroke and force are: compression (buffer) or extension (draw gear)."""
+    origin: str = ""
+    """How the figures were obtained."""
+
+
+class CurvesTable(Settings):
+    """``[curves]``: envelope at ``temperature.reference_C``; stroke 0 is first contact."""
+
+    stroke_mm: Numbers
+    """Strokes of the tables, rising from 0 [mm]."""
+    loading_kN: Numbers
+    """F_l at those strokes [kN]."""
+    unloading_kN: Numbers
+    """F_u at those strokes [kN]."""
+    transition_length_mm: float | None = None
+    """L of k_t = max(k_l, k_u) + (F_l - F_u) / L [mm]; this or the next."""
+    transition_stiffness_kN_per_mm: Numbers | None = None
+    """k_t at those strokes [kN/mm], nowhere below the slope of either curve."""
+    stop_stiffness_kN_per_mm: float = 500.0
+    """Stiffness added beyond the last stroke [kN/mm]."""
+    contact_ramp_mm: float = 0.0
+    """Stroke over which the preload's force builds up at contact [mm]; 0 lets it jump."""
+
+
+class TemperatureTable(Settings):
+    """``[temperature]``: eq. (5) and the loss sensitivity."""
+
+    reference_C: float = 25.0
+    """T_ref, at which the curves hold [°C]."""
+    sensitivity_per_K: float = 0.0
+    """c_ts [1/K]."""
+    depth_mm: float = 20.0
+    """alpha [mm]."""
+    loss_sensitivity_per_K: float = 0.0
+    """c_eta: relative decrease of the width F_l - F_u beyond that of the force [1/K]."""
+    floor: float = 0.05
+    """The softening c_ts (T - T_ref) goes no further than 1 - floor."""
+    valid_C: Numbers | None = Field(default=None, min_length=2, max_length=2)
+    """Lowest and highest temperature at which the law was identified [°C]; beyond it a warning is given."""
+
+
+class HeatTable(Settings):
+    """``[heat]``: eqs. (6), (7) and the sensor."""
+
+    capacity_J_per_K: float
+    """C [J/K]."""
+    loss_W_per_K: float = 0.0
+    """lambda [W/K]."""
+    rule: Literal["loop-exact", "paper"] = "loop-exact"
+    """Heat from the hysteresis' free energy, or by the paper's eq. (8)."""
+    sensor_lag_s: float = 0.0
+    """Time constant of the sensor on the spring [s]."""
+    sensor_gain: float = 1.0
+    """Share of the spring's excess over the ambient that the sensor's place reaches."""
+
+
+class ViscousTable(Settings):
+    """``[viscous]``: overstress beta (F*(x) - F*(xi)), xi' = (x - xi) / tau."""
+
+    beta: float = 0.0
+    """Share of the force that an infinitely fast stroke adds."""
+    tau_s: float = 1.0
+    """Relaxation time [s]."""
+
+
+class ModelFile(Settings):
+    """A whole model file."""
+
+    model: ModelHead
+    curves: CurvesTable
+    temperature: TemperatureTable = TemperatureTable()
+    heat: HeatTable
+    viscous: ViscousTable = ViscousTable()
+
+
+def load_model(path: Path) -> SpringModel:
+    """Read a model file.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be read, breaks the schema, or holds curves or parameters that contradict
+        themselves; the message names the file, the key and, for curves, the stroke.
+    """
+    content = load_settings(path, ModelFile)
+    law = content.temperature
+    try:
+        return SpringModel(
+            name=content.model.name,
+            origin=content.model.origin,
+            sense=content.model.sense,
+            curves=Curves(**content.curves.model_dump()),
+            temperature=TemperatureLaw(
+                **law.model_dump(exclude={"valid_C"}),
+                valid_C=None if law.valid_C is None else (law.valid_C[0], law.valid_C[1]),
+            ),
+            heat=HeatBalance(**content.heat.model_dump()),
+            viscous=ViscousBranch(**content.viscous.model_dump()),
+        )
+    except BadInput as error:
+        raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
+
+
+def save_model(model: SpringModel, path: Path) -> None:
+    """Write a model file; reading it again gives an equal model.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be written.
+    """
+    head = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "name": model.name,
+        "sense": model.sense,
+        "origin": model.origin,
+    }
+    lines: list[str] = []
+    for name, table in (
+        ("model", head),
+        ("curves", CurvesTable.model_fields.keys()),
+        ("temperature", TemperatureTable.model_fields.keys()),
+        ("heat", HeatTable.model_fields.keys()),
+        ("viscous", ViscousTable.model_fields.keys()),
+    ):
+        part = getattr(model, name, None)
+        values = table if isinstance(table, dict) else {key: getattr(part, key) for key in table}
+        lines += [f"[{name}]", *(f"{key} = {_toml(v)}" for key, v in values.items() if v is not None), ""]
+    try:
+        path.write_text("\n".join(lines[:-1]) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"cannot be written: {error.strerror}", file=path) from None
+
+
+def _toml(value: object) -> str:
+    """Return a value as TOML: numbers by their shortest exact text, ten to a line in long arrays."""
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        if "\n" in value:
+            return '"""\n' + escaped + '"""'
+        return f'"{escaped}"'
+    if isinstance(value, tuple):
+        rows = [", ".join(_toml(v) for v in value[i : i + 10]) for i in range(0, len(value), 10)]
+        return f"[{rows[0]}]" if len(rows) == 1 else "[\n  " + ",\n  ".join(rows) + ",\n]"
+    return repr(float(value)) if isinstance(value, float) else repr(value)

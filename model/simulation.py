@@ -1,0 +1,283 @@
+"""The spring over a whole stroke history at once: force, heat and temperature as arrays.
+
+The band position depends on the stroke history only (``docs/model.md`` § 1), so that it costs one exponential
+over each half stroke; temperature is one linear recurrence after it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from model.spring import SpringModel
+from model.tables import BandTables
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A simulated history; every array has shape (n,), one value per given instant.
+
+    Parameters
+    ----------
+    force_kN, temperature_C, sensor_temperature_C, band : NDArray
+        Force, temperature of the mass and of the sensor, band position p.
+    heat_J, work_J : NDArray
+        Energy lost in the spring, and work done on it, since the first instant.
+    warnings : tuple of str
+        What a reader of these figures must know.
+    """
+
+    force_kN: Floats
+    temperature_C: Floats
+    sensor_temperature_C: Floats
+    heat_J: Floats
+    work_J: Floats
+    band: Floats
+    warnings: tuple[str, ...] = ()
+
+
+def band_history(tables: BandTables, stroke_mm: Floats, initial_band: float = 0.0) -> Floats:
+    """Return the band position p at every stroke, shape (n,); exact, whatever the distance of the strokes.
+
+    Loading ``1 - p1 = (1 - p0) exp(-(A1 - A0))``, unloading ``p1 = p0 exp(-(B0 - B1))``; ``initial_band`` is
+    p at the first stroke.
+    """
+    x = np.clip(stroke_mm, 0.0, tables.end_mm)
+    cells = tables.cells_of(x)
+    A, B = tables.at(tables.A, cells), tables.at(tables.B, cells)
+    direction = np.sign(np.diff(x))
+    moving = np.flatnonzero(direction)
+    turns = moving[1:][direction[moving[1:]] != direction[moving[:-1]]]
+    starts = [0, *turns.tolist(), len(x) - 1]
+    band = np.empty_like(x)
+    band[0] = p = initial_band
+    for first, last in pairwise(starts):
+        if last == first:
+            continue
+        part = slice(first + 1, last + 1)
+        if x[last] > x[first]:
+            band[part] = 1.0 - (1.0 - p) * np.exp(np.minimum(A[first] - A[part], 0.0))
+        else:
+            band[part] = p * np.exp(np.minimum(B[part] - B[first], 0.0))
+        p = float(band[last])
+    return band
+
+
+def lag_history(time_s: Floats, stroke_mm: Floats, tau_s: float, initial_lag_mm: float = 0.0) -> Floats:
+    """Return x - xi [mm] for ``xi' = (x - xi) / tau`` and a stroke linear between the instants, shape (n,).
+
+    Summed in blocks of ten time constants, so that no exponential leaves the range of the numbers.
+    """
+    dt = np.diff(time_s)
+    share = -np.expm1(-dt / tau_s)
+    added = np.diff(stroke_mm) * np.divide(share * tau_s, dt, out=np.ones_like(dt), where=dt > 0.0)
+    lag = np.empty_like(stroke_mm)
+    lag[0] = initial_lag_mm
+    first = 0
+    while first < len(dt):
+        last = max(first + 1, int(np.searchsorted(time_s, time_s[first] + 10.0 * tau_s, side="right")) - 1)
+        growth = np.exp(np.minimum((time_s[first + 1 : last + 1] - time_s[first]) / tau_s, 700.0))
+        lag[first + 1 : last + 1] = (lag[first] + np.cumsum(added[first:last] * growth)) / growth
+        first = last
+    return lag
+
+
+def simulate(
+    model: SpringModel,
+    time_s: ArrayLike,
+    stroke_mm: ArrayLike,
+    *,
+    temperature_C: float,
+    ambient_C: float | None = None,
+    isothermal: bool = False,
+    initial_band: float = 0.0,
+) -> Simulation:
+    """Return force, heat and temperature of a spring that is driven through a stroke history.
+
+    Parameters
+    ----------
+    model : SpringModel
+        The spring, without overstress at the first instant.
+    time_s, stroke_mm : array_like
+        Instants [s], not falling, and the stroke there [mm], shape (n,); linear between them.
+    temperature_C : float
+        Temperature at the first instant [°C].
+    ambient_C : float, optional
+        Temperature of the surroundings [°C]; the spring's own at the first instant if not given.
+    isothermal : bool
+        Keep the temperature, whatever the heat.
+    initial_band : float
+        Band position p at the first instant.
+
+    Returns
+    -------
+    Simulation
+        The same figures as :class:`model.stepper.SpringStepper` gives step by step.
+
+    Raises
+    ------
+    ValueError
+        If the arrays differ in shape or are empty, or time falls.
+    """
+    t = np.asarray(time_s, dtype=np.float64)
+    stroke = np.asarray(stroke_mm, dtype=np.float64)
+    if t.ndim != 1 or t.shape != stroke.shape or len(t) == 0:
+        raise ValueError(f"time and stroke must be of one length, got shapes {t.shape} and {stroke.shape}")
+    if np.any(np.diff(t) < 0.0):
+        raise ValueError("time must not fall")
+    ambient = temperature_C if ambient_C is None else ambient_C
+    x = np.clip(stroke, 0.0, model.tables.end_mm)
+    viscous = model.viscous
+    lag = lag_history(t, x, viscous.tau_s) if viscous.beta > 0.0 else np.zeros_like(x)
+    history = _History.of(model, stroke, band_history(model.tables, stroke, initial_band), lag)
+    if isothermal:
+        T = sensed = np.full_like(t, temperature_C)
+        heat = history.isothermal_heat(model, temperature_C)
+    else:
+        T, sensed, heat = _temperatures(model, t, history, temperature_C, ambient)
+    force = history.force(model, T)
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(stroke))])
+    warning = model.temperature.warning(float(T.min()), float(T.max()))
+    return Simulation(force, T, sensed, heat, work, history.band, () if warning is None else (warning,))
+
+
+def force_history(
+    model: SpringModel, stroke_mm: Floats, band: Floats, lag_mm: Floats, temperature_C: ArrayLike
+) -> Floats:
+    """Return the force [kN] of known states, shape (n,): stroke, band position, lag of the viscous branch.
+
+    ``temperature_C`` is one temperature, or one for each stroke.
+    """
+    return _History.of(model, stroke_mm, band, lag_mm).force(model, temperature_C)
+
+
+@dataclass(frozen=True)
+class _History:
+    """All that follows from the stroke alone, shape (n,): looked up once, used at every temperature."""
+
+    stroke: Floats
+    x: Floats
+    band: Floats
+    loading: Floats
+    width: Floats
+    centre_force: Floats
+    depth: Floats
+    excess: Floats  # F - F*, at the reference temperature
+    free_energy: Floats  # G (p - p*)² / 2
+    lag: Floats
+    inner_force: Floats  # F*(xi)
+    inner_depth: Floats
+
+    @classmethod
+    def of(cls, model: SpringModel, stroke_mm: Floats, band: Floats, lag_mm: Floats) -> _History:
+        tables = model.tables
+        x = np.clip(stroke_mm, 0.0, tables.end_mm)
+        cells = tables.cells_of(x)
+        width = tables.at(tables.width, cells)
+        off_centre = band - tables.at(tables.centre, cells)
+        inner = tables.cells_of(np.clip(x - lag_mm, 0.0, tables.end_mm))
+        return cls(
+            stroke=stroke_mm,
+            x=x,
+            band=band,
+            loading=tables.at(tables.loading, cells),
+            width=width,
+            centre_force=tables.at(tables.centre_force, cells),
+            depth=tables.at(tables.depth, cells),
+            excess=width * off_centre,
+            free_energy=0.5 * tables.at(tables.free_energy, cells) * off_centre**2,
+            lag=lag_mm,
+            inner_force=tables.at(tables.centre_force, inner),
+            inner_depth=tables.at(tables.depth, inner),
+        )
+
+    def force(self, model: SpringModel, temperature_C: ArrayLike) -> Floats:
+        """Return the force [kN] at the temperatures, contact loss and stop included."""
+        soft = model.temperature.softening(temperature_C)
+        s, s_inner = 1.0 - soft * self.depth, 1.0 - soft * self.inner_depth
+        width = self.width * model.width_scale(temperature_C)
+        force = s * (self.loading - (1.0 - self.band) * width)
+        force += model.viscous.beta * (s * self.centre_force - s_inner * self.inner_force)
+        force = np.where(self.stroke > 0.0, np.maximum(force, 0.0), 0.0)
+        return force + model.curves.stop_stiffness_kN_per_mm * np.maximum(self.stroke - self.x, 0.0)
+
+    def isothermal_heat(self, model: SpringModel, temperature_C: float) -> Floats:
+        """Return the energy [J] lost since the first instant at one temperature."""
+        soft = model.temperature.softening(temperature_C)
+        s = 1.0 - soft * self.depth
+        dx = np.diff(self.x)
+        if model.heat.rule == "paper":
+            held = s * self.width * (1.0 - self.band)
+            band_heat = np.cumsum(0.5 * (held[1:] + held[:-1]) * np.maximum(-dx, 0.0))
+        else:
+            excess, psi = s * self.excess, s * self.free_energy
+            released = np.cumsum(0.5 * (excess[1:] + excess[:-1]) * dx - np.diff(psi))
+            band_heat = np.maximum(np.maximum.accumulate(released), 0.0)
+        inner = (1.0 - soft * self.inner_depth) * self.inner_force
+        viscous = 0.5 * model.viscous.beta * (self.lag[1:] + self.lag[:-1]) * np.diff(inner)
+        lost = band_heat * model.width_scale(temperature_C) + np.cumsum(np.maximum(viscous, 0.0))
+        return np.concatenate([[0.0], lost])
+
+
+def _temperatures(
+    model: SpringModel, time_s: Floats, history: _History, start_C: float, ambient_C: float
+) -> tuple[Floats, Floats, Floats]:
+    """Return temperatures of mass and sensor and the heat so far: eq. (7), step after step."""
+    law, node, beta = model.temperature, model.heat, model.viscous.beta
+    reference, c_ts, softest = law.reference_C, law.sensitivity_per_K, 1.0 - law.floor
+    c_eta, e_max = law.loss_sensitivity_per_K, model.tables.width_scale_max
+    paper, gain = node.rule == "paper", node.sensor_gain
+    half_dx = 0.5 * np.diff(history.x)
+    held = history.width * (1.0 - history.band) if paper else history.excess
+    strokes = -np.minimum(half_dx, 0.0) if paper else half_dx
+    psi = np.zeros_like(history.free_energy) if paper else history.free_energy
+    lags = 0.5 * beta * (history.lag[1:] + history.lag[:-1])
+    factors = _durations(model, np.diff(time_s))
+
+    T = sensed = start_C
+    lost = owed = 0.0
+    rows = [(T, sensed, lost)]
+    g0, m0, psi0 = float(history.depth[0]), float(held[0]), float(psi[0])
+    gi0, in0 = float(history.inner_depth[0]), float(history.inner_force[0])
+    columns = (
+        strokes,
+        history.depth[1:],
+        held[1:],
+        psi[1:],
+        lags,
+        history.inner_depth[1:],
+        history.inner_force[1:],
+    )
+    steps = zip(*(column.tolist() for column in columns), *factors, strict=True)
+    for dx, g, m, p, lag, gi, inner, share, per_joule, follow in steps:
+        warmer = T - reference
+        soft = min(c_ts * warmer, softest)
+        s0, s1 = 1.0 - soft * g0, 1.0 - soft * g
+        q = (s0 * m0 + s1 * m) * dx - s1 * p + s0 * psi0 + owed
+        owed = min(q, 0.0)
+        q = max(q, 0.0)
+        if c_eta:
+            q *= min(max(1.0 - c_eta * warmer, 0.0), e_max)
+        loss = lag * ((1.0 - soft * gi) * inner - (1.0 - soft * gi0) * in0)
+        q += max(loss, 0.0)
+        lost += q
+        T += q * per_joule - (T - ambient_C) * share
+        sensed += (ambient_C + gain * (T - ambient_C) - sensed) * follow
+        rows.append((T, sensed, lost))
+        g0, m0, psi0, gi0, in0 = g, m, p, gi, inner
+    table = np.array(rows)
+    return table[:, 0], table[:, 1], table[:, 2]
+
+
+def _durations(model: SpringModel, dt_s: Floats) -> tuple[list[float], list[float], list[float]]:
+    """Return for each step share and K per J of eq. (7), and how far the sensor follows."""
+    lengths, places = np.unique(dt_s, return_inverse=True)
+    node = model.heat
+    made = [node.step_factors(float(dt)) for dt in lengths]
+    table = np.array(made, dtype=np.float64).reshape(-1, 3)[places]
+    return table[:, 0].tolist(), table[:, 1].tolist(), table[:, 2].tolist()
