@@ -1,0 +1,67 @@
+"""From a stand file to a stand: which driver for which table."""
+
+from __future__ import annotations
+
+from drivers.gsv2 import Gsv2Amplifier
+from drivers.interfaces import Sensor, Stand
+from drivers.modbus_link import ModbusLink
+from drivers.ring_controller import RingController
+from drivers.stand_file import StandFile
+from drivers.w1_folder import W1Bus
+from foundation.clock import Clock
+
+
+def build_controller(stand_file: StandFile, clock: Clock) -> RingController:
+    """Return the stand's controller, not connected yet.
+
+    Raises
+    ------
+    BadInput
+        If its register profile cannot be read.
+    """
+    settings = stand_file.controller
+    link = ModbusLink(
+        settings.host, settings.port, device_id=settings.device_id, timeout_s=settings.timeout_s
+    )
+    return RingController(link, stand_file.profile(), settings.channel, clock, timeout_s=settings.timeout_s)
+
+
+def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
+    """Return the devices beside the controller, not started yet: amplifier, then temperatures in order."""
+    sensors: list[Sensor] = []
+    port, root = stand_file.amplifier_port(), stand_file.w1_root()
+    if stand_file.amplifier is not None and port is not None:
+        sensors.append(Gsv2Amplifier(port, stand_file.amplifier, clock))
+    if stand_file.temperature is not None and root is not None:
+        sensors += W1Bus(root, stand_file.temperature, clock).sensors
+    return tuple(sensors)
+
+
+def open_stand(stand_file: StandFile, clock: Clock) -> Stand:
+    """Connect to every device of a stand and begin to read the sensors.
+
+    The actuator is not touched. ``connect`` and ``start`` may be called again: they only check again.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        What the stand is made of.
+    clock : Clock
+        Stand and wall time.
+
+    Raises
+    ------
+    BadInput
+        If the controller's register profile cannot be read.
+    DeviceFault
+        If a device does not answer or is another one; whatever was open is let go of.
+    """
+    stand = Stand(build_controller(stand_file, clock), build_sensors(stand_file, clock))
+    try:
+        stand.controller.connect()
+        for sensor in stand.sensors:
+            sensor.start()
+    except BaseException:
+        stand.close()
+        raise
+    return stand
