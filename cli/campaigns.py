@@ -9,10 +9,10 @@ from drivers.stand_file import StandFile, load_stand
 from foundation.errors import BadInput
 from foundation.specimen import SpecimenFile, load_specimen
 from model.file import load_model
-from model.prediction import ModelPredictor
 from protocols.campaign import Campaign, load_campaign
 from protocols.limits import StandLimits
 from protocols.plan import Plan, make_plan
+from protocols.prediction import ModelPredictor
 
 
 @dataclass(frozen=True)

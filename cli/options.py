@@ -66,9 +66,7 @@ def warn(message: str) -> None:
     click.echo(f"warning: {message}", err=True)
 
 
-def show_table(
-    columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], *, title: str = ""
-) -> None:
+def show_table(columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], *, title: str = "") -> None:
     """Print a table on standard output; ``columns`` are (heading, ``left`` or ``right``)."""
     from rich.console import Console  # noqa: PLC0415 - only where a table is shown
     from rich.table import Table  # noqa: PLC0415
