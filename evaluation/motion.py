@@ -11,7 +11,7 @@ from typing import Literal
 
 from evaluation.record import FloatArray
 
-TurnMethod = Literal["polynomial", "lines", "plateau", "edge"]
+TurnMethod = Literal["polynomial", "lines", "plateau", "edge", "cut"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ class TurningPoint:
     index : int
         Sample nearest to the arrival.
     method : str
-        ``polynomial`` (smooth), ``lines`` (triangular), ``plateau`` (dwell) or ``edge`` (end of the record).
+        ``polynomial`` (smooth), ``lines`` (triangular), ``plateau`` (dwell), ``edge`` (the record begins or
+        ends at the turn) or ``cut`` (it begins after or ends before the turn).
     u_stroke_mm : float
         Standard uncertainty of the fit, from its residuals.
     """

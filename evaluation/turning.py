@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial import polynomial as poly
 
 from evaluation.motion import TurningPoint, TurnMethod
 from evaluation.record import FloatArray
@@ -21,6 +20,8 @@ _MOST_POINTS = 400
 """Samples of a window are averaged in groups down to this many points."""
 _CONSISTENT = 1.3
 """A fit is consistent when its residual is within this factor of the noise."""
+_EDGE_SHARES = (0.1, 0.2, 0.3, 0.5)
+_EDGE_BEYOND = 0.1
 _PLATEAU_BAND = 0.001
 _PLATEAU_NOISE = 4.0
 _PLATEAU_WIDER = 9.0
@@ -226,14 +227,32 @@ def _run_above(value: FloatArray, peak: int, level: float) -> slice:
     return slice(first, max(last, first + 1))
 
 
-def _edge_value(side: _Side) -> float:
-    """Return the stroke at an end of the record from a local fit over the samples on the one side."""
-    window = _window(side, 0.05)
-    time_s, value = side.time_s[window], side.value[window]
-    if time_s.size < 6:
-        return float(side.value[side.peak])
-    shifted = (time_s - side.time_s[side.peak]) / (time_s[-1] - time_s[0])
-    return float(poly.polyfit(shifted, value, 2)[0])
+def _edge_fit(side: _Side) -> _Fit:
+    """Return the turning point at an end of the record, from the one side that is there.
+
+    Where a polynomial over the last part of the stroke has its maximum at that end, or so little outside that
+    no more than a tenth of the window is missing, the maximum is the
+    turning point. Further outside, the turn is cut off. Without any (triangle), the end itself is it.
+    """
+    end_s, end_value = float(side.time_s[side.peak]), float(side.value[side.peak])
+    window = next((w for w in (_window(side, share) for share in _EDGE_SHARES) if w.stop - w.start > 7), None)
+    if window is None:
+        window = _window(side, _EDGE_SHARES[-1])
+    time_s, value, _ = _grouped(side.time_s[window], side.value[window])
+    if time_s.size < 4:
+        return _Fit("edge", end_s, end_value, side.sigma, side.sigma)
+    span = float(time_s[-1] - time_s[0])
+    matrix = _powers((time_s - end_s) / span, min(4, time_s.size - 2))
+    inverse = np.linalg.inv(matrix.T @ matrix)
+    coefficients = inverse @ (matrix.T @ value)
+    error = value - matrix @ coefficients
+    residual = float(np.sqrt(error @ error / max(1, time_s.size - matrix.shape[1])))
+    u = residual * float(np.sqrt(inverse[0, 0]))
+    vertex = _maximum(coefficients.tolist(), 0.0)
+    if vertex is not None:
+        method: TurnMethod = "edge" if abs(vertex) < _EDGE_BEYOND else "cut"
+        return _Fit(method, end_s + span * vertex, _value(coefficients.tolist(), vertex), residual, u)
+    return _Fit("edge", end_s, float(coefficients[0]), residual, u)
 
 
 def fit_turning_point(
@@ -260,7 +279,7 @@ def fit_turning_point(
     Returns
     -------
     TurningPoint
-        ``edge`` when only one side of the turn is on record.
+        ``edge`` or ``cut`` when only one side of the turn is on record.
     """
     side = _side(time_s, stroke_mm, index, limits, kind, sigma_mm)
     sign = 1.0 if kind == "upper" else -1.0
@@ -279,8 +298,9 @@ def fit_turning_point(
         )
     fit = None if side.open_left or side.open_right else _best(side)
     if fit is None:
-        moment = float(time_s[index])
-        return TurningPoint(moment, moment, sign * _edge_value(side), kind, index, "edge", sigma_mm)
+        fit = _edge_fit(side)
+        moment = fit.time_s if fit.method == "edge" else float(time_s[index])
+        return TurningPoint(moment, moment, sign * fit.value, kind, index, fit.method, fit.u)
     nearest = side.first + int(np.argmin(np.abs(side.time_s - fit.time_s)))
     return TurningPoint(fit.time_s, fit.time_s, sign * fit.value, kind, nearest, fit.method, fit.u)
 
