@@ -58,7 +58,7 @@ class Thermometer:
         self.settings = settings
         self._noise_C = noise_C
         self._random = np.random.Generator(np.random.PCG64(seed))
-        self._next_s = CONVERSION_S
+        self._next_s = 0.0
         self.readings: deque[tuple[float, int]] = deque(maxlen=_KEPT_READINGS)
         self.conversions = 0
 
@@ -160,6 +160,7 @@ class SimulatedDevice:
             Thermometer(sensor, settings.temperature_noise_C, seed)
             for sensor, seed in zip(sensors, seeds[8:], strict=True)
         )
+        self._look_at_thermometers()
 
     # --- time ---------------------------------------------------------------------------------------
 
@@ -201,21 +202,28 @@ class SimulatedDevice:
                 self._move(some)
                 count -= some
             self.time_s = self.ring.total * self.period_s
-            for thermometer in self.thermometers:
-                specimen = thermometer.settings.role == "specimen"
-                thermometer.look(
-                    self.time_s, self.spring.sensor_temperature_C if specimen else self.settings.ambient_C
-                )
+            self._look_at_thermometers()
 
     @property
     def tick_us(self) -> int:
         """The controller's clock, 32 bits [µs]."""
         return (self.settings.tick_start_us + int(self.time_s * self._clock_rate * _US)) % (1 << 32)
 
+    def time_us(self, sequence: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the controller's time stamps of samples without wrapping [µs], same shape."""
+        stamps: NDArray[np.int64] = self.settings.tick_start_us + (sequence + 1) * round(_US / RATE_HZ)
+        return stamps
+
     @property
     def heartbeat(self) -> int:
         """Counts up by one every 10 ms of device time, 16 bits."""
         return self.ring.total // 10 % (1 << 16)
+
+    def _look_at_thermometers(self) -> None:
+        for thermometer in self.thermometers:
+            specimen = thermometer.settings.role == "specimen"
+            felt_C = self.spring.sensor_temperature_C if specimen else self.settings.ambient_C
+            thermometer.look(self.time_s, felt_C)
 
     def _still_samples(self) -> int:
         if not self.controller.valve_on:
@@ -294,7 +302,7 @@ class SimulatedDevice:
         force, stroke, position, command, true_force, temperature, work, heat = table
         first = self.ring.total
         sequence = np.arange(first, first + force.shape[0])
-        time_us = self.settings.tick_start_us + (sequence + 1) * round(_US / RATE_HZ)
+        time_us = self.time_us(sequence)
         stroke_1 = self._stroke_1.counts(self._wires.apply(stroke, 1))
         stroke_2 = self._stroke_2.counts(self._wires.apply(stroke, 2))
         self.ring.append(

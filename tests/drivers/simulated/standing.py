@@ -69,7 +69,7 @@ name = "force_2"
 quantity = "force"
 unit = "kN"
 delay_s = 0.002
-calibration = { coefficients = [0.0, 7.885933822346165e-05] }
+calibration = { coefficients = [0.0, 7.885695443832332e-05] }
 
 [temperature]
 kind = "w1"

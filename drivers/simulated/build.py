@@ -1,0 +1,53 @@
+"""Put a simulated stand together from its stand file and a spring model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from drivers.simulated.device import SimulatedDevice
+from drivers.simulated.faults import ScheduledFault
+from drivers.simulated.physics import Spring
+from drivers.simulated.settings import model_path, simulation_settings
+from drivers.simulated.truth import Truth
+from drivers.stand_file import StandFile
+from model.file import load_model
+from model.stepper import SpringStepper
+
+
+def make_device(
+    stand_file: StandFile,
+    wall_s: Callable[[], float],
+    *,
+    model: Path | None = None,
+    spring: Spring | None = None,
+    truth: Truth | None = None,
+    faults: Sequence[ScheduledFault] = (),
+) -> SimulatedDevice:
+    """Return the stand of a stand file with a specimen in it, at time 0, switched off.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        With a table ``[simulation]``.
+    wall_s : callable
+        Monotonic wall time [s], for the watchdog.
+    model : Path, optional
+        Spring model instead of the one that the stand file names.
+    spring : Spring, optional
+        A specimen that is there already, instead of a model.
+    truth : Truth, optional
+        Where to log what really happens.
+    faults : sequence of ScheduledFault
+        What shall fail, and when.
+
+    Raises
+    ------
+    BadInput
+        If the table is missing or wrong, the model cannot be loaded, or a calibration cannot be inverted.
+    """
+    settings = simulation_settings(stand_file)
+    if spring is None:
+        initial_C = settings.ambient_C if settings.initial_C is None else settings.initial_C
+        spring = SpringStepper(load_model(model_path(stand_file, model)), initial_C, settings.ambient_C)
+    return SimulatedDevice(stand_file, settings, spring, wall_s, truth, faults)

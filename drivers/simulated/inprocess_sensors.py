@@ -1,0 +1,120 @@
+"""The simulated sensors without wires, behind the interface that the acquisition sees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from drivers.ds18b20 import FAULT_TEXTS, ReadingFault
+from drivers.interfaces import SampleBlock, SensorFault, StreamFacts
+from drivers.simulated.device import SimulatedDevice, Thermometer
+from drivers.simulated.virtual_clock import VirtualClock
+from drivers.stand_file import StandFile
+
+_READING_FAULTS = {"silent": ReadingFault.EMPTY, "power-on": ReadingFault.POWER_ON}
+
+
+class InProcessAmplifier:
+    """The amplifier's stream, as a Sensor of :mod:`drivers.interfaces`.
+
+    Parameters
+    ----------
+    device : SimulatedDevice
+    stand_file : StandFile
+        With an amplifier.
+    clock : VirtualClock
+    """
+
+    def __init__(self, device: SimulatedDevice, stand_file: StandFile, clock: VirtualClock) -> None:
+        amplifier = stand_file.amplifier
+        if amplifier is None:
+            raise ValueError("the stand has no amplifier")
+        self._device = device
+        self._clock = clock
+        self._name = amplifier.channel.name
+        self._sequence = 0
+        self.facts = StreamFacts(
+            "amplifier", "host", (amplifier.channel,), amplifier.rate_Hz, "simulated amplifier, in process"
+        )
+
+    def start(self) -> None:
+        """Begin to read: older values are forgotten."""
+        self._device.frames.clear()
+
+    def drain(self) -> Sequence[SampleBlock | SensorFault]:
+        """Get (and forget) what has come in since the last call."""
+        frames = list(self._device.frames)
+        self._device.frames.clear()
+        frames = [f for f in frames if not self._device.faults.at("amplifier", float(f.time_s[-1]))]
+        if not frames:
+            return []
+        time_us = np.rint(np.concatenate([f.time_s for f in frames]) * 1e6).astype(np.int64)
+        counts = np.concatenate([f.counts for f in frames]).astype(np.int32)
+        first, self._sequence = self._sequence, self._sequence + counts.size
+        return [SampleBlock("amplifier", first, time_us, {self._name: counts}, 0, self._clock.now_s())]
+
+    def close(self) -> None:
+        """Let go: nothing to do."""
+
+
+class InProcessThermometer:
+    """One temperature sensor's stream, as a Sensor of :mod:`drivers.interfaces`.
+
+    Parameters
+    ----------
+    device : SimulatedDevice
+    thermometer : Thermometer
+        Of that device.
+    clock : VirtualClock
+    period_s : float
+        It is read once in this time [s].
+    """
+
+    def __init__(
+        self, device: SimulatedDevice, thermometer: Thermometer, clock: VirtualClock, period_s: float
+    ) -> None:
+        self._device = device
+        self._thermometer = thermometer
+        self._clock = clock
+        self._period_s = period_s
+        self._next_s = period_s
+        self._sequence = 0
+        settings = thermometer.settings
+        self._name = settings.name
+        self.facts = StreamFacts(
+            settings.name, "host", (settings.channel(),), 1.0 / period_s, f"DS18B20 {settings.rom}, simulated"
+        )
+
+    def start(self) -> None:
+        """Begin to read."""
+        self._next_s = self._clock.now_s() + self._period_s
+
+    def drain(self) -> Sequence[SampleBlock | SensorFault]:
+        """Get (and forget) what has come in since the last call."""
+        came: list[SampleBlock | SensorFault] = []
+        while self._next_s <= self._clock.now_s():
+            came.append(self._read(self._next_s))
+            self._next_s += self._period_s
+        return came
+
+    def close(self) -> None:
+        """Let go: nothing to do."""
+
+    def _read(self, at_s: float) -> SampleBlock | SensorFault:
+        fault = self._device.faults.at(self._name, at_s)
+        readings = reversed(self._thermometer.readings)
+        counts = next((counts for time_s, counts in readings if time_s <= at_s), None)
+        kind = _READING_FAULTS.get(fault or "")
+        if kind is not None or counts is None:
+            text = FAULT_TEXTS[kind or ReadingFault.EMPTY]
+            return SensorFault(self._name, at_s, f"{self._name} (simulated): {text}")
+        first, self._sequence = self._sequence, self._sequence + 1
+        return SampleBlock(
+            self._name,
+            first,
+            np.array([round(at_s * 1e6)], dtype=np.int64),
+            {self._name: np.array([counts], dtype=np.int16)},
+            0,
+            self._clock.now_s(),
+        )

@@ -1,0 +1,279 @@
+"""The simulated stand as a server: controller, amplifier and temperature sensors on real wires.
+
+The physics runs in stand time, ``speed`` times as fast as the wall. It is brought up to the present before
+every request and by a task of its own; a process that was starved catches up in slices and drops nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from drivers import stand_file as stands
+from drivers.simulated.build import make_device
+from drivers.simulated.device import SimulatedDevice
+from drivers.simulated.faults import ScheduledFault
+from drivers.simulated.modbus_server import ModbusStandServer
+from drivers.simulated.register_bank import RegisterBank
+from drivers.simulated.serial_pty import AmplifierPty
+from drivers.simulated.truth import Truth
+from drivers.simulated.w1_tree import W1Tree
+from foundation.clock import WallClock
+from foundation.errors import BadInput
+
+TICK_S = 0.005
+"""Wall time between two looks of the background task [s]."""
+CATCH_UP = 400
+"""Most samples made up at once, so that requests are answered in between."""
+
+
+@dataclass(frozen=True)
+class Served:
+    """Where a simulated stand can be reached, as its endpoints file says.
+
+    Parameters
+    ----------
+    host, port
+        Of the controller's Modbus TCP server.
+    amplifier_port, w1_root : str or None
+        Serial device and folder of the 1-Wire devices, absolute.
+    speed : float
+        Stand seconds in one second of the wall.
+    pid : int
+        Of the serving process.
+    """
+
+    host: str
+    port: int
+    amplifier_port: str | None
+    w1_root: str | None
+    speed: float
+    pid: int
+
+    def endpoints(self) -> stands.Endpoints:
+        """Return what :func:`drivers.stand_file.with_endpoints` needs to reach it."""
+        return stands.Endpoints(
+            host=self.host,
+            port=self.port,
+            amplifier_port=None if self.amplifier_port is None else Path(self.amplifier_port),
+            w1_root=None if self.w1_root is None else Path(self.w1_root),
+        )
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a stand is served.
+
+    Parameters
+    ----------
+    model : Path, optional
+        Spring model instead of the one that the stand file names.
+    speed : float
+        Stand seconds in one second of the wall.
+    port : int, optional
+        TCP port instead of the stand file's; 0 takes a free one.
+    wires : Path, optional
+        Folder for serial device and 1-Wire tree instead of the stand file's paths.
+    truth : Path, optional
+        File for what really happened, written at the end (``.npz``, else CSV).
+    faults : tuple of ScheduledFault
+        What shall fail, and when.
+    with_parent : bool
+        End when standard input ends, so that no server outlives its starter.
+    """
+
+    model: Path | None = None
+    speed: float = 1.0
+    port: int | None = None
+    wires: Path | None = None
+    truth: Path | None = None
+    faults: tuple[ScheduledFault, ...] = ()
+    with_parent: bool = False
+
+
+class StandServer:
+    """Every wire of one simulated stand.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+    options : Options
+    clock : WallClock
+        Stand time.
+
+    Raises
+    ------
+    BadInput
+        As :func:`drivers.simulated.build.make_device`.
+    """
+
+    def __init__(self, stand_file: stands.StandFile, options: Options, clock: WallClock) -> None:
+        self._file = stand_file
+        self._options = options
+        self._clock = clock
+        self._truth = None if options.truth is None else Truth()
+        self.device: SimulatedDevice = make_device(
+            stand_file, clock.wall_s, model=options.model, truth=self._truth, faults=options.faults
+        )
+        profile = stand_file.profile()
+        self._modbus = ModbusStandServer(
+            RegisterBank(self.device, profile),
+            profile,
+            stand_file.controller.device_id,
+            self._catch_up,
+            lambda: self.device.faults.at("controller", self.device.time_s) is not None,
+        )
+        self._amplifier: AmplifierPty | None = None
+        self._w1: W1Tree | None = None
+
+    async def open(self) -> Served:
+        """Open every wire; return where they are.
+
+        Raises
+        ------
+        BadInput
+            If a wire cannot be opened; none stays open then.
+        """
+        try:
+            return await self._open()
+        except BaseException:
+            await self.close()
+            raise
+
+    async def _open(self) -> Served:
+        wires, file = self._options.wires, self._file
+        amplifier_port = file.amplifier_port() if wires is None else wires / "amplifier"
+        w1_root = file.w1_root() if wires is None else wires / "w1" / "devices"
+        if file.amplifier is not None and amplifier_port is not None:
+            amplifier_port = amplifier_port.absolute()
+            self._amplifier = AmplifierPty(amplifier_port, self.device.frames, file.amplifier.rate_Hz)
+        if file.temperature is not None and w1_root is not None:
+            w1_root = w1_root.absolute()
+            self._w1 = W1Tree(w1_root, self.device.thermometers, self.device.faults)
+        port = file.controller.port if self._options.port is None else self._options.port
+        host = file.controller.host
+        if host not in {"127.0.0.1", "localhost", "::1"}:
+            raise BadInput(
+                f"the simulated stand serves this machine only, not {host}",
+                file=file.path,
+                place="controller.host",
+                remedy="write 127.0.0.1 there",
+            )
+        return Served(
+            host=host,
+            port=await self._modbus.start(host, port),
+            amplifier_port=None if self._amplifier is None else str(amplifier_port),
+            w1_root=None if self._w1 is None else str(w1_root),
+            speed=self._clock.speed,
+            pid=os.getpid(),
+        )
+
+    async def run(self, stop: asyncio.Event) -> None:
+        """Keep the stand in step with the clock until ``stop`` is set."""
+        while not stop.is_set():
+            left = self._catch_up()
+            now_s = self.device.time_s
+            if self._amplifier is not None:
+                self._amplifier.pump(silent=self.device.faults.at("amplifier", now_s) is not None)
+            if self._w1 is not None:
+                self._w1.update(now_s)
+            if left:
+                await asyncio.sleep(0)
+            else:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(stop.wait(), TICK_S)
+
+    async def close(self) -> None:
+        """Take every wire away and write the truth.
+
+        Raises
+        ------
+        BadInput
+            If the truth cannot be written.
+        """
+        await self._modbus.stop()
+        if self._amplifier is not None:
+            self._amplifier.close()
+        if self._w1 is not None:
+            self._w1.close()
+        self._amplifier = self._w1 = None
+        if self._truth is not None and self._options.truth is not None:
+            try:
+                self._truth.write(self._options.truth)
+            except OSError as error:
+                raise BadInput(f"cannot be written: {error.strerror}", file=self._options.truth) from None
+            self._truth = None
+
+    def _catch_up(self) -> int:
+        return self.device.advance_to(self._clock.now_s(), CATCH_UP)
+
+
+def serve(
+    stand_file: Path,
+    options: Options,
+    *,
+    ready: Callable[[Served], None],
+    signals: Sequence[signal.Signals] = (signal.SIGINT, signal.SIGTERM),
+) -> None:
+    """Serve a simulated stand until a signal comes (or its starter ends); blocks.
+
+    Parameters
+    ----------
+    stand_file : Path
+    options : Options
+    ready : callable
+        Told once where the stand can be reached, when every wire is open.
+    signals : sequence of Signals
+        What ends it.
+
+    Raises
+    ------
+    BadInput
+        If the stand file, the model or an option cannot be used, or a wire cannot be opened.
+    """
+    if not options.speed > 0.0:
+        raise BadInput(f"a speed of {options.speed:g} is not possible", file="--speed", remedy="above 0")
+    file = stands.load_stand(stand_file)
+
+    async def main() -> None:
+        server = StandServer(file, options, WallClock(options.speed))
+        stop = asyncio.Event()
+        loop = asyncio.get_running_loop()
+        for number in signals:
+            loop.add_signal_handler(number, stop.set)
+        if options.with_parent:
+            _watch_input(loop, stop)
+        ready(await server.open())
+        try:
+            await server.run(stop)
+        finally:
+            await server.close()
+
+    asyncio.run(main())
+
+
+def write_endpoints(served: Served, path: Path) -> None:
+    """Write where a stand can be reached as JSON; a reader sees the whole file or none."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_name(f".{path.name}.new")
+    fresh.write_text(json.dumps(asdict(served)) + "\n", encoding="utf-8")
+    fresh.replace(path)
+
+
+def _watch_input(loop: asyncio.AbstractEventLoop, stop: asyncio.Event) -> None:
+    """Set ``stop`` when standard input ends: whoever held the other end is gone."""
+    descriptor = sys.stdin.fileno()
+
+    def look() -> None:
+        if not os.read(descriptor, 4096):
+            loop.remove_reader(descriptor)
+            stop.set()
+
+    loop.add_reader(descriptor, look)
