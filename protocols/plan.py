@@ -17,9 +17,9 @@ from protocols.admissible import Breach, Judge, cool_down_note
 from protocols.campaign import Campaign, CoolDownStep, HarmonicStep, HoldStep, StaticStep
 from protocols.expansion import Request, SingleStep, expand, motions_of
 from protocols.limits import Envelope, StandLimits, envelope
-from protocols.prediction import Predictor
+from protocols.prediction import Predictor, Temperatures
 from protocols.steps import Motion, PlannedStep, motion_dict
-from protocols.thermal import Surroundings, Walk, Walker
+from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
 
 SCHEMA = "bufferstand/plan/1"
 HASH_VERSION = 1
@@ -27,9 +27,9 @@ HASH_VERSION = 1
 
 HEADER = (
     "step", "name", "prestress mm", "amplitude mm", "frequency Hz", "peak speed mm/s", "cycles",
-    "peak force kN", "heat kJ", "end °C", "duration", "disk MB",
+    "peak force kN", "heat kJ", "spring °C", "sensor °C", "duration", "disk MB",
 )  # fmt: skip
-"""Column heads of :meth:`Plan.rows`."""
+"""Column heads of :meth:`Plan.rows`; temperatures are those at the step's end."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Plan:
 
     @property
     def max_temperature_C(self) -> float:
-        """Highest expected temperature of the specimen [°C]."""
+        """Highest expected temperature of the specimen's mass [°C]."""
         return max(step.max_temperature_C for step in self.steps)
 
     def as_dict(self) -> dict[str, Any]:
@@ -170,7 +170,8 @@ def _row(step: PlannedStep) -> tuple[str, ...]:
         number(step.cycles, "d"),
         number(step.expected_peak_force_kN, ".0f"),
         f"{step.expected_heat_J / 1000.0:.1f}",
-        f"{step.end_temperature_C:.1f}" + (" (stop)" if step.stops else ""),
+        f"{step.end_temperature_C:.1f}",
+        f"{step.sensor_end_temperature_C:.1f}" + (" (stop)" if step.stops else ""),
         duration_text(step.duration_s),
         f"{step.disk_bytes / 1e6:.1f}",
     )
@@ -277,21 +278,25 @@ class _Estimator:
         self.notes: list[str] = []
 
     def steps(self, requests: Sequence[Request]) -> tuple[PlannedStep, ...]:
-        temperature_C = self._campaign.content.conditions.start_C()
+        around = self._around
+        start_C = self._campaign.content.conditions.start_C()
+        now = Temperatures(start_C, start_C)
         planned = []
         for index, request in enumerate(requests, start=1):
-            step = self._step(index, request, temperature_C)
-            planned.append(step)
-            temperature_C = step.end_temperature_C
-            if temperature_C >= self._around.test.temperature_stop_C:
-                # What comes after an ended step starts only when the specimen has cooled.
-                temperature_C = max(self._around.test.temperature_resume_C, self._around.ambient_C)
+            motions = motions_of(request.step, self._campaign.content.motion, around.limits)
+            walk = Walker(around, now).walk(motions)
+            planned.append(self._step(index, request, motions, walk, now.mass_C))
+            now = walk.end
+            if walk.ended:  # the next starts when the specimen has cooled; if it cannot, at the air's
+                wait_s = walk.stops[-1].wait_s
+                rest_s = LONGEST_WAIT_S if wait_s is None else wait_s
+                now = around.predictor.temperatures_after(now, around.ambient_C, 0.0, rest_s)
         return tuple(planned)
 
-    def _step(self, index: int, request: Request, start_C: float) -> PlannedStep:
+    def _step(
+        self, index: int, request: Request, motions: tuple[Motion, ...], walk: Walk, start_C: float
+    ) -> PlannedStep:
         step = request.step
-        motions = motions_of(step, self._campaign.content.motion, self._around.limits)
-        walk = Walker(self._around, start_C).walk(motions)
         run_kind: Kind | None = None
         prestress = amplitude = frequency = speed = None
         if isinstance(step, HarmonicStep):
@@ -318,8 +323,10 @@ class _Estimator:
             expected_peak_force_kN=self._peak_kN(step, start_C),
             expected_heat_J=walk.heat_J,
             start_temperature_C=start_C,
-            end_temperature_C=walk.end_C,
-            max_temperature_C=walk.max_C,
+            end_temperature_C=walk.end.mass_C,
+            max_temperature_C=walk.highest.mass_C,
+            sensor_end_temperature_C=walk.end.sensor_C,
+            sensor_max_temperature_C=walk.highest.sensor_C,
             duration_s=duration_s,
             expected_duration_s=walk.expected_duration_s,
             disk_bytes=0 if run_kind is None else self._rate.of_run(duration_s),

@@ -1,8 +1,16 @@
-"""What the planner asks of the spring model, as the smallest interface that will do."""
+"""What the planner asks of the spring model, as the smallest interface that will do, and its adapter."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Protocol
+
+from model.prediction import heat_step, predict_harmonic, predict_static
+from model.spring import HeatBalance, SpringModel
+
+_INSULATED_S = 1e9
+"""Time constant [s] that stands for a perfectly insulated spring: 30 years."""
 
 
 class CycleEstimate(Protocol):
@@ -28,6 +36,14 @@ class StaticEstimate(CycleEstimate, Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Temperatures:
+    """Of the specimen's mass, which decides forces, and of the sensor on it, which decides the stop [°C]."""
+
+    mass_C: float
+    sensor_C: float
+
+
 class Predictor(Protocol):
     """The spring model as the planner sees it."""
 
@@ -43,8 +59,65 @@ class Predictor(Protocol):
         """Return the cycle from zero to whichever limit comes first, and back."""
         ...
 
-    def temperature_after(
-        self, temperature_C: float, ambient_C: float, power_W: float, duration_s: float
-    ) -> float:
-        """Return the specimen's temperature [°C] after ``duration_s`` of constant heating power."""
+    def temperatures_after(
+        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+    ) -> Temperatures:
+        """Return the temperatures after ``duration_s`` of constant heating power."""
         ...
+
+
+def sensor_after(
+    heat: HeatBalance, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+) -> float:
+    """Return what the sensor reads [°C] after ``duration_s`` of constant power.
+
+    The sensor follows ``T_0 + gain (T - T_0)`` with first-order lag, while T goes by eq. (7); both
+    exponentials are integrated exactly.
+    """
+    mass_s = (
+        min(heat.capacity_J_per_K / heat.loss_W_per_K, _INSULATED_S) if heat.loss_W_per_K else _INSULATED_S
+    )
+    end_C = ambient_C + power_W * mass_s / heat.capacity_J_per_K  # where T would settle
+    steady = ambient_C + heat.sensor_gain * (end_C - ambient_C)
+    swing = heat.sensor_gain * (start.mass_C - end_C)
+    decay = math.exp(-duration_s / mass_s)
+    if heat.sensor_lag_s == 0.0:
+        return steady + swing * decay
+    follow = math.exp(-duration_s / heat.sensor_lag_s)
+    apart = 1.0 / heat.sensor_lag_s - 1.0 / mass_s
+    if apart == 0.0:
+        mixed = duration_s * follow
+    elif apart > 0.0:
+        mixed = decay * -math.expm1(-apart * duration_s) / apart
+    else:
+        mixed = follow * math.expm1(apart * duration_s) / apart
+    return start.sensor_C * follow + steady * (1.0 - follow) + swing * mixed / heat.sensor_lag_s
+
+
+@dataclass(frozen=True)
+class ModelPredictor:
+    """The identified spring model, asked as :class:`Predictor`."""
+
+    model: SpringModel
+
+    def harmonic(
+        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
+    ) -> CycleEstimate:
+        """Return the settled harmonic cycle (:func:`model.prediction.predict_harmonic`)."""
+        return predict_harmonic(self.model, prestress_mm, amplitude_mm, frequency_Hz, temperature_C)
+
+    def static(
+        self, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float, temperature_C: float
+    ) -> StaticEstimate:
+        """Return the slow cycle (:func:`model.prediction.predict_static`)."""
+        return predict_static(self.model, force_limit_kN, stroke_limit_mm, speed_mm_per_s, temperature_C)
+
+    def temperatures_after(
+        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+    ) -> Temperatures:
+        """Return the temperatures: :func:`model.prediction.heat_step`, and the sensor's lag."""
+        heat = self.model.heat
+        return Temperatures(
+            heat_step(heat, start.mass_C, ambient_C, power_W, duration_s),
+            sensor_after(heat, start, ambient_C, power_W, duration_s),
+        )

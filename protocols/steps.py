@@ -182,7 +182,9 @@ class PlannedStep:
     expected_heat_J : float
         Absorbed until the step's end, or the temperature stop that ends it.
     start_temperature_C, end_temperature_C, max_temperature_C : float
-        Of the specimen (mean), by the model's heat law.
+        Of the specimen's mass, by the model's heat law.
+    sensor_end_temperature_C, sensor_max_temperature_C : float
+        Of the sensor on it, which decides the temperature stop.
     duration_s : float
         Of all motions, if nothing stops them.
     expected_duration_s : float
@@ -212,6 +214,8 @@ class PlannedStep:
     start_temperature_C: float
     end_temperature_C: float
     max_temperature_C: float
+    sensor_end_temperature_C: float
+    sensor_max_temperature_C: float
     duration_s: float
     expected_duration_s: float
     disk_bytes: int

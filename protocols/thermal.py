@@ -1,7 +1,7 @@
 """The walk through a step with the model's heat law: how long, how hot, and where it would be stopped.
 
-The specimen is one lumped body (paper, eqs. (6), (7)); the sensor's lag is left out, so a real stop comes
-somewhat later than the expected one.
+The specimen is one lumped mass (paper, eqs. (6), (7)) with a sensor on it: the mass decides the forces, the
+sensor decides the temperature stop.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from protocols.limits import Envelope, TestLimits
-from protocols.prediction import Predictor
+from protocols.prediction import Predictor, Temperatures
 from protocols.steps import (
     ExpectedStop,
     Harmonic,
@@ -22,8 +22,9 @@ from protocols.steps import (
     WaitUntilCool,
 )
 
-FADE_SHARE = 1.0 / 3.0
-"""Heat of the cycle in (or out) as a share of a full one: mean of a² while the amplitude grows linearly."""
+FADE_SHARE = 0.4
+"""Heat of the cycle in (or out) as a share of a full one: mean of a**1.5 while the amplitude a grows
+linearly, between friction (a) and viscous loss (a**2)."""
 PIECES = 50
 """Into how many pieces a long motion is cut, each at the temperature reached by then."""
 LONGEST_WAIT_S = 7.0 * 86400.0
@@ -42,32 +43,40 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Walk:
-    """What the walk through a step found; fields as in :class:`protocols.steps.PlannedStep`."""
+    """What the walk through a step found; fields as in :class:`protocols.steps.PlannedStep`.
+
+    ``end`` is the state at its end, or at the stop that ended it (``ended``); ``highest`` are the highest
+    temperatures met.
+    """
 
     estimates: tuple[MotionEstimate, ...]
     heat_J: float
-    end_C: float
-    max_C: float
+    end: Temperatures
+    highest: Temperatures
     expected_duration_s: float
     stops: tuple[ExpectedStop, ...]
-    never_cool: bool
+    ended: bool
 
 
 def cooling_time_s(
-    predictor: Predictor, from_C: float, to_C: float, ambient_C: float, longest_s: float = LONGEST_WAIT_S
+    predictor: Predictor,
+    start: Temperatures,
+    to_C: float,
+    ambient_C: float,
+    longest_s: float = LONGEST_WAIT_S,
 ) -> float | None:
-    """Return how long a resting specimen takes to cool from one temperature to another [s].
+    """Return how long a resting specimen takes until its sensor reads ``to_C`` or less [s].
 
     Returns
     -------
     float or None
         0 if it is cool enough already; None if it takes longer than ``longest_s``.
     """
-    if from_C <= to_C:
+    if start.sensor_C <= to_C:
         return 0.0
 
     def cool(duration_s: float) -> bool:
-        return predictor.temperature_after(from_C, ambient_C, 0.0, duration_s) <= to_C
+        return predictor.temperatures_after(start, ambient_C, 0.0, duration_s).sensor_C <= to_C
 
     if not cool(longest_s):
         return None
@@ -90,20 +99,19 @@ class Walker:
     ----------
     around : Surroundings
         Model, limits, guards and air.
-    start_C : float
-        The specimen's temperature at the start [°C].
+    start : Temperatures
+        At the start.
     """
 
-    def __init__(self, around: Surroundings, start_C: float) -> None:
+    def __init__(self, around: Surroundings, start: Temperatures) -> None:
         self._around = around
-        self._temperature_C = start_C
-        self._max_C = start_C
+        self._now = start
+        self._highest = start
         self._elapsed_s = 0.0
         self._heat_J = 0.0
         self._cycles = 0.0
         self._stops: list[ExpectedStop] = []
         self._ended = False
-        self._never_cool = False
 
     def walk(self, motions: Sequence[Motion]) -> Walk:
         """Return what is expected of the motions, in order, beginning at zero force."""
@@ -113,15 +121,15 @@ class Walker:
             heat_before_J = self._heat_J
             duration_s = self._one(motion, stroke_mm)
             stroke_mm = motion.end_mm(stroke_mm)
-            estimates.append(MotionEstimate(duration_s, self._heat_J - heat_before_J, self._temperature_C))
+            estimates.append(MotionEstimate(duration_s, self._heat_J - heat_before_J, self._now.mass_C))
         return Walk(
             tuple(estimates),
             self._heat_J,
-            self._temperature_C,
-            self._max_C,
+            self._now,
+            self._highest,
             self._elapsed_s,
             tuple(self._stops),
-            self._never_cool,
+            self._ended,
         )
 
     def _one(self, motion: Motion, stroke_mm: float) -> float:
@@ -143,7 +151,7 @@ class Walker:
         halves = [
             0.5
             * self._around.predictor.static(
-                self._around.limits.force.value, stroke_mm, speed_mm_per_s, self._temperature_C
+                self._around.limits.force.value, stroke_mm, speed_mm_per_s, self._now.mass_C
             ).absorbed_energy_J
             if stroke_mm > 0.0
             else 0.0
@@ -156,7 +164,7 @@ class Walker:
 
         def run(cycles: int, share: float) -> None:
             cycle = self._around.predictor.harmonic(
-                motion.mean_mm, motion.amplitude_mm, motion.frequency_Hz, self._temperature_C
+                motion.mean_mm, motion.amplitude_mm, motion.frequency_Hz, self._now.mass_C
             )
             counted = float(cycles) if share == 1.0 else 0.0
             self._advance(cycles * period_s, share * cycles * cycle.absorbed_energy_J, counted)
@@ -171,7 +179,7 @@ class Walker:
         duration_s = 0.0
         for number in range(motion.cycles):
             cycle = self._around.predictor.static(
-                motion.force_limit_kN, motion.stroke_limit_mm, motion.speed_mm_per_s, self._temperature_C
+                motion.force_limit_kN, motion.stroke_limit_mm, motion.speed_mm_per_s, self._now.mass_C
             )
             cycle_s = 2.0 * cycle.end_stroke_mm / motion.speed_mm_per_s
             self._advance(cycle_s, cycle.absorbed_energy_J, 1.0)
@@ -183,7 +191,7 @@ class Walker:
     def _cool(self, motion: WaitUntilCool) -> float:
         wait_s = cooling_time_s(
             self._around.predictor,
-            self._temperature_C,
+            self._now,
             motion.temperature_C,
             self._around.ambient_C,
             motion.timeout_s,
@@ -195,10 +203,7 @@ class Walker:
     def _rest(self, duration_s: float) -> None:
         if self._ended:
             return
-        around = self._around
-        self._temperature_C = around.predictor.temperature_after(
-            self._temperature_C, around.ambient_C, 0.0, duration_s
-        )
+        self._now = self._after(0.0, duration_s)
         self._elapsed_s += duration_s
 
     def _advance(self, duration_s: float, heat_J: float, cycles: float = 0.0) -> None:
@@ -210,8 +215,10 @@ class Walker:
         while left_s > 0.0 and not self._ended:
             hot_s = self._until_hot_s(power_W, left_s)
             run_s = left_s if hot_s is None else hot_s
-            self._temperature_C = self._after_C(power_W, run_s)
-            self._max_C = max(self._max_C, self._temperature_C)
+            self._now = self._after(power_W, run_s)
+            self._highest = Temperatures(
+                max(self._highest.mass_C, self._now.mass_C), max(self._highest.sensor_C, self._now.sensor_C)
+            )
             self._elapsed_s += run_s
             self._heat_J += power_W * run_s
             self._cycles += per_s * run_s
@@ -219,29 +226,28 @@ class Walker:
             if hot_s is not None:
                 self._stop()
 
-    def _after_C(self, power_W: float, duration_s: float) -> float:
-        return self._around.predictor.temperature_after(
-            self._temperature_C, self._around.ambient_C, power_W, duration_s
+    def _after(self, power_W: float, duration_s: float) -> Temperatures:
+        return self._around.predictor.temperatures_after(
+            self._now, self._around.ambient_C, power_W, duration_s
         )
 
     def _until_hot_s(self, power_W: float, longest_s: float) -> float | None:
         """Return when the stop temperature is reached (0 if it is already), None if not within the time."""
         stop_C = self._around.test.temperature_stop_C
-        if self._temperature_C >= stop_C:
+        if self._now.sensor_C >= stop_C:
             return 0.0
-        if self._after_C(power_W, longest_s) < stop_C:
+        if self._after(power_W, longest_s).sensor_C < stop_C:
             return None
-        return _first(lambda time_s: self._after_C(power_W, time_s) >= stop_C, longest_s)
+        return _first(lambda time_s: self._after(power_W, time_s).sensor_C >= stop_C, longest_s)
 
     def _stop(self) -> None:
         around = self._around
         wait_s = cooling_time_s(
-            around.predictor, self._temperature_C, around.test.temperature_resume_C, around.ambient_C
+            around.predictor, self._now, around.test.temperature_resume_C, around.ambient_C
         )
         self._stops.append(ExpectedStop(self._elapsed_s, self._cycles, wait_s))
         if around.test.on_temperature_stop != "wait-and-continue" or wait_s is None:
             self._ended = True
-            self._never_cool = wait_s is None
             return
         self._rest(wait_s)
 

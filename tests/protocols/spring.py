@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from scipy.optimize import brentq
 
+from protocols.prediction import Temperatures
+
 
 @dataclass(frozen=True)
 class Cycle:
@@ -50,8 +52,9 @@ class ClosedFormSpring:
         absorbed_J = 2.5 * (end_mm / 2.0) ** 2 * self.softening(temperature_C)
         return Cycle(self.force_kN(end_mm, temperature_C), absorbed_J, end_mm)
 
-    def temperature_after(
-        self, temperature_C: float, ambient_C: float, power_W: float, duration_s: float
-    ) -> float:
+    def temperatures_after(
+        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+    ) -> Temperatures:
         gain = -math.expm1(-self.loss_W_per_K * duration_s / self.capacity_J_per_K)
-        return temperature_C + (power_W / self.loss_W_per_K - (temperature_C - ambient_C)) * gain
+        now_C = start.mass_C + (power_W / self.loss_W_per_K - (start.mass_C - ambient_C)) * gain
+        return Temperatures(now_C, now_C)

@@ -10,7 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundation.errors import BadInput
-from protocols.campaign import HarmonicStep, StaticStep, load_campaign
+from foundation.settings import Settings
+from protocols.campaign import (
+    CampaignFacts,
+    Conditions,
+    CoolDownStep,
+    HarmonicStep,
+    HoldStep,
+    MotionSettings,
+    StaticStep,
+    SweepStep,
+    load_campaign,
+)
+from protocols.limits import TestLimits
 from tests.protocols.conftest import HEAD, Load, harmonic
 
 
@@ -136,3 +148,34 @@ def test_the_papers_peak_speeds_give_the_papers_frequencies(
     step = HarmonicStep(kind="harmonic", prestress_mm=50.0, amplitude_mm=amplitude, peak_speed_mm_per_s=speed)
     assert step.rate()[0] == pytest.approx(frequency, abs=0.005)
     assert step.rate()[0] == pytest.approx(speed / (2 * math.pi * amplitude), rel=1e-12)
+
+
+DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
+
+
+@pytest.mark.parametrize(
+    ("heading", "schema"),
+    [
+        ("## `[campaign]`", CampaignFacts),
+        ("## `[limits]`", TestLimits),
+        ("## `[conditions]`", Conditions),
+        ("## `[motion]`", MotionSettings),
+        ('### `kind = "static"`', StaticStep),
+        ('### `kind = "harmonic"`', HarmonicStep),
+        ('### `kind = "sweep"`', SweepStep),
+        ('### `kind = "hold"`', HoldStep),
+        ('### `kind = "cool-down"`', CoolDownStep),
+    ],
+)
+def test_every_key_is_documented_with_its_default(heading: str, schema: type[Settings]) -> None:
+    section = DOCS.read_text("utf-8").split(heading, 1)[1].split("\n## ", 1)[0].split("\n### ", 1)[0]
+    for key, field in schema.model_fields.items():
+        if key in {"kind", "name"}:
+            continue
+        rows = [line for line in section.splitlines() if line.startswith("|") and f"`{key}`" in line]
+        assert rows, key
+        default = rows[0].split("|")[3].strip()
+        if isinstance(field.default, int | float):
+            assert default == f"{field.default:g}", key
+        elif isinstance(field.default, str) and field.default:
+            assert default == f'`"{field.default}"`', key
