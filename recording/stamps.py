@@ -1,0 +1,86 @@
+"""The time stamps of a foreign record: how fast it was sampled, and where it is interrupted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recording.content import Segment
+
+LONG = 1.5
+"""An interval is a gap if it is longer than this many usual ones: half-way to one lost sample."""
+LONG_IF_UNEVEN = 3.0
+"""The same, where stamps are so uneven (rounded to the logger's clock) that many intervals look long."""
+_UNEVEN_SHARE = 0.01
+_SURELY_GAP = 5.0
+
+
+@dataclass(frozen=True)
+class Stamps:
+    """What was found out about time stamps.
+
+    ``rate_Hz`` is the usual sample rate (None with fewer than two good stamps); ``segments`` the
+    uninterrupted stretches; ``findings`` what a user must know.
+    """
+
+    rate_Hz: float | None
+    segments: tuple[Segment, ...]
+    findings: tuple[str, ...]
+
+
+def examine(time_s: NDArray[np.float64], line: NDArray[np.int64]) -> Stamps:
+    """Find gaps, repeated, backward and missing time stamps. Nothing is changed or interpolated.
+
+    The usual interval is the mean of those that are positive and no longer than five times their median,
+    which is right for stamps that are rounded, too. A gap of one interval of length t counts
+    ``round(t / usual) − 1`` samples lost.
+
+    Parameters
+    ----------
+    time_s : NDArray[float64]
+        Times [s], shape (n,), NaN where missing.
+    line : NDArray[int64]
+        Line in the file of each row, shape (n,).
+    """
+    steps = np.diff(time_s)
+    forward = steps[steps > 0]
+    if not len(forward):
+        findings = _counted("time stamp(s) do not advance", np.flatnonzero(~(steps > 0)) + 1, line)
+        return Stamps(None, _segments(len(time_s), np.flatnonzero(~(steps > 0)), {}), tuple(findings))
+    usual = float(forward[forward <= _SURELY_GAP * np.median(forward)].mean())
+    long = steps > LONG * usual
+    findings = []
+    if long.sum() > _UNEVEN_SHARE * len(steps):
+        findings.append(
+            f"uneven time stamps: {int(long.sum())} intervals exceed {LONG} × the usual {usual:.6g} s"
+        )
+        long = steps > LONG_IF_UNEVEN * usual
+    gaps = np.flatnonzero(long)
+    lost = {int(row): max(1, round(float(steps[row]) / usual) - 1) for row in gaps}
+    if len(gaps):
+        longest = float(steps[gaps].max())
+        findings.append(
+            f"{len(gaps)} gap(s), about {sum(lost.values())} sample(s) missing, the longest {longest:.6g} s; "
+            f"the first before line {line[gaps[0] + 1]}"
+        )
+    findings += _counted("missing time stamp(s)", np.flatnonzero(np.isnan(time_s)), line)
+    findings += _counted("repeated time stamp(s)", np.flatnonzero(steps == 0) + 1, line)
+    findings += _counted("backward time stamp(s)", np.flatnonzero(steps < 0) + 1, line)
+    breaks = np.flatnonzero(long | ~(steps > 0))
+    return Stamps(1.0 / usual, _segments(len(time_s), breaks, lost), tuple(findings))
+
+
+def _segments(rows: int, breaks: NDArray[np.int64], lost: dict[int, int]) -> tuple[Segment, ...]:
+    """Return the stretches between the breaks; a break is named by the row before it."""
+    segments = [Segment(0, 0, 0)] if rows else []
+    missing = 0
+    for before in breaks.tolist():
+        missing += lost.get(before, 0)
+        segments.append(Segment(before + 1, before + 1 + missing, lost.get(before, 0)))
+    return tuple(segments)
+
+
+def _counted(what: str, rows: NDArray[np.int64], line: NDArray[np.int64]) -> list[str]:
+    return [f"{len(rows)} {what}, the first in line {line[rows[0]]}"] if len(rows) else []
