@@ -26,7 +26,7 @@ STEADY_DISTORTION = 0.02
 """… and its stroke distortion within this much (absolute)."""
 REST_CLOSURE = 0.05
 """A cycle that begins or ends at rest returns within this share of its range."""
-EDGE_CLOSURE = 0.001
+EDGE_CLOSURE = 0.01
 """A cycle that begins or ends with the record returns within this share of its range."""
 _HARMONICS = 10
 _LEAST_SAMPLES = 8
@@ -87,13 +87,13 @@ def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPo
 
 def _judge_complete(record: Record, number: int, turns: Sequence[TurningPoint]) -> Cycle:
     start, top, end = turns
-    span = top.stroke_mm - min(start.stroke_mm, end.stroke_mm)
+    span = top.stroke_mm - min(start.leave_mm, end.stroke_mm)
     why = []
     for turn, side in ((start, "begins"), (end, "ends")):
         if turn.method == "cut":
             why.append(f"the record {side} within it")
         allowed = {"edge": EDGE_CLOSURE, "plateau": REST_CLOSURE}.get(turn.method)
-        open_mm = abs(end.stroke_mm - start.stroke_mm)
+        open_mm = abs(end.stroke_mm - start.leave_mm)
         if allowed is not None and open_mm > allowed * span + 3.0 * (start.u_stroke_mm + end.u_stroke_mm):
             place = "at the end of the record" if turn.method == "edge" else "at rest"
             why.append(f"it {side} {place} and does not close: {open_mm:.3g} mm between its lower ends")
@@ -170,7 +170,7 @@ def stroke_distortion(record: Record, cycle: Cycle) -> float | None:
     time, stroke = record.time_s[inside], record.stroke_mm[inside]
     if time.size < _LEAST_SAMPLES:
         return None
-    drift = (cycle.end.stroke_mm - cycle.start.stroke_mm) * (time - cycle.start_s) / cycle.duration_s
+    drift = (cycle.stroke_end_mm - cycle.stroke_min_mm) * (time - cycle.start_s) / cycle.duration_s
     amplitude = np.hypot(*harmonics(time, stroke - drift, cycle.start_s, cycle.duration_s, _HARMONICS).T)
     if amplitude[1] <= 0.0:
         return None
@@ -185,7 +185,7 @@ def _judge_steady(cycles: list[Cycle]) -> tuple[Cycle, ...]:
             continue
         tolerance = STEADY_STROKE * cycle.range_mm + 2.0 * (cycle.start.u_stroke_mm + cycle.end.u_stroke_mm)
         why: list[str] = []
-        open_mm = cycle.end.stroke_mm - cycle.start.stroke_mm
+        open_mm = cycle.stroke_end_mm - cycle.stroke_min_mm
         if abs(open_mm) > tolerance:
             why.append(f"its lower turning points differ by {abs(open_mm):.3g} mm")
         neighbours = [cycles[i] for i in (position - 1, position + 1) if 0 <= i < len(cycles)]
@@ -200,12 +200,12 @@ def _judge_steady(cycles: list[Cycle]) -> tuple[Cycle, ...]:
 
 def _difference(cycle: Cycle, other: Cycle, tolerance_mm: float) -> str:
     """Return in what a cycle differs from its neighbour, or nothing."""
-    apart_mm = abs(cycle.top.stroke_mm - other.top.stroke_mm)
+    apart_mm = abs(cycle.stroke_max_mm - other.stroke_max_mm)
     if apart_mm > tolerance_mm:
         return f"its upper turning point differs by {apart_mm:.3g} mm from that of cycle {other.index}"
-    if not other.complete or abs(other.end.stroke_mm - other.start.stroke_mm) > tolerance_mm:
+    if not other.complete or abs(other.stroke_end_mm - other.stroke_min_mm) > tolerance_mm:
         return ""  # a neighbour that is itself cut or ramped says nothing on shape and frequency
-    if abs(other.start.stroke_mm - cycle.start.stroke_mm) > tolerance_mm:
+    if abs(other.stroke_min_mm - cycle.stroke_min_mm) > tolerance_mm:
         return f"its lower turning point differs from that of cycle {other.index}"
     if abs(cycle.duration_s / other.duration_s - 1.0) > STEADY_FREQUENCY:
         return f"its frequency differs from that of cycle {other.index}"

@@ -45,13 +45,13 @@ def cut_loop(record: Record, cycle: Cycle) -> Loop:
         top_up = top_down = 0.5 * (top_up + top_down)
     loading = _closed(
         up,
-        (start_s, cycle.start.stroke_mm, _end_force(up, start_s, last=False)),
-        (top_s, cycle.top.stroke_mm, top_up),
+        (start_s, cycle.stroke_min_mm, _end_force(up, start_s, last=False)),
+        (top_s, cycle.stroke_max_mm, top_up),
     )
     unloading = _closed(
         down,
-        (leave_s, cycle.top.stroke_mm, top_down),
-        (end_s, cycle.end.stroke_mm, _end_force(down, end_s, last=True)),
+        (leave_s, cycle.top.leave_mm, top_down),
+        (end_s, cycle.stroke_end_mm, _end_force(down, end_s, last=True)),
     )
     top = loading.shape[1] - 1
     if cycle.top.dwell_s > 0.0:

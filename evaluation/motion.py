@@ -22,8 +22,8 @@ class TurningPoint:
     ----------
     time_s, leave_s : float
         When the stroke arrives and leaves; equal unless it dwells.
-    stroke_mm : float
-        Fitted stroke.
+    stroke_mm, leave_mm : float
+        Fitted stroke at the arrival and at leaving; they differ when the specimen creeps while it dwells.
     kind : "lower" or "upper"
     index : int
         Sample nearest to the arrival.
@@ -37,6 +37,7 @@ class TurningPoint:
     time_s: float
     leave_s: float
     stroke_mm: float
+    leave_mm: float
     kind: Literal["lower", "upper"]
     index: int
     method: TurnMethod
@@ -77,9 +78,24 @@ class Cycle:
         return self.end_s - self.start_s
 
     @property
+    def stroke_min_mm(self) -> float:
+        """Stroke of the lower turning point at which the cycle starts [mm]."""
+        return self.start.leave_mm
+
+    @property
+    def stroke_max_mm(self) -> float:
+        """Stroke of the upper turning point [mm]."""
+        return self.top.stroke_mm
+
+    @property
+    def stroke_end_mm(self) -> float:
+        """Stroke of the lower turning point at which the cycle ends [mm]."""
+        return self.end.stroke_mm
+
+    @property
     def range_mm(self) -> float:
         """Stroke from the lower to the upper turning point [mm]."""
-        return self.top.stroke_mm - self.start.stroke_mm
+        return self.stroke_max_mm - self.stroke_min_mm
 
 
 @dataclass(frozen=True, eq=False)

@@ -134,7 +134,7 @@ def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
     stored, absorbed = stored_energy_J(loop), absorbed_energy_J(loop)
     smooth = _smoothed_force(loop)
     force_min, force_max = float(np.min(smooth)), float(np.max(smooth))
-    mean = 0.5 * (cycle.start.stroke_mm + cycle.top.stroke_mm)
+    mean = 0.5 * (cycle.stroke_min_mm + cycle.stroke_max_mm)
     tangent = local_force(loop, mean, TANGENT_WINDOW * span)
     if tangent is None:
         warnings.append("no tangent stiffness: too few samples about the mean stroke")
@@ -146,8 +146,8 @@ def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
     warnings += _consistency(first, cycle, absorbed)
     storage, loss = first.real, first.imag
     quantities = Quantities(
-        stroke_min_mm=cycle.start.stroke_mm,
-        stroke_max_mm=cycle.top.stroke_mm,
+        stroke_min_mm=cycle.stroke_min_mm,
+        stroke_max_mm=cycle.stroke_max_mm,
         prestress_mm=mean,
         amplitude_mm=0.5 * span,
         frequency_Hz=1.0 / cycle.duration_s,
@@ -181,9 +181,9 @@ def _incomplete(record: Record, cycle: Cycle) -> CycleResult:
     span = cycle.range_mm
     start_C, max_C = temperature_of(record.temperatures, cycle.start_s, cycle.end_s)
     quantities = Quantities(
-        stroke_min_mm=cycle.start.stroke_mm,
-        stroke_max_mm=cycle.top.stroke_mm,
-        prestress_mm=cycle.start.stroke_mm + 0.5 * span,
+        stroke_min_mm=cycle.stroke_min_mm,
+        stroke_max_mm=cycle.stroke_max_mm,
+        prestress_mm=cycle.stroke_min_mm + 0.5 * span,
         amplitude_mm=0.5 * span,
         temperature_start_C=start_C,
         temperature_max_C=max_C,
@@ -255,7 +255,7 @@ def _consistency(first: complex, cycle: Cycle, absorbed: float) -> list[str]:
     distortion = cycle.stroke_distortion
     if distortion is None or distortion > SINE_DISTORTION or absorbed == 0.0:
         return []
-    if abs(cycle.end.stroke_mm - cycle.start.stroke_mm) > STEADY_STROKE * cycle.range_mm:
+    if abs(cycle.stroke_end_mm - cycle.stroke_min_mm) > STEADY_STROKE * cycle.range_mm:
         return []
     from_harmonic = np.pi * first.imag * (0.5 * cycle.range_mm) ** 2
     difference = abs(from_harmonic / absorbed - 1.0)

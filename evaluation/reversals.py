@@ -17,6 +17,7 @@ _LEAST_SHARE = 1e-3
 """… and than this share of the whole stroke range of the record."""
 _LEAST_CYCLE_SHARE = 0.05
 """Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
+_REPEATED_SHARE = 0.02
 _FIFTH_DIFFERENCE_GAIN = float(np.sqrt(252.0))
 
 
@@ -34,10 +35,15 @@ def noise_sigma(values: FloatArray) -> float:
 
 
 def quantum(values: FloatArray) -> float:
-    """Return the converter step of a record that repeats values, else 0 (unit of ``values``)."""
+    """Return the converter step of a record that repeats values while it moves, else 0 (unit of ``values``).
+
+    Rest alone is no sign of it: there, equal values come in few long rows.
+    """
     step = np.abs(np.diff(values))
-    moving = step[step > 0.0]
-    if moving.size == 0 or moving.size > 0.95 * step.size:
+    moves = step > 0.0
+    moving = step[moves]
+    rows = np.count_nonzero(moves[1:] & ~moves[:-1])
+    if rows < max(8, _REPEATED_SHARE * moving.size):
         return 0.0
     # A low quantile, not the least: rounding of the input's decimals makes steps near zero.
     return float(np.quantile(moving, 0.02))

@@ -22,8 +22,9 @@ _CONSISTENT = 1.3
 """A fit is consistent when its residual is within this factor of the noise."""
 _EDGE_SHARES = (0.1, 0.2, 0.3, 0.5)
 _EDGE_BEYOND = 0.1
-_PLATEAU_BAND = 0.001
-_PLATEAU_NOISE = 4.0
+_PLATEAU_BANDS = (0.001, 0.003, 0.01)
+"""Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""
+_PLATEAU_NOISE = 6.5
 _PLATEAU_WIDER = 9.0
 _PLATEAU_RATIO = 1.8
 """Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
@@ -203,20 +204,62 @@ def _best(side: _Side) -> _Fit | None:
     return min(consistent, key=lambda fit: fit.u)
 
 
-def _plateau(side: _Side) -> tuple[int, int, float] | None:
-    """Return first and last sample of a dwell about the peak and its level, or None."""
-    band = max(_PLATEAU_NOISE * side.sigma, _PLATEAU_BAND * side.height)
-    near = side.value[_run_above(side.value, side.peak, side.value[side.peak] - 2.0 * band)]
-    level = float(np.median(near))
-    inner = _run_above(side.value, side.peak, level - band)
-    outer = _run_above(side.value, side.peak, level - _PLATEAU_WIDER * band)
-    if inner.stop - inner.start < 5:
-        return None
-    inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
-    outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
-    if outer_s > _PLATEAU_RATIO * inner_s:
-        return None
-    return inner.start, inner.stop - 1, level
+@dataclass(frozen=True)
+class _Dwell:
+    """A dwell: when and where the stroke arrives and leaves (turned as the side is), and its first sample."""
+
+    arrive_s: float
+    arrive: float
+    leave_s: float
+    leave: float
+    index: int
+    u: float
+
+
+def _plateau(side: _Side) -> _Dwell | None:
+    """Return the dwell about the peak, if it is one, at the finest scale at which it shows."""
+    for share in _PLATEAU_BANDS:
+        band = max(_PLATEAU_NOISE * side.sigma, share * side.height)
+        near = side.value[_run_above(side.value, side.peak, side.value[side.peak] - 2.0 * band)]
+        level = float(np.median(near))
+        inner = _run_above(side.value, side.peak, level - band)
+        outer = _run_above(side.value, side.peak, level - _PLATEAU_WIDER * band)
+        if inner.stop - inner.start < 5:
+            continue
+        inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
+        outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
+        if outer_s <= _PLATEAU_RATIO * inner_s:
+            return _dwell(side, inner, outer, level, band)
+    return None
+
+
+def _dwell(side: _Side, inner: slice, outer: slice, level: float, band: float) -> _Dwell:
+    time, value = side.time_s[inner], side.value[inner]
+    rise_s = float(time[0] - side.time_s[outer.start])
+    fall_s = float(side.time_s[outer.stop - 1] - time[-1])
+    climb = (_PLATEAU_WIDER - 1.0) * band
+    arrive_s, arrive = _corner(time, value, level - band, rise_s / climb)
+    leave_s, leave = _corner(-time[::-1], value[::-1], level - band, fall_s / climb)
+    u = float(np.std(np.diff(value))) / float(np.sqrt(2.0 * value.size))
+    index = inner.start + int(np.searchsorted(time, arrive_s))
+    return _Dwell(arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u)
+
+
+def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float) -> tuple[float, float]:
+    """Return time and value where a flank, which enters the band at ``time[0]``, meets the dwell.
+
+    ``slowness`` is the flank's time per value. The value is the median just behind the corner, so that
+    creep during the dwell does not shift it.
+    """
+    middle = 0.5 * float(time[0] + time[-1])
+    corner, level = float(time[0]), float(np.median(value))
+    for _ in range(3):
+        corner = min(float(time[0]) + max(level - entered, 0.0) * slowness, middle)
+        first = min(int(np.searchsorted(time, corner)), time.size - 5)
+        span = max(2.0 * abs(level - entered) * slowness, 0.02 * float(time[-1] - time[0]))
+        last = max(int(np.searchsorted(time, corner + span)), first + 5)
+        level = float(np.median(value[first:last]))
+    return corner, level
 
 
 def _run_above(value: FloatArray, peak: int, level: float) -> slice:
@@ -285,24 +328,23 @@ def fit_turning_point(
     sign = 1.0 if kind == "upper" else -1.0
     dwell = _plateau(side)
     if dwell is not None:
-        first, last, level = dwell
-        u = float(np.std(side.value[first : last + 1])) / np.sqrt(last - first + 1)
         return TurningPoint(
-            time_s=float(side.time_s[first]),
-            leave_s=float(side.time_s[last]),
-            stroke_mm=sign * level,
+            time_s=dwell.arrive_s,
+            leave_s=dwell.leave_s,
+            stroke_mm=sign * dwell.arrive,
+            leave_mm=sign * dwell.leave,
             kind=kind,
-            index=side.first + first,
+            index=dwell.index,
             method="plateau",
-            u_stroke_mm=u,
+            u_stroke_mm=dwell.u,
         )
     fit = None if side.open_left or side.open_right else _best(side)
     if fit is None:
         fit = _edge_fit(side)
-        moment = fit.time_s if fit.method == "edge" else float(time_s[index])
-        return TurningPoint(moment, moment, sign * fit.value, kind, index, fit.method, fit.u)
-    nearest = side.first + int(np.argmin(np.abs(side.time_s - fit.time_s)))
-    return TurningPoint(fit.time_s, fit.time_s, sign * fit.value, kind, nearest, fit.method, fit.u)
+    moment = float(time_s[index]) if fit.method == "cut" else fit.time_s
+    nearest = side.first + int(np.argmin(np.abs(side.time_s - moment)))
+    stroke = sign * fit.value
+    return TurningPoint(moment, moment, stroke, stroke, kind, nearest, fit.method, fit.u)
 
 
 def _side(
