@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Protocol
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ class Recorder(Protocol):
         stream: str,
         sequence: int,
         time_us: NDArray[np.int64],
-        counts: Mapping[str, NDArray[np.generic]],
+        counts: Mapping[str, NDArray[Any]],
         lost: int = 0,
     ) -> None:
         """Queue a block; never blocks on the disk."""
@@ -39,7 +40,7 @@ class Recorder(Protocol):
         """Queue a pair of the device's and the host's clock."""
         ...
 
-    def event(self, at_s: float, kind: str, text: str, **data: object) -> None:
+    def event(self, at_s: float, kind: str, text: str, **data: Any) -> None:
         """Queue an event."""
         ...
 
@@ -58,21 +59,30 @@ class Recorder(Protocol):
         """Why it can no longer record, None while it can."""
         ...
 
+    @property
+    def disk_warning(self) -> str | None:
+        """Why the disk will soon be full, None while it will not: stop while there is room."""
+        ...
+
+    def close(self, status: str, reason: str = "") -> Path:
+        """End and seal the run; return its file."""
+        ...
+
 
 @dataclass(frozen=True)
 class Pace:
-    """How the loop is paced; stand time [s].
+    """How the loop is paced.
 
     Parameters
     ----------
     tick_s : float
-        Aim of one pass.
+        Pause between two passes [s of stand time].
     blocks_per_tick : int
         So many blocks at most in one pass, so that sensors, guards and watchdog always get their turn.
     feed_s : float
-        The watchdog is fed at least this often.
+        The watchdog is fed this often [s of the wall].
     anchor_s : float
-        A clock anchor is recorded this often.
+        A clock anchor is recorded this often [s of stand time].
     """
 
     tick_s: float = 0.02
@@ -168,6 +178,11 @@ class Acquisition:
         recorder, self._recorder = self._recorder, None
         return recorder
 
+    @property
+    def recorder(self) -> Recorder | None:
+        """Return the recorder of the run under way."""
+        return self._recorder
+
     def say(self, kind: str, text: str, **data: object) -> None:
         """Put an event into the run under way, if there is one."""
         if self._recorder is not None:
@@ -213,10 +228,10 @@ class Acquisition:
         self.clock.sleep(self.pace.tick_s)
 
     def _feed(self) -> None:
-        now_s = self.clock.now_s()
-        if now_s - self._fed_s >= self.pace.feed_s:
+        wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
+        if wall_s - self._fed_s >= self.pace.feed_s:
             self.stand.controller.feed_watchdog()
-            self._fed_s = now_s
+            self._fed_s = wall_s
 
     def _read_controller(self) -> None:
         """Read until the ring is drained, with a bound, so that the rest gets its turn."""
@@ -267,13 +282,19 @@ class Acquisition:
             self._anchor, self._anchor_due_s = None, block.received_s + self.pace.anchor_s
 
     def _check_recorder(self) -> None:
-        failure = self._recorder.failure if self._recorder is not None else None
-        if failure is not None:
+        if self._recorder is None:
+            return
+        why = ""
+        if self._recorder.failure is not None:
+            why = f"recording failed: {self._recorder.failure}; what was on the disk before is kept"
+        elif self._recorder.disk_warning:
+            why = f"the disk is nearly full: {self._recorder.disk_warning}"
+        if why:
             self.panel.latch(
                 Trip(
                     "recorder",
                     Action.STOP,
-                    f"recording failed: {failure}; what was durable before is kept",
+                    why,
                     self.clock.now_s(),
                     device_fault=True,
                 )

@@ -20,6 +20,7 @@ SENSOR_RANGE_C = (-55.0, 125.0)
 """Range of the DS18B20; a reading outside it is none."""
 FAULT_CODES = {1: "watchdog", 2: "force limit of the device", 3: "stroke limit of the device", 4: "actuator"}
 """What the controller's ``fault_code`` means (register profile)."""
+WATCHDOG_FAULT = 1
 
 
 class Action(IntEnum):
@@ -386,6 +387,8 @@ class ControllerMemory:
     heartbeat: int | None = None
     watchdog_trips: int | None = None
     done_sequence: int | None = None
+    forgiven: bool = False
+    """Its watchdog had acted before we came (a PC was lost); switching on resets that fault."""
 
 
 def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:
@@ -422,7 +425,10 @@ def evaluate_status(
         heartbeat_s=wall_s if beat else memory.heartbeat_s,
         watchdog_trips=status.watchdog_trips,
         done_sequence=status.done_sequence,
+        forgiven=status.fault_code == WATCHDOG_FAULT and (before.forgiven or before.heartbeat is None),
     )
+    if memory.forgiven:
+        return memory, None if before.forgiven else _old_watchdog_fault(at_s)
     ended = before.done_sequence is not None and status.done_sequence != before.done_sequence
     why = ""
     if before.watchdog_trips is not None and status.watchdog_trips != before.watchdog_trips:
@@ -442,6 +448,16 @@ def evaluate_status(
         at_s,
         value=float(status.fault_code),
         device_fault=True,
+    )
+
+
+def _old_watchdog_fault(at_s: float) -> Trip:
+    return Trip(
+        "controller",
+        Action.NOTE,
+        "the controller's watchdog had run out before this start (a PC was lost or killed) and it had "
+        "ramped to zero force; switching on resets this",
+        at_s,
     )
 
 

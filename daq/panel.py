@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 from daq.guards import (
     Action,
@@ -43,16 +45,24 @@ class GuardSet:
     controller: ControllerGuard
     agreement: AgreementGuard | None = None
 
-    def with_channels(self, *guards: ChannelGuard) -> GuardSet:
-        """Return the set with the guards of the same names replaced, the others kept."""
-        new = {guard.name: guard for guard in guards}
-        kept = tuple(guard for guard in self.channels if guard.name not in new)
-        return replace(self, channels=kept + guards)
-
     def cooling(self) -> GuardSet:
         """Return the set for waiting at zero force: a warm specimen does not trip, a silent sensor does."""
         watched = tuple(replace(guard, stop_C=None) for guard in self.temperatures)
         return replace(self, temperatures=watched)
+
+    def valve_off(self) -> GuardSet:
+        """Return the set for a stand that is not switched on: nothing follows a command."""
+        kept = tuple(guard for guard in self.channels if guard.signal != "following_error")
+        return replace(self, channels=kept)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the guards as data for the run file, actions by name."""
+        content: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        for guard in (*content["channels"], *content["temperatures"]):
+            guard["action"] = Action(guard["action"]).name.lower()
+        for guard in content["temperatures"]:
+            guard["silence_action"] = Action(guard["silence_action"]).name.lower()
+        return content
 
 
 @dataclass
@@ -172,16 +182,25 @@ class GuardPanel:
             if memory.value_C is not None
         }
 
-    def too_warm(self) -> str:
-        """Return which specimen sensor is not yet below its resume threshold (or silent), empty if none."""
+    def warmer_than(self, limit_C: float | None = None) -> str:
+        """Return which specimen sensor is not at or below a temperature (or silent), empty if none.
+
+        Parameters
+        ----------
+        limit_C : float, optional
+            The temperature [°C]; without it each sensor's own resume threshold counts.
+        """
         for guard in self.guards.temperatures:
             if guard.resume_C is None:
                 continue
+            wanted_C = guard.resume_C if limit_C is None else limit_C
             value_C = self._heard(guard).value_C
             if value_C is None:
                 return f"{guard.label} has given no reading yet"
-            if value_C >= guard.resume_C:
-                return f"{guard.label} {value_C:.2f} °C, resume below {guard.resume_C:g} °C"
+            if value_C > wanted_C:
+                return (
+                    f"{guard.label} is at {value_C:.2f} °C, to go on it must be at or below {wanted_C:g} °C"
+                )
         return ""
 
     def _heard(self, guard: TemperatureGuard) -> TemperatureMemory:

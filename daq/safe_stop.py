@@ -141,13 +141,13 @@ class SafeStop:
         status = self._ask("status", self._controller.status)
         if status is not None and status.state not in VALVE_OFF:
             self._status = status
-            if status.state is not MotionState.FAULT:
-                if not emergency:
-                    self._move("hold", self._controller.start_hold, self._settings.hold_s)
+            if not emergency and not self._faulted():
+                self._move("hold", self._controller.start_hold, self._settings.hold_s)
+            if not self._faulted():
                 self._move("release", self._release, self._settings.limit_s)
-            if self._faulted():
+            if self._faulted():  # it refuses commands and unloads by itself
                 by = "controller"
-                self._wait(self._unloaded, self._settings.limit_s)
+                self._wait(self._at_rest, self._settings.limit_s)
             self._ask("valve off", self._controller.disable)
         last = self._ask("status", self._controller.status)
         self._status = last or self._status
@@ -163,9 +163,10 @@ class SafeStop:
             return
 
         def ended() -> bool:
-            state = self._status.state if self._status else None
-            done = self._status.done_sequence if self._status else None
-            return done == sequence or state in VALVE_OFF or state is MotionState.FAULT
+            status = self._status
+            return self._faulted() or (
+                status is not None and (status.done_sequence == sequence or status.state in VALVE_OFF)
+            )
 
         if not self._wait(ended, limit_s):
             self._problems.append(f"the {what} did not end in time")
@@ -221,10 +222,16 @@ class SafeStop:
             self._note(f"watchdog not fed: {error}")
 
     def _faulted(self) -> bool:
-        return self._status is not None and self._status.state is MotionState.FAULT
+        status = self._status
+        return status is not None and (status.state is MotionState.FAULT or status.fault_code != 0)
 
-    def _unloaded(self) -> bool:
-        return self._status is not None and abs(self._status.force_kN) <= self._settings.zero_force_kN
+    def _at_rest(self) -> bool:
+        """Return whether the controller's own fallback has ended: valve off, or no force left to release."""
+        status = self._status
+        if status is None:
+            return False
+        off = status.state in VALVE_OFF or status.state is MotionState.FAULT
+        return off and abs(status.force_kN) <= self._settings.zero_force_kN
 
     def _note(self, problem: str) -> None:
         if problem not in self._problems:

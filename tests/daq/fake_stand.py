@@ -122,17 +122,18 @@ class FakeController:
             self._fall_back(now_s)
             if self._motion is not None:
                 self.mm, over = self._motion(now_s - self._motion_began_s)
-                if over:
+                if over and self.fault_code:
+                    self.state, self._motion = MotionState.FAULT, None  # valve off by its own fallback
+                elif over:
                     self._end(EndReason.REACHED)
             self._rows.append((self._made, self.mm))
 
     def _end(self, reason: EndReason) -> None:
         self.end, self.done, self._motion = reason, self.sequence, None
-        if self.state not in (MotionState.FAULT, MotionState.OFF):
-            self.state = MotionState.HOLDING
+        self.state = MotionState.HOLDING
 
     def _fall_back(self, now_s: float) -> None:
-        if self.state in (MotionState.READY, MotionState.OFF, MotionState.FAULT):
+        if self.fault_code or self.state in (MotionState.READY, MotionState.OFF):
             return
         if now_s >= self.orders.fault_at_s:
             self._fault(self.orders.fault_code, EndReason.DEVICE_LIMIT, now_s)
@@ -141,7 +142,7 @@ class FakeController:
             self._fault(1, EndReason.WATCHDOG, now_s)
 
     def _fault(self, code: int, reason: EndReason, now_s: float) -> None:
-        self.state, self.fault_code, self.end = MotionState.FAULT, code, reason
+        self.state, self.fault_code, self.end = MotionState.RELEASING, code, reason
         self._begin(self._to(0.0, 50.0), now_s)
         self.done = self.sequence
 
@@ -162,7 +163,7 @@ class FakeController:
         self._wire(name)
         if name in self.orders.reject:
             raise CommandRejected(f"{name}: refused by order")
-        if self.state in (MotionState.OFF, MotionState.READY, MotionState.FAULT):
+        if self.fault_code or self.state in (MotionState.OFF, MotionState.READY):
             raise CommandRejected(f"{name}: wrong state {self.state.name}")
         self.sequence += 1
         self.state, self.end = state, EndReason.NONE
@@ -287,8 +288,7 @@ class FakeController:
     def disable(self) -> None:
         self._wire("disable")
         self._motion = None
-        if self.state is not MotionState.FAULT:
-            self.state = MotionState.OFF
+        self.state = MotionState.FAULT if self.fault_code else MotionState.OFF
 
     def events(self) -> Sequence[str]:
         return ()

@@ -1,0 +1,97 @@
+"""The metadata document of a run: all that evaluating and reporting it will need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Any
+
+from daq.panel import GuardSet
+from drivers.interfaces import Identity, Stand, StreamFacts
+from protocols.plan import Plan
+from protocols.steps import PlannedStep
+
+
+@dataclass(frozen=True)
+class CampaignFacts:
+    """What the runner cannot know by itself.
+
+    Parameters
+    ----------
+    stand : mapping
+        The stand file as data (its original, without this machine's wires).
+    watchdog_s : float
+        Time that the controller's watchdog is set to [s of the wall].
+    operator : str
+        Who runs it.
+    test : mapping
+        ``[test]`` of the specimen file, if it has one.
+    """
+
+    stand: Mapping[str, Any]
+    watchdog_s: float
+    operator: str = ""
+    test: Mapping[str, Any] = field(default_factory=dict)
+
+    def ambient(self) -> frozenset[str]:
+        """Return the temperature streams that do not touch the specimen."""
+        sensors = (self.stand.get("temperature") or {}).get("sensor") or ()
+        return frozenset(sensor["name"] for sensor in sensors if sensor.get("role") == "ambient")
+
+
+def stream_document(facts: StreamFacts) -> dict[str, Any]:
+    """Return a stream's part of the document."""
+    return {
+        "clock": facts.clock,
+        "rate_Hz": facts.rate_Hz or None,
+        "device": facts.device,
+        "channels": [channel.model_dump(mode="json") for channel in facts.channels],
+    }
+
+
+def run_document(
+    run_id: str,
+    step: PlannedStep,
+    plan: Plan,
+    stand: Stand,
+    identity: Identity,
+    guards: GuardSet,
+    facts: CampaignFacts,
+) -> dict[str, Any]:
+    """Return the metadata document of the run of one step (docs/run-file.md).
+
+    Raises
+    ------
+    ValueError
+        If the step is of a kind that is not recorded.
+    """
+    if step.run_kind is None:
+        raise ValueError(f"step {step.index} ({step.kind}) is not recorded")
+    streams = (stand.controller.facts, *(sensor.facts for sensor in stand.sensors))
+    return {
+        "format": "bufferstand/run",
+        "format_version": 1,
+        "run": {
+            "id": run_id,
+            "kind": step.run_kind,
+            "started_utc": datetime.now(UTC).isoformat(),
+            "operator": facts.operator or plan.campaign.content.campaign.operator,
+            "campaign": plan.campaign.id,
+            "step_index": step.index,
+        },
+        "software": {"name": "bufferstand", "version": version("bufferstand")},
+        "stand": {**facts.stand, "identity": asdict(identity)},
+        "specimen": plan.specimen.model_dump(mode="json"),
+        "test": dict(facts.test),
+        "campaign": plan.campaign.as_dict(),
+        "step": step.as_dict(),
+        "limits": {
+            "stand": plan.stand_limits.as_dict(),
+            "test": plan.campaign.limits.model_dump(mode="json"),
+            "in_force": plan.limits.as_dict(),
+            "guards": guards.as_dict(),
+        },
+        "streams": {stream.name: stream_document(stream) for stream in streams},
+    }

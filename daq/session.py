@@ -1,0 +1,381 @@
+"""One session on a stand: from the first look at every device to the safe stop, recorded steps between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from daq.acquisition import Acquisition, Pace, Recorder
+from daq.driving import Driver, Halt, Patience
+from daq.guards import Action, Trip
+from daq.limits import GuardSettings, guards_for
+from daq.metadata import CampaignFacts, run_document
+from daq.panel import GuardPanel, GuardSet
+from daq.progress import Phase, Progress, ProgressSink, Throttle
+from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from daq.signals import StopRequest
+from drivers.interfaces import Identity, Stand
+from foundation.clock import Clock
+from foundation.errors import DeviceFault
+from protocols.plan import Plan
+from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, StaticCycles, WaitUntilCool
+
+RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
+"""Makes the recorder of a run in a folder, under an id, with its metadata document."""
+
+FIRST_LOOK_S = 0.5
+"""So long at least every device is watched before anything moves [s of stand time]."""
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How a campaign is run, apart from what it does.
+
+    Parameters
+    ----------
+    guards : GuardSettings
+        How the guards judge the stand itself.
+    pace : Pace
+        Of the acquisition.
+    patience : Patience
+        How long a motion may take.
+    cool_limit_s : float
+        So long at most a specimen may take to cool to the resume threshold after a temperature stop [s].
+    """
+
+    guards: GuardSettings = field(default_factory=GuardSettings)
+    pace: Pace = field(default_factory=Pace)
+    patience: Patience = field(default_factory=Patience)
+    cool_limit_s: float = 4.0 * 3600.0
+
+
+class Session:
+    """Everything that is alive while a campaign runs.
+
+    Parameters
+    ----------
+    plan : Plan
+        Its limits, and what is shown of it.
+    stand, clock
+        The stand and its time.
+    facts : CampaignFacts
+        For the runs' metadata.
+    progress : ProgressSink
+        Who shows it.
+    request : StopRequest
+        The operator's wish.
+    settings : RunSettings
+        Guards, pace, patience.
+    recorder : callable
+        Makes the recorder of a run.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        stand: Stand,
+        clock: Clock,
+        facts: CampaignFacts,
+        progress: ProgressSink,
+        request: StopRequest,
+        settings: RunSettings,
+        recorder: RecorderMaker,
+    ) -> None:
+        self._plan = plan
+        self._stand = stand
+        self._clock = clock
+        self._facts = facts
+        self._progress = progress
+        self._throttle = Throttle(progress, clock.wall_s)
+        self._request = request
+        self._settings = settings
+        self._make_recorder = recorder
+        self._began_s = clock.now_s()
+        self._step: PlannedStep | None = None
+        self._step_began_s = self._began_s
+        self._phase: Phase = "start"
+        self._warnings: list[str] = []
+        self._alive: _Alive | None = None
+
+    @property
+    def cycles_done(self) -> int:
+        """Full cycles of the last attempt at a step."""
+        return self._alive.driver.cycles_done if self._alive else 0
+
+    def trip_of(self, guard: str, reason: str, *, device_fault: bool = True) -> Trip:
+        """Return a trip that comes from no sample."""
+        return Trip(guard, Action.STOP, reason, self._clock.now_s(), device_fault=device_fault)
+
+    def say_aloud(self, text: str) -> None:
+        """Show a line that must not be missed."""
+        self._progress.message(text)
+
+    # --- before and after --------------------------------------------------------------------------
+
+    def open(self, *, must_be_cool: bool) -> None:
+        """Connect, look at every device, and switch on; nothing has moved when it returns.
+
+        Parameters
+        ----------
+        must_be_cool : bool
+            The campaign was stopped by the temperature before: now the resume threshold counts.
+
+        Raises
+        ------
+        Halt
+            If a guard has tripped already, or the specimen is still too warm: the campaign does not begin.
+        DeviceFault
+            If a device does not answer.
+        """
+        identity = self._stand.controller.connect()
+        for sensor in self._stand.sensors:
+            sensor.start()
+        guards = guards_for(
+            self._plan.campaign.limits,
+            self._plan.limits,
+            self._stand,
+            ambient=self._facts.ambient(),
+            settings=self._settings.guards,
+        )
+        panel = GuardPanel(guards.valve_off(), at_s=self._clock.now_s(), wall_s=self._clock.wall_s())
+        acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
+        driver = Driver(acquisition, self._request, self._tick, self._settings.patience)
+        safe_stop = SafeStop(
+            self._stand.controller,
+            self._clock,
+            SafeStopSettings(
+                self._plan.campaign.content.motion.release_speed_mm_per_s, self._facts.watchdog_s
+            ),
+            pump=self._tick,
+        )
+        self._alive = _Alive(identity, guards, panel, acquisition, driver, safe_stop)
+        self._first_look(self._alive)
+        if must_be_cool and (why := panel.warmer_than()):
+            stream = why.partition(" ")[0]
+            raise Halt(self.trip_of(stream, f"still too warm to go on: {why}", device_fault=False))
+        self._switch_on()
+
+    def _first_look(self, alive: _Alive) -> None:
+        """Watch until every sensor has spoken; a silent one trips by itself when its grace is over."""
+        began_s = self._clock.now_s()
+        specimen = [guard.stream for guard in alive.guards.temperatures if guard.stop_C is not None]
+        while True:
+            alive.driver.pump()
+            heard = alive.panel.latest_temperatures()
+            spoken = alive.acquisition.latest.samples > 0 and all(name in heard for name in specimen)
+            if spoken and self._clock.now_s() - began_s >= FIRST_LOOK_S:
+                return
+
+    def _switch_on(self) -> None:
+        alive = self._need()
+        alive.safe_stop.arm()
+        alive.panel.change(alive.guards)
+        self._stand.controller.enable(
+            force_limit_kN=self._plan.limits.force.value,
+            stroke_limit_mm=self._plan.limits.stroke.value,
+            watchdog_ms=round(self._facts.watchdog_s * 1000.0),
+        )
+
+    def end(self) -> SafeStopReport | None:
+        """Stop safely (once); None if the controller never answered."""
+        if self._alive is None:
+            return None
+        return self._stop(self._alive.panel.action is Action.EMERGENCY)
+
+    def show_end(self, status: str, reason: str) -> None:
+        """Show how the campaign ended."""
+        self._phase = "done"
+        report = self._alive.safe_stop.report if self._alive else None
+        self._progress.message(f"campaign {status}" + (f": {reason}" if reason else ""))
+        if report is not None:
+            self._progress.message(report.line)
+        if self._alive is not None:
+            self._progress.update(self._snapshot())
+
+    # --- steps -------------------------------------------------------------------------------------
+
+    def perform(self, step: PlannedStep, motions: Sequence[Motion], where: tuple[Path, str] | None) -> None:
+        """Perform (the rest of) a step and record it as a run.
+
+        Parameters
+        ----------
+        step : PlannedStep
+            The step.
+        motions : sequence of Motion
+            Its motions, or those that are left.
+        where : tuple of Path and str, or None
+            Folder and id of the run; None for a step that is not recorded.
+
+        Raises
+        ------
+        Halt
+            If it was stopped; the stand is at zero force with the valve off then, and the run is closed.
+        """
+        alive = self._need()
+        self._step, self._step_began_s, self._warnings = step, self._clock.now_s(), []
+        alive.driver.begin_step()
+        steps = len(self._plan.steps)
+        self._progress.message(f"step {step.index} of {steps}: {step.name} (about {step.duration_s:.0f} s)")
+        try:
+            alive.driver.obey()
+            if where is not None:
+                alive.acquisition.attach(self._make_recorder(*where, self._document(where[1], step)))
+            alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
+            self._motions(step, motions)
+            self._tick()  # what was sampled until the last motion's end
+            alive.driver.obey()
+        except BaseException as error:
+            halt = error if isinstance(error, Halt) else self._halt_of(error)
+            try:
+                self._stop(halt.trip.action is Action.EMERGENCY)
+            finally:
+                self._close_run(run_status(halt.trip), halt.trip.reason)
+            if isinstance(error, DeviceFault):
+                raise halt from error
+            raise
+        if unsealed := self._close_run("complete", ""):
+            raise Halt(unsealed)
+
+    def _halt_of(self, error: BaseException) -> Halt:
+        if isinstance(error, DeviceFault):
+            return Halt(self.trip_of("controller", f"the controller or its wire failed: {error}"))
+        if isinstance(error, KeyboardInterrupt):
+            return Halt(self.trip_of("operator", "Ctrl-C (SIGINT)", device_fault=False))
+        return Halt(self.trip_of("internal", f"internal error: {error!r}"))
+
+    def _motions(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
+        alive = self._need()
+        for motion, estimate in zip(motions, step.estimates, strict=True):
+            self._phase = _phase_of(motion)
+            alive.driver.perform(motion, estimate.duration_s)
+
+    def _document(self, run_id: str, step: PlannedStep) -> dict[str, Any]:
+        alive = self._need()
+        return run_document(run_id, step, self._plan, self._stand, alive.identity, alive.guards, self._facts)
+
+    def _close_run(self, status: str, reason: str) -> Trip | None:
+        """Seal in a thread, because the watchdog wants to be fed meanwhile; return why it failed, if so."""
+        recorder = self._need().acquisition.detach()
+        if recorder is None:
+            return None
+        with ThreadPoolExecutor(1) as pool:
+            sealing = pool.submit(recorder.close, status, reason)
+            while not sealing.done():
+                self._tick_safely()
+                wait_for([sealing], timeout=0.02)
+        if failure := sealing.exception():
+            trip = self.trip_of("recorder", f"the run could not be sealed: {failure}")
+            self._progress.message(trip.reason)
+            return trip
+        self._progress.message(f"  {status}: {sealing.result().name}" + (f" ({reason})" if reason else ""))
+        return None
+
+    # --- safe stop and cooling ---------------------------------------------------------------------
+
+    def _stop(self, emergency: bool) -> SafeStopReport:
+        alive = self._need()
+        first = alive.safe_stop.report is None
+        self._phase = "safe stop"
+        alive.panel.change(alive.guards.valve_off())
+        report = alive.safe_stop.run(emergency=emergency)
+        if first:
+            alive.acquisition.say("safe stop", report.line, safe=report.safe, by=report.by)
+        return report
+
+    def cool_down(self) -> None:
+        """After a temperature stop: wait with the valve off until every sensor is at its resume threshold.
+
+        Raises
+        ------
+        Halt
+            If a sensor falls silent, the operator asks, or it takes longer than ``cool_limit_s``.
+        DeviceFault
+            If the actuator cannot be switched on again.
+        """
+        alive = self._need()
+        self._phase = "cool-down"
+        self._progress.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
+        alive.panel.change(alive.guards.valve_off().cooling())
+        alive.panel.reset()
+        alive.driver.cool(None, self._settings.cool_limit_s)
+        self._progress.message("cool enough: going on")
+        self._switch_on()
+
+    # --- what is shown -----------------------------------------------------------------------------
+
+    def _tick(self) -> None:
+        alive = self._need()
+        for trip in alive.acquisition.tick():
+            self._warnings.append(trip.reason)
+            self._progress.message(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
+        self._throttle.offer(self._snapshot)
+
+    def _tick_safely(self) -> None:
+        try:
+            self._tick()
+        except Exception as error:  # noqa: BLE001 - sealing must come to its end; the next pass says it again
+            self._warnings.append(repr(error))
+
+    def _snapshot(self) -> Progress:
+        alive = self._need()
+        latest, step = alive.acquisition.latest, self._step
+        elapsed_s = self._clock.now_s() - self._began_s
+        later = sum(s.expected_duration_s for s in self._plan.steps if step is None or s.index > step.index)
+        here = 0.0
+        if step is not None and self._phase != "done":
+            here = max(0.0, step.expected_duration_s - (self._clock.now_s() - self._step_began_s))
+        recorder = alive.acquisition.recorder
+        return Progress(
+            step=step.index if step else 0,
+            steps=len(self._plan.steps),
+            name=step.name if step else "",
+            phase=self._phase,
+            cycle=alive.driver.cycles_done,
+            cycles=(step.cycles or 0) if step else 0,
+            force_kN=latest.values.get("force"),
+            stroke_mm=latest.values.get("stroke"),
+            temperatures_C=alive.panel.latest_temperatures(),
+            temperature_limit_C=self._plan.campaign.limits.temperature_stop_C,
+            elapsed_s=elapsed_s,
+            remaining_s=here + (0.0 if self._phase == "done" else later),
+            lost=latest.lost,
+            written=recorder.written if recorder else 0,
+            durable=recorder.durable if recorder else 0,
+            warnings=tuple(self._warnings),
+        )
+
+    def _need(self) -> _Alive:
+        if self._alive is None:
+            raise RuntimeError("the session is not open")
+        return self._alive
+
+
+@dataclass(frozen=True)
+class _Alive:
+    """What exists once the controller has said who it is."""
+
+    identity: Identity
+    guards: GuardSet
+    panel: GuardPanel
+    acquisition: Acquisition
+    driver: Driver
+    safe_stop: SafeStop
+
+
+def run_status(trip: Trip) -> Literal["stopped", "failed"]:
+    """Return how a run ends that a trip stopped: ``failed`` where its last moment may be missing."""
+    return "failed" if trip.guard in ("controller", "recorder", "internal") else "stopped"
+
+
+def _phase_of(motion: Motion) -> Phase:
+    if isinstance(motion, Harmonic | StaticCycles):
+        return "motion"
+    if isinstance(motion, Release):
+        return "release"
+    if isinstance(motion, WaitUntilCool):
+        return "cool-down"
+    return "wait" if isinstance(motion, Hold) else "ramp"
