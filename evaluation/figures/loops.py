@@ -53,7 +53,7 @@ def static_loops(loops: Sequence[Loop], windows: Sequence[Window] = ()) -> Plot:
         _curve(loop, f"cycle {loop.cycle}", tone=number, dash=number) for number, loop in enumerate(loops)
     )
     ranges = _ranges(loops, windows)
-    return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, windows=tuple(windows), height_mm=115.0, **ranges)
+    return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, windows=tuple(windows), height_mm=96.0, **ranges)
 
 
 def dynamic_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
@@ -95,7 +95,7 @@ def _over(static: Loop | None, loops: Sequence[Loop], curves: list[Curve], *, wh
         loops = [static, *loops]
     if whole:
         ranges = _ranges(loops, ())
-    return Plot(STROKE_LABEL, FORCE_LABEL, curves=tuple(curves), height_mm=105.0, **ranges)
+    return Plot(STROKE_LABEL, FORCE_LABEL, curves=tuple(curves), height_mm=88.0, **ranges)
 
 
 def _curve(

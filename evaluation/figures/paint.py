@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 _LEGEND_ROW_MM = 4.6
 # A hundredth of a point is 0.004 mm on paper; matplotlib writes six decimals, which only make files large.
-_COORDINATE = re.compile(r"(?<=[ML ])(-?\d+\.\d\d)\d+(?= |$)", re.MULTILINE)
+_VERTEX = re.compile(r"([ML]) (-?\d+\.?\d*) (-?\d+\.?\d*) $", re.MULTILINE)
+_BALLAST = re.compile(r"<!DOCTYPE[^>]*>\s*|<metadata>.*?</metadata>\s*", re.DOTALL)
 
 
 def draw(plot: Plot) -> str:
@@ -57,7 +58,11 @@ def draw(plot: Plot) -> str:
             figure.legend(handles=handles, loc="outside lower center", ncols=columns)
         text = io.StringIO()
         canvas.print_svg(text, metadata={"Date": None, "Creator": None})
-    return _COORDINATE.sub(r"\1", text.getvalue())
+    return _VERTEX.sub(_rounded, _BALLAST.sub("", text.getvalue()))
+
+
+def _rounded(vertex: re.Match[str]) -> str:
+    return f"{vertex[1]} {round(float(vertex[2]), 2):g} {round(float(vertex[3]), 2):g} "
 
 
 def _columns(labels: list[str]) -> int:

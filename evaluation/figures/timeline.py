@@ -81,7 +81,7 @@ def _timeline(
         Span(step.start_s / scale, step.end_s / scale, step.label if number % labelled_every == 0 else "")
         for number, step in enumerate(steps)
     )
-    stops = tuple(Stop(step.end_s / scale, f"step {step.label} {step.stop}") for step in steps if step.stop)
+    stops = tuple(Stop(step.end_s / scale, f"run {step.label} {step.stop}") for step in steps if step.stop)
     return Plot(
         f"Time since the start of the first step [{unit}]",
         y_label,

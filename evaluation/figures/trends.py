@@ -11,7 +11,7 @@ from evaluation.figures.plot import Fit, Floats, Plot, Points
 
 FREQUENCY_LABEL = "Frequency of loading [Hz]"
 DAMPING_LABEL = "Damping W$_a$/W$_s$ [–]"
-STIFFNESS_LABEL = "Tangent stiffness of the loading branch [kN/mm]"
+STIFFNESS_LABEL = "Tangent stiffness [kN/mm]"
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,102 @@
+"""The whole content of a report from its source."""
+
+from __future__ import annotations
+
+from evaluation.report.closing import (
+    data_section,
+    deviations_section,
+    rule_section,
+    statements_section,
+    warnings_section,
+)
+from evaluation.report.content import Block, Content, Section, Texts
+from evaluation.report.fields import missing_fields
+from evaluation.report.gallery import figures_section
+from evaluation.report.identification import (
+    calibrations,
+    customer,
+    head,
+    identification,
+    laboratory,
+    operator,
+    overdue,
+    simulated,
+)
+from evaluation.report.source import Source
+from evaluation.report.tables import cycles_section, runs_section
+from evaluation.report.verdicts import requirements_section, verdict_line
+
+
+def build_content(source: Source) -> Content:
+    """Return the report's content.
+
+    Parameters
+    ----------
+    source : Source
+        Runs, their evaluation, and what the laboratory adds.
+
+    Returns
+    -------
+    Content
+        The same for the same source, whenever and wherever it is built.
+    """
+    version = (source.document.get("software") or {}).get("version")
+    software = f"bufferstand {version}" if version else "bufferstand"
+    calibration = calibrations(source)
+    sections = [
+        _summary(source),
+        identification(source),
+        requirements_section(source),
+        runs_section(source),
+        cycles_section(source),
+        figures_section(source),
+        deviations_section(source),
+        warnings_section(source, overdue(calibration)),
+        rule_section(source),
+        calibration,
+        data_section(source),
+        statements_section(source),
+    ]
+    ends = [run.ended for run in source.runs if run.ended is not None]
+    return Content(
+        title="Test report: static and dynamic characteristics",
+        subtitle=_subtitle(source),
+        notices=_notices(source),
+        missing=missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
+        head=head(source, software),
+        sections=tuple(section for section in sections if section is not None),
+        ended=max(ends).isoformat() if ends else "",
+        software=software,
+    )
+
+
+def _subtitle(source: Source) -> str:
+    specimen = source.common("specimen", "id").text
+    kind = source.common("specimen", "kind").text.replace("-", " ")
+    known = [part for part in (kind, specimen) if part and part != "—"]
+    return f"{' '.join(known) or 'specimen not recorded'} · {source.name}"
+
+
+def _notices(source: Source) -> tuple[str, ...]:
+    notices = []
+    if simulated(source):
+        notices.append("Simulated stand: nothing in this report was measured on a specimen.")
+    notices += [f"Run {run.number} {run.status}: {run.reason}." for run in source.runs if run.ended_early]
+    return tuple(notices)
+
+
+def _summary(source: Source) -> Section:
+    judged = [run for run in source.runs if run.evaluated.get("verdict") is not None]
+    others = len(source.runs) - len(judged)
+    blocks: list[Block] = [verdict_line(run) for run in judged]
+    runs = f"{len(source.runs)} run{'s' if len(source.runs) != 1 else ''}"
+    sentence = f"{runs}, of which {len(judged)} judged against requirements."
+    if others:
+        sentence += f" Of the other {others} nothing is required: they state characteristics."
+    damping = [value for run in source.runs if (value := run.result("damping")) is not None]
+    forces = [value for run in source.runs if (value := run.result("force_max_kN")) is not None]
+    if forces:
+        sentence += f" Greatest force {max(forces):.1f} kN."
+    if damping:
+        sentence += f" Damping from {min(damping):.3f} to {max(damping):.3f}."
+    return Section("summary", "Summary", (*blocks, Texts((sentence,))))

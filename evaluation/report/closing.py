@@ -1,0 +1,173 @@
+"""What limits the results and what they rest on: deviations, stops, warnings, decision rule, raw data."""
+
+from __future__ import annotations
+
+from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Signature, Signatures, Table, Texts
+from evaluation.report.identification import operator
+from evaluation.report.numbers import fixed, usable
+from evaluation.report.source import Source, runs_text
+from evaluation.report.verdicts import CONDITIONS, name_of
+
+_RULES = {
+    "simple": (
+        "Simple acceptance (ILAC-G8:09/2019, w = 0): a result passes if it lies within its limits, whatever "
+        "its uncertainty. The risk of a false acceptance is at most 50 % for a value exactly on a limit; the "
+        "conformance probability beside each result says how likely the true value conforms."
+    ),
+    "guard-band": (
+        "Guard band (ILAC-G8:09/2019, w = U): a result passes or fails only if it lies at least its expanded "
+        "uncertainty inside or outside its limits, with a risk of a false acceptance of at most 2.5 %; "
+        "between, the verdict is a conditional pass or a conditional fail."
+    ),
+}
+
+
+_UNCERTAINTY = (
+    "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
+    "the unit of the measured value. Where the record states no accuracy of its channels, none is given."
+)
+_VALIDITY = (
+    "The results relate only to the items tested. This report shall not be reproduced except in full without "
+    "approval of the laboratory."
+)
+
+
+def deviations_section(source: Source) -> Section:
+    """Return what deviates from the method, and the runs that ended early with their reasons."""
+    items = [*source.fields.deviations, *_derived_deviations(source)]
+    blocks: list[Texts | Table] = [Texts(tuple(dict.fromkeys(items)) or ("None.",), listed=True)]
+    early = [run for run in source.runs if run.status in {"stopped", "failed", "recovered"}]
+    if early:
+        rows = []
+        for run in early:
+            reason = str(run.metadata["run"].get("reason") or "")
+            events = "; ".join(f"{fixed(at, 1)} s: {text}" for at, _, text in run.events[-3:])
+            rows.append(
+                (
+                    Cell(str(run.number), "number"),
+                    Cell(run.id, "code"),
+                    Cell(run.status, "text" if run.status == "recovered" else "bad"),
+                    Cell(reason) if reason else Cell(DASH, "missing", "no reason recorded"),
+                    Cell(events) if events else Cell(DASH, "missing", "no events recorded"),
+                )
+            )
+        blocks.append(
+            Table(
+                "Runs that ended early",
+                (Column("Run"), Column("Run id"), Column("Ended"), Column("Reason"), Column("Last events")),
+                tuple(rows),
+                note="Everything recorded up to that moment is kept and evaluated.",
+            )
+        )
+    return Section("deviations", "Deviations and stopped runs", tuple(blocks))
+
+
+def _derived_deviations(source: Source) -> list[str]:
+    items = []
+    limited: dict[float, list[int]] = {}
+    for run in source.runs:
+        limit = usable(run.fact("stand", "limits", "force_max_kN"))
+        short = any(r["id"] == "full-stroke" and r["verdict"] == "inconclusive" for r in run.requirements)
+        if limit is not None and short:
+            limited.setdefault(limit, []).append(run.number)
+        for requirement in run.requirements:
+            if requirement["id"] in CONDITIONS and requirement["verdict"] in {"fail", "inconclusive"}:
+                why = str(requirement.get("why") or "").rstrip(".")
+                kind = "broken" if requirement["verdict"] == "fail" else "not shown by the record"
+                items.append(f"Run {run.number}: condition “{name_of(requirement)}” {kind}: {why}.")
+    items += [
+        f"Force limited to {limit:g} kN by the stand ({runs_text(numbers)}): full stroke was not reached."
+        for limit, numbers in limited.items()
+    ]
+    imported = [run.number for run in source.runs if run.status == "imported"]
+    if imported:
+        items.append(
+            f"Imported from foreign records, not measured by this software: {runs_text(imported)}. "
+            "Results of external providers."
+        )
+    return items
+
+
+def warnings_section(source: Source, further: list[str]) -> Section | None:
+    """Return every warning once with the runs that it concerns, or None if there is none."""
+    of: dict[str, list[int]] = {}
+    for run in source.runs:
+        for warning in ([run.problem] if run.problem else []) + run.warnings:
+            of.setdefault(warning, []).append(run.number)
+    items = [*source.findings, *further, *(f"{_capital(runs_text(n))}: {text}" for text, n in of.items())]
+    return Section("warnings", "Warnings", (Texts(tuple(items), listed=True),)) if items else None
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def rule_section(source: Source) -> Section:
+    """Return the decision rule with its risk, and how uncertainties are stated."""
+    rule = str((source.document.get("options") or {}).get("decision_rule") or "simple")
+    items = [
+        _RULES[rule],
+        _UNCERTAINTY,
+        "A result that is missing, not reached or not shown by the record is never counted as passed.",
+    ]
+    sets = {
+        " ".join(str(limits[key]) for key in ("id", "edition", "date", "sha256") if limits.get(key))
+        for run in source.runs
+        if isinstance(limits := run.evaluated.get("limit_set"), dict)
+    }
+    items += [f"Limits applied: {text}." for text in sorted(sets)]
+    return Section("decision-rule", "Decision rule and uncertainty", (Texts(tuple(items)),))
+
+
+def data_section(source: Source) -> Section:
+    """Return the raw data files with their hashes, and what the customer supplied."""
+    table = Table(
+        "Raw data",
+        (Column("Run"), Column("File"), Column("SHA-256")),
+        tuple(
+            (Cell(str(run.number), "number"), Cell(run.file, "code"), Cell(run.sha256, "code"))
+            for run in source.runs
+        ),
+        note="“bufferstand verify” on these files shows whether they are whole and unaltered.",
+    )
+    originals = tuple(
+        (
+            f"Run {run.number}",
+            Cell(f"{run.fact('original', 'file')}, SHA-256 {run.fact('original', 'sha256')}"),
+        )
+        for run in source.runs
+        if run.fact("original", "file")
+    )
+    blocks: list[Table | Sheet | Texts] = [table]
+    if originals:
+        blocks.append(Sheet("Original files of imported runs", originals))
+    if source.fields.customer_supplied:
+        blocks.append(
+            Texts(
+                (
+                    "Supplied by the customer, and not the laboratory’s responsibility:",
+                    *source.fields.customer_supplied,
+                ),
+                listed=True,
+            )
+        )
+    return Section("data", "Raw data", tuple(blocks))
+
+
+def statements_section(source: Source) -> Section:
+    """Return remarks, the validity statement and who answers for the report."""
+    fields = source.fields
+    texts = Texts(
+        (
+            *fields.remarks,
+            _VALIDITY,
+        )
+    )
+    signatures = Signatures(
+        (
+            Signature("Tested by", operator(source)),
+            Signature("Checked by", fields.checked_by),
+            Signature("Authorised by", fields.authorised_by),
+        )
+    )
+    return Section("statements", "Validity and signatures", (texts, signatures))

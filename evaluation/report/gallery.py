@@ -1,0 +1,202 @@
+"""The figures of a report, each with its caption, what it shows in words, and the numbers behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from evaluation.figures.loops import Loop, amplitude_loops, dynamic_loops, frequency_loops, static_loops
+from evaluation.figures.plot import Plot, Window
+from evaluation.report.content import DASH, Cell, Column, Picture, Section, Table, Texts
+from evaluation.report.numbers import fixed, quantity_cell, significant, usable
+from evaluation.report.samples import at_strokes, loop_of
+from evaluation.report.source import ReportRun, Source, runs_text
+from evaluation.report.tables import why_missing
+from evaluation.report.timelines import timeline_pictures
+from evaluation.report.trend_figures import runs_of_trend, trend_pictures
+from evaluation.report.unnumbered import Unnumbered
+from evaluation.report.verdicts import worst
+
+_LEVEL_STEP_MM = 10.0
+_LOOP_COLUMNS = (
+    ("Prestress", "mm", "prestress_mm"),
+    ("Amplitude", "mm", "amplitude_mm"),
+    ("Frequency", "Hz", "frequency_Hz"),
+    ("Force min.", "kN", "force_min_kN"),
+    ("Force max.", "kN", "force_max_kN"),
+    ("Damping Wₐ/Wₛ", "–", "damping"),
+    ("Tangent stiffness", "kN/mm", "tangent_stiffness_kN_per_mm"),
+)
+
+
+def figures_section(source: Source) -> Section:
+    """Return every figure that the runs give something to show in."""
+    pictures = [
+        *_static_pictures(source),
+        *_dynamic_pictures(source),
+        *trend_pictures(source),
+        *timeline_pictures(source),
+    ]
+    numbered = tuple(
+        Picture(number, one.caption, one.alt, one.plot, one.numbers)
+        for number, one in enumerate(pictures, start=1)
+    )
+    if not numbered:
+        return Section("figures", "Figures", (Texts(("No run holds samples that could be drawn.",)),))
+    return Section("figures", "Figures", numbered)
+
+
+def _static_pictures(source: Source) -> list[Unnumbered]:
+    pictures = []
+    for run in source.runs:
+        if run.kind == "harmonic":
+            continue
+        cycles = [cycle for cycle in run.cycles if cycle.get("complete")] or run.cycles
+        loops = [loop for cycle in cycles if (loop := loop_of(run, cycle)) is not None]
+        if not loops:
+            continue
+        windows = _windows(run)
+        limits = " with the permitted ranges of EN 15551, Table 3" if windows else ""
+        top = max(loops, key=lambda loop: float(np.nanmax(loop.stroke_mm)))
+        force, stroke = (fixed(float(np.nanmax(v)), 1) for v in (top.force_kN, top.stroke_mm))
+        count = f"{len(loops)} cycle{'s' if len(loops) > 1 else ''}"
+        pictures.append(
+            Unnumbered(
+                caption=f"Force over stroke of {count} of run {run.number} ({run.kind}){limits}.",
+                alt=f"{len(loops)} force–stroke loops of run {run.number}, up to {force} kN at {stroke} mm. "
+                + " ".join(f"At {w.at:g} mm: {w.verdict.replace('-', ' ')}." for w in windows),
+                plot=static_loops(loops, windows),
+                numbers=_levels_table(loops),
+            )
+        )
+    return pictures
+
+
+def _windows(run: ReportRun) -> list[Window]:
+    """Return the permitted force ranges with what was measured in all cycles, and the gravest verdict."""
+    by_stroke: dict[float, list[Mapping[str, Any]]] = {}
+    for requirement in run.requirements:
+        identifier = str(requirement["id"])
+        if identifier == "preload":
+            by_stroke.setdefault(0.0, []).append(requirement)
+        elif identifier.startswith("force-at-"):
+            at = float(identifier.removeprefix("force-at-").removesuffix("mm"))
+            by_stroke.setdefault(at, []).append(requirement)
+    windows = []
+    for at, requirements in sorted(by_stroke.items()):
+        lower, upper = (usable(requirements[0].get(key)) for key in ("lower_limit", "upper_limit"))
+        if lower is None or upper is None:
+            continue
+        measured = tuple(
+            value
+            for requirement in requirements
+            if (value := usable(requirement.get("measured"))) is not None
+        )
+        verdict = worst([str(requirement["verdict"]) for requirement in requirements])
+        label = f"{'preload ' if at == 0.0 else ''}{lower:g}–{upper:g}"
+        if not measured:
+            label += f"\n{verdict.replace('-', ' ')}"
+        windows.append(Window(at, lower, upper, measured, verdict, label))
+    return windows
+
+
+def _levels_table(loops: Sequence[Loop]) -> Table:
+    """Return the forces of each loop at round strokes."""
+    reach = max(float(np.nanmax(loop.stroke_mm)) for loop in loops)
+    levels = [_LEVEL_STEP_MM * step for step in range(1, int(reach // _LEVEL_STEP_MM) + 1)]
+    read = [at_strokes(loop, levels) for loop in loops]
+    rows = []
+    for number, level in enumerate(levels):
+        cells = [Cell(f"{level:g}", "number")]
+        for forces in read:
+            for force in forces[number]:
+                missing = Cell(
+                    DASH, "missing", "the cycle does not reach this stroke, or samples are missing"
+                )
+                cells.append(missing if force is None else Cell(fixed(force, 1), "number"))
+        rows.append(tuple(cells))
+    columns = [Column("Stroke", "mm")]
+    for loop in loops:
+        columns += [
+            Column(f"Cycle {loop.cycle} loading", "kN"),
+            Column(f"Cycle {loop.cycle} unloading", "kN"),
+        ]
+    return Table("Force at round strokes", tuple(columns), tuple(rows))
+
+
+def _dynamic_pictures(source: Source) -> list[Unnumbered]:
+    shown = {
+        run.number: (run, cycle, loop)
+        for run in source.runs
+        if run.kind == "harmonic"
+        and (cycle := run.shown_cycle()) is not None
+        and (loop := loop_of(run, cycle)) is not None
+    }
+    if not shown:
+        return []
+    static, over = _static_loop(source)
+    pictures = [
+        _loops_picture(
+            list(shown.values()),
+            f"Dynamic loops of {runs_text(shown)}{over}.",
+            dynamic_loops([loop for _, _, loop in shown.values()], static),
+        )
+    ]
+    for quantity in ("damping", "tangent_stiffness"):
+        for trend in source.document.get("trends") or []:
+            numbers = [number for number in runs_of_trend(source, trend) if number in shown]
+            varies = usable(trend.get("amplitude_mm")) is None
+            if trend.get("quantity") != quantity or len(numbers) < 2 or varies is (quantity == "damping"):
+                continue
+            chosen = [shown[number] for number in numbers]
+            loops = [loop for _, _, loop in chosen]
+            conditions = _conditions(trend)
+            if varies:
+                caption = f"Loops at constant prestress and several amplitudes, {conditions}{over}."
+                pictures.append(_loops_picture(chosen, caption, amplitude_loops(loops, static)))
+            else:
+                caption = (
+                    f"Loops at constant prestress and amplitude and several frequencies, {conditions}{over}."
+                )
+                pictures.append(_loops_picture(chosen, caption, frequency_loops(loops, static)))
+    return pictures
+
+
+def _conditions(trend: Mapping[str, Any]) -> str:
+    prestress, amplitude = usable(trend.get("prestress_mm")), usable(trend.get("amplitude_mm"))
+    text = "prestress unknown" if prestress is None else f"prestress {significant(prestress, 3)} mm"
+    return text if amplitude is None else f"{text}, amplitude {significant(amplitude, 3)} mm"
+
+
+def _static_loop(source: Source) -> tuple[Loop | None, str]:
+    """Return the quasi-static cycle to draw dynamic loops over, and how the caption names it."""
+    for run in source.runs:
+        cycle = run.shown_cycle() if run.kind == "static" else None
+        loop = loop_of(run, cycle) if cycle is not None else None
+        if loop is not None:
+            return loop, f" over the quasi-static cycle {loop.cycle} of run {run.number} (dotted)"
+    return None, ""
+
+
+def _loops_picture(
+    chosen: Sequence[tuple[ReportRun, Mapping[str, Any], Loop]], caption: str, plot: Plot
+) -> Unnumbered:
+    highest = max(float(np.nanmax(loop.force_kN)) for _, _, loop in chosen)
+    rows = []
+    for run, cycle, _ in chosen:
+        values = (
+            quantity_cell(name, cycle.get(name), why_missing(run, cycle, name)) for *_, name in _LOOP_COLUMNS
+        )
+        rows.append((Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"), *values))
+    return Unnumbered(
+        caption=caption,
+        alt=f"{len(chosen)} force–stroke loops, up to {fixed(highest, 1)} kN; the numbers are tabulated.",
+        plot=plot,
+        numbers=Table(
+            "The cycles drawn",
+            (Column("Run"), Column("Cycle"), *(Column(title, unit) for title, unit, _ in _LOOP_COLUMNS)),
+            tuple(rows),
+        ),
+    )

@@ -1,0 +1,44 @@
+"""The report as one HTML file: no script, no request, readable on a screen, a phone and on paper."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from evaluation.report.content import Content
+
+
+def render_html(content: Content, figures: Sequence[str]) -> str:
+    """Return the report as HTML text.
+
+    Parameters
+    ----------
+    content : Content
+        What the report says.
+    figures : sequence of str
+        The figures as SVG text, in the order of their numbers. Each becomes an image of its own (a data
+        address), because matplotlib's ids would collide if they shared one document.
+
+    Returns
+    -------
+    str
+        The same text for the same content.
+    """
+    environment = Environment(
+        loader=PackageLoader("evaluation.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    images = ["data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode() for svg in figures]
+    assert environment.loader is not None
+    style, _, _ = environment.loader.get_source(environment, "report.css")
+    # The style sheet is ours, not data: it must not be escaped.
+    return environment.get_template("report.html.j2").render(
+        report=content.document(), images=images, style=Markup(style)
+    )

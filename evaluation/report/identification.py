@@ -1,0 +1,270 @@
+"""Who, what, where and when: the identification that ISO/IEC 17025, 7.8.2.1, asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import date
+
+from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table
+from evaluation.report.numbers import fixed, moment_text, significant, usable
+from evaluation.report.source import NOT_RECORDED, Source, runs_text
+
+_TO_BE_GIVEN = "not given: add it to report.toml beside the runs"
+_SPECIMEN = (
+    ("Identification", "id"),
+    ("Kind", "kind"),
+    ("Category", "category"),
+    ("Elastic system", "elastic_system"),
+    ("Full stroke [mm]", "max_stroke_mm"),
+    ("Assembled", "assembled"),
+    ("Maker", "maker"),
+    ("Serial number", "serial"),
+    ("Year", "year"),
+    ("Description", "description"),
+)
+
+
+def given(text: object, why: str = _TO_BE_GIVEN) -> Cell:
+    """Return a fact as a cell, or a dash with the reason."""
+    shown = text.isoformat() if isinstance(text, date) else str(text or "")
+    return Cell(shown) if shown else Cell(DASH, "missing", why)
+
+
+def laboratory(source: Source) -> str:
+    """Return the laboratory's name from ``report.toml``, else from the runs, else nothing."""
+    return source.fields.laboratory or _first(
+        source, ("stand", "stand", "laboratory"), ("test", "laboratory")
+    )
+
+
+def customer(source: Source) -> str:
+    """Return the customer from ``report.toml``, else from the specimen's facts, else nothing."""
+    return source.fields.customer or _first(source, ("specimen", "customer"))
+
+
+def operator(source: Source) -> str:
+    """Return who tested, from ``report.toml``, else from the runs, else nothing."""
+    return source.fields.tested_by or _first(source, ("run", "operator"), ("test", "operator"))
+
+
+def _first(source: Source, *paths: tuple[str, ...]) -> str:
+    for path in paths:
+        values = dict.fromkeys(str(run.fact(*path)) for run in source.runs if run.fact(*path))
+        if values:
+            return "; ".join(values)
+    return ""
+
+
+def stand_text(source: Source) -> Cell:
+    """Return the stand's name and id as the runs have them."""
+    names = {
+        " · ".join(
+            str(part)
+            for part in (run.fact("stand", "stand", "name"), run.fact("stand", "stand", "id"))
+            if part
+        )
+        for run in source.runs
+    } - {""}
+    return given("; ".join(sorted(names)), NOT_RECORDED)
+
+
+def simulated(source: Source) -> bool:
+    """Say whether any run was made on a simulated stand: nothing of it was measured on a specimen."""
+    return any(
+        "simulat" in str(run.fact("stand", *path)).lower()
+        for run in source.runs
+        for path in (("identity",), ("stand", "id"), ("stand", "name"))
+    )
+
+
+def test_dates(source: Source) -> Cell:
+    """Return first start and last end as the runs recorded them."""
+    starts = [run.started for run in source.runs if run.started is not None]
+    ends = [run.ended for run in source.runs if run.ended is not None]
+    if not starts:
+        return Cell(DASH, "missing", NOT_RECORDED)
+    first, last = moment_text(min(starts).isoformat()), moment_text(max(ends or starts).isoformat())
+    return Cell(f"{first} to {last}")
+
+
+def head(source: Source, software: str) -> Sheet:
+    """Return the identification at the top of the report."""
+    return Sheet(
+        "",
+        (
+            ("Specimen", source.common("specimen", "id")),
+            ("Campaign", source.common("run", "campaign")),
+            ("Test stand", stand_text(source)),
+            ("Operator", given(operator(source), NOT_RECORDED)),
+            ("Tested", test_dates(source)),
+            ("Recorded with", _recording_software(source)),
+            ("Evaluated with", Cell(software)),
+        ),
+    )
+
+
+def _recording_software(source: Source) -> Cell:
+    versions: dict[str, list[int]] = {}
+    for run in source.runs:
+        parts = (run.fact("software", "name"), run.fact("software", "version"))
+        versions.setdefault(" ".join(str(part) for part in parts if part), []).append(run.number)
+    if set(versions) == {""}:
+        return Cell(DASH, "missing", NOT_RECORDED)
+    if len(versions) == 1:
+        return Cell(next(iter(versions)))
+    return Cell("; ".join(f"{version or DASH} ({runs_text(of)})" for version, of in versions.items()))
+
+
+def identification(source: Source) -> Section:
+    """Return the section on laboratory, customer, specimen, stand and dates."""
+    fields = source.fields
+    parties = Sheet(
+        "Laboratory and customer",
+        (
+            ("Laboratory", given(laboratory(source))),
+            ("Address", given(fields.laboratory_address)),
+            ("Place of the test", given(fields.place_of_test)),
+            ("Customer", given(customer(source))),
+            ("Customer’s address", given(fields.customer_address)),
+            ("Test method", given(fields.method)),
+            ("Specimen received", given(fields.received)),
+            ("Tested", test_dates(source)),
+            ("Report issued", given(fields.issued)),
+            *((("Sampling", Cell(fields.sampling)),) if fields.sampling else ()),
+            *(
+                (("Replaces report", Cell(f"{fields.amends}: {fields.amendment_reason}")),)
+                if fields.amends
+                else ()
+            ),
+        ),
+    )
+    specimen = Sheet(
+        "Specimen",
+        tuple((name, _specimen_fact(source, key)) for name, key in _SPECIMEN),
+    )
+    return Section("identification", "Identification", (parties, specimen, _stand(source)))
+
+
+def _specimen_fact(source: Source, key: str) -> Cell:
+    cell = source.common("specimen", key)
+    if cell.text == "":
+        return Cell(DASH, "missing", NOT_RECORDED)
+    if key == "assembled" and (moment := moment_text(cell.text)) is not None:
+        return Cell(moment)
+    return cell
+
+
+def _stand(source: Source) -> Sheet:
+    facts: list[tuple[str, Cell]] = [("Test stand", stand_text(source)), ("Controller", _identity(source))]
+    for name, key, unit in (
+        ("Force limit", "force_max_kN", "kN"),
+        ("Stroke limit", "stroke_max_mm", "mm"),
+        ("Frequency limit", "frequency_max_Hz", "Hz"),
+        ("Speed limit", "speed_max_mm_per_s", "mm/s"),
+    ):
+        values = {usable(run.fact("stand", "limits", key)) for run in source.runs} - {None}
+        text = "; ".join(
+            f"{significant(value)} {unit}" for value in sorted(v for v in values if v is not None)
+        )
+        facts.append((name, given(text, NOT_RECORDED)))
+    stops = {usable(run.fact("limits", "temperature_stop_C")) for run in source.runs} - {None}
+    text = "; ".join(f"{significant(stop)} °C" for stop in sorted(v for v in stops if v is not None))
+    facts.append(("Temperature stop", given(text, NOT_RECORDED)))
+    return Sheet("Test stand and limits in force", tuple(facts))
+
+
+def _identity(source: Source) -> Cell:
+    found: dict[str, None] = {}
+    for run in source.runs:
+        identity = run.fact("stand", "identity")
+        if isinstance(identity, Mapping):
+            found[", ".join(f"{key} {value}" for key, value in identity.items() if value)] = None
+        elif identity:
+            found[str(identity)] = None
+    return given("; ".join(found), NOT_RECORDED)
+
+
+def calibrations(source: Source) -> Section:
+    """Return each channel's calibration with its due date, judged on the day of the test."""
+    rows: dict[tuple[str, ...], list[int]] = {}
+    for run in source.runs:
+        for stream in (run.fact("streams") or {}).values():
+            for channel in stream.get("channels") or []:
+                if channel.get("quantity") in {"command", "position"}:
+                    continue
+                rows.setdefault(
+                    _calibration_key(channel, run.started.date() if run.started else None), []
+                ).append(run.number)
+    table = Table(
+        "Calibrations of the measuring channels",
+        (
+            Column("Channel"),
+            Column("Place"),
+            Column("Calibration"),
+            Column("Certificate"),
+            Column("Calibrated"),
+            Column("Valid until"),
+            Column("On the day of the test"),
+            Column("Delay", "ms"),
+            Column("Accuracy", "%"),
+            Column("Runs"),
+        ),
+        tuple(_calibration_row(key, numbers) for key, numbers in rows.items()),
+        note="Accuracy is the limit of the relative error that certificate or data sheet states.",
+    )
+    return Section("calibrations", "Calibrations", (table,))
+
+
+def _calibration_key(channel: Mapping[str, object], day: date | None) -> tuple[str, ...]:
+    calibration = channel.get("calibration") or {}
+    uncertainty = channel.get("uncertainty") or {}
+    assert isinstance(calibration, Mapping)
+    assert isinstance(uncertainty, Mapping)
+    due = str(calibration.get("valid_until") or "")
+    state = "" if not due or day is None else ("valid" if day.isoformat() <= due else "overdue")
+    delay = usable(channel.get("delay_s"))
+    accuracy = usable(uncertainty.get("accuracy_percent"))
+    return (
+        str(channel.get("name")),
+        str(channel.get("place") or ""),
+        str(calibration.get("id") or ""),
+        str(calibration.get("certificate") or ""),
+        str(calibration.get("date") or ""),
+        due,
+        state,
+        "" if delay is None else fixed(1000.0 * delay, 2),
+        "" if accuracy is None else significant(accuracy),
+    )
+
+
+def _calibration_row(key: tuple[str, ...], numbers: list[int]) -> tuple[Cell, ...]:
+    name, place, calibration, certificate, made, due, state, delay, accuracy = key
+    tone = {"valid": "good", "overdue": "bad"}.get(state, "text")
+    verdict = (
+        Cell(state, "good" if tone == "good" else "bad")
+        if state
+        else Cell(DASH, "missing", "no due date or no date of the test on record")
+    )
+    return (
+        Cell(name, "code"),
+        given(place, "place not recorded"),
+        given(calibration, NOT_RECORDED),
+        given(certificate, "no certificate named"),
+        given(made, "no date named"),
+        given(due, "no due date named"),
+        verdict,
+        Cell(delay, "number") if delay else Cell(DASH, "missing", NOT_RECORDED),
+        Cell(accuracy, "number") if accuracy else Cell(DASH, "missing", "no accuracy stated"),
+        Cell(runs_text(numbers).removeprefix("runs ").removeprefix("run ")),
+    )
+
+
+def overdue(section: Section) -> list[str]:
+    """Return a warning for each calibration that was overdue on the day of the test."""
+    (table,) = section.blocks
+    assert isinstance(table, Table)
+    return [
+        f"The calibration of {row[0].text} ({row[2].text}) was overdue: valid until {row[5].text}."
+        for row in table.rows
+        if row[6].text == "overdue"
+    ]

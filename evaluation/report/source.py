@@ -1,0 +1,196 @@
+"""What a report is made from: recorded runs, each with its evaluation, in the order of their start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any
+
+from evaluation.record import Record
+from evaluation.report.content import DASH, Cell
+from evaluation.report.fields import ReportFields
+from evaluation.report.numbers import moment_of, usable
+
+NOT_RECORDED = "not recorded in the run file"
+
+
+@dataclass(frozen=True, eq=False)
+class ReportRun:
+    """One run of the report.
+
+    Parameters
+    ----------
+    number : int
+        Its number in the report, from 1.
+    file : str
+        Name of the run file, without a machine's path.
+    sha256 : str
+        Hash of the file.
+    metadata : mapping
+        The run file's metadata document.
+    events : tuple of (float, str, str)
+        Seconds since the start, kind and text of what happened.
+    evaluated : mapping
+        The run's entry in the evaluation document.
+    record : Record or None
+        Its samples; None when they cannot be used, and ``problem`` says why.
+    problem : str
+        Why there are no samples.
+    """
+
+    number: int
+    file: str
+    sha256: str
+    metadata: Mapping[str, Any]
+    events: tuple[tuple[float, str, str], ...]
+    evaluated: Mapping[str, Any]
+    record: Record | None
+    problem: str = ""
+
+    @property
+    def id(self) -> str:
+        """The run's id."""
+        return str(self.metadata["run"]["id"])
+
+    @property
+    def kind(self) -> str:
+        """Kind of the run."""
+        return str(self.metadata["run"]["kind"])
+
+    @property
+    def status(self) -> str:
+        """How the run ended."""
+        return str(self.metadata["run"]["status"])
+
+    @property
+    def ended_early(self) -> bool:
+        """Whether a limit, the operator or a fault ended it."""
+        return self.status in {"stopped", "failed"}
+
+    @property
+    def reason(self) -> str:
+        """Why it ended as it did, without the full stop."""
+        return str(self.metadata["run"].get("reason") or "no reason recorded").rstrip(". ")
+
+    @property
+    def cycles(self) -> list[Mapping[str, Any]]:
+        """The cycles of the evaluation document."""
+        return list(self.evaluated.get("cycles") or [])
+
+    @property
+    def cycles_used(self) -> list[int]:
+        """Numbers of the cycles that the run's results are from."""
+        return [int(index) for index in self.summary.get("cycles_used") or []]
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """The run's results."""
+        return dict(self.evaluated.get("summary") or {})
+
+    @property
+    def requirements(self) -> list[Mapping[str, Any]]:
+        """Requirements and conditions that were judged."""
+        return list(self.evaluated.get("requirements") or [])
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the evaluation warns of."""
+        return [str(warning) for warning in self.evaluated.get("warnings") or []]
+
+    @property
+    def started(self) -> datetime | None:
+        """When the run began."""
+        return moment_of(self.metadata["run"].get("started_utc"))
+
+    @property
+    def ended(self) -> datetime | None:
+        """When the run ended; from the length of the record where that is all there is."""
+        ended = moment_of(self.metadata["run"].get("ended_utc"))
+        if ended is None and self.started is not None and self.record is not None:
+            return self.started + timedelta(seconds=self.duration_s)
+        return ended
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the record [s]; 0 without one."""
+        if self.record is None:
+            return 0.0
+        return float(self.record.time_s[-1] - min(0.0, self.record.time_s[0]))
+
+    def fact(self, *path: str) -> Any:
+        """Return what the metadata holds at a path of keys, or None."""
+        value: Any = self.metadata
+        for key in path:
+            value = value.get(key) if isinstance(value, Mapping) else None
+        return value
+
+    def nominal(self, name: str) -> float | None:
+        """Return what was required of a step (``prestress_mm`` …), or the mean of what was measured."""
+        required = usable(self.fact("step", name))
+        return required if required is not None else self.result(name)
+
+    def result(self, name: str) -> float | None:
+        """Return a result of the run: from the summary, or the last cycle used."""
+        entry = self.summary.get(name)
+        value = usable(entry.get("value")) if isinstance(entry, Mapping) else usable(entry)
+        if value is None and (cycle := self.shown_cycle()) is not None:
+            value = usable(cycle.get(name))
+        return value
+
+    def shown_cycle(self) -> Mapping[str, Any] | None:
+        """Return the cycle that stands for the run: the last one used, else the last complete one."""
+        used = self.cycles_used
+        complete = [cycle for cycle in self.cycles if cycle.get("complete")]
+        chosen = [cycle for cycle in complete if cycle["index"] in used] or complete
+        return chosen[-1] if chosen else None
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Everything that a report is made from.
+
+    Parameters
+    ----------
+    name : str
+        Name of the campaign's folder or of the run file.
+    runs : tuple of ReportRun
+        In the order of their start.
+    document : mapping
+        The evaluation document.
+    fields : ReportFields
+        What the laboratory adds.
+    findings : tuple of str
+        What was noticed about the files: journals that are not sealed, files that could not be read.
+    """
+
+    name: str
+    runs: tuple[ReportRun, ...]
+    document: Mapping[str, Any]
+    fields: ReportFields
+    findings: tuple[str, ...] = ()
+
+    def common(self, *path: str) -> Cell:
+        """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""
+        by_value: dict[str, list[int]] = {}
+        for run in self.runs:
+            value = run.fact(*path)
+            by_value.setdefault("" if value is None else str(value), []).append(run.number)
+        if set(by_value) == {""}:
+            return Cell(DASH, "missing", NOT_RECORDED)
+        if len(by_value) == 1:
+            return Cell(next(iter(by_value)))
+        return Cell("; ".join(f"{value or DASH} ({runs_text(of)})" for value, of in by_value.items()))
+
+
+def runs_text(numbers: Iterable[int]) -> str:
+    """Return ``run 3`` or ``runs 1–4, 7``."""
+    ordered = sorted(numbers)
+    groups: list[list[int]] = []
+    for number in ordered:
+        if groups and number == groups[-1][-1] + 1:
+            groups[-1].append(number)
+        else:
+            groups.append([number])
+    text = ", ".join(str(g[0]) if len(g) == 1 else f"{g[0]}–{g[-1]}" for g in groups)
+    return f"{'run' if len(ordered) == 1 else 'runs'} {text}"

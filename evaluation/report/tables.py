@@ -1,0 +1,218 @@
+"""The tables of results: a row a run, and a row a cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from evaluation.report.content import DASH, Cell, Column, Section, Table
+from evaluation.report.numbers import duration_text, measured_cell, moment_text, quantity_cell, usable
+from evaluation.report.source import NOT_RECORDED, ReportRun, Source
+from evaluation.report.verdicts import verdict_cell
+
+MOST_HARMONIC_CYCLES = 10
+"""Cycles of a harmonic run that are printed; the evaluation document holds them all."""
+
+_MOTION = (
+    ("Prestress", "mm", "prestress_mm"),
+    ("Amplitude", "mm", "amplitude_mm"),
+    ("Frequency", "Hz", "frequency_Hz"),
+    ("Stroke max.", "mm", "stroke_max_mm"),
+    ("Force min.", "kN", "force_min_kN"),
+    ("Force max.", "kN", "force_max_kN"),
+    ("Speed load.", "mm/s", "speed_loading_max_mm_per_s"),
+    ("Speed unload.", "mm/s", "speed_unloading_max_mm_per_s"),
+)
+_ENERGY = (
+    ("Stored Wₛ", "J", "stored_energy_J"),
+    ("Absorbed Wₐ", "J", "absorbed_energy_J"),
+    ("Damping Wₐ/Wₛ", "–", "damping"),
+    ("Tangent stiffness", "kN/mm", "tangent_stiffness_kN_per_mm"),
+    ("Secant stiffness", "kN/mm", "secant_stiffness_kN_per_mm"),
+    ("Dynamic stiffness |K*|", "kN/mm", "dynamic_stiffness_kN_per_mm"),
+    ("Loss factor", "–", "loss_factor"),
+)
+
+
+def why_missing(run: ReportRun, cycle: Mapping[str, Any], name: str) -> str:
+    """Return the reason for a missing value: what the evaluation warns of, or what the cycle is."""
+    if name == "temperature_C" and (run.record is None or not run.record.temperatures):
+        return "the run has no temperature channel"
+    label = f"cycle {cycle['index']}"
+    short = name.rsplit("_", 1)[0] if name.count("_") else name
+    for warning in [str(w) for w in cycle.get("warnings") or []] + run.warnings:
+        text = warning.lower().replace("_", " ")
+        if short.replace("_", " ") in text and (label in text or "cycle" not in text):
+            return warning
+    if not cycle.get("complete"):
+        return "the cycle is not complete"
+    if name in {"frequency_Hz", "dynamic_stiffness_kN_per_mm", "loss_factor"} and run.kind == "static":
+        return "only a harmonic run has one"
+    return "could not be had from the record; see the warnings of the run"
+
+
+def runs_section(source: Source) -> Section:
+    """Return what was done in each run and what came out of it."""
+    done = Table(
+        "What was run",
+        (
+            Column("Run"),
+            Column("Run id"),
+            Column("Kind"),
+            Column("Step"),
+            Column("Started"),
+            Column("Length"),
+            Column("Cycles: complete / used"),
+            Column("Ended"),
+        ),
+        tuple(_done(run) for run in source.runs),
+    )
+    results = Table(
+        "What came out",
+        (
+            Column("Run"),
+            Column("Prestress", "mm"),
+            Column("Amplitude", "mm"),
+            Column("Frequency", "Hz"),
+            Column("Force max.", "kN"),
+            Column("Stored Wₛ ± U", "J"),
+            Column("Damping Wₐ/Wₛ ± U", "–"),
+            Column("Tangent stiffness ± U", "kN/mm"),
+            Column("Temperature start → max.", "°C"),
+            Column("Verdict"),
+        ),
+        tuple(_result(run) for run in source.runs),
+        note="Means over the cycles used; U = k u with coverage factor k = 2. The tangent stiffness is the "
+        "slope of the loading branch at the cycle’s mean stroke. Prestress is the mean stroke, amplitude "
+        "half the range.",
+    )
+    return Section("runs", "Runs", (done, results))
+
+
+def _done(run: ReportRun) -> tuple[Cell, ...]:
+    started = moment_text(run.metadata["run"].get("started_utc"))
+    complete = sum(bool(cycle.get("complete")) for cycle in run.cycles)
+    step = run.fact("step", "name") or run.metadata["run"].get("step_index")
+    ended = run.status
+    return (
+        Cell(str(run.number), "number"),
+        Cell(run.id, "code"),
+        Cell(run.kind),
+        Cell(str(step)) if step not in {None, ""} else Cell(DASH, "missing", "not a step of a campaign"),
+        Cell(started) if started else Cell(DASH, "missing", NOT_RECORDED),
+        Cell(DASH, "missing", run.problem or "no usable samples")
+        if run.record is None
+        else Cell(duration_text(run.duration_s), "number"),
+        Cell(f"{complete} / {len(run.cycles_used)}", "number"),
+        Cell(ended, "bad" if ended in {"failed", "stopped"} else "text"),
+    )
+
+
+def _result(run: ReportRun) -> tuple[Cell, ...]:
+    shown = run.shown_cycle()
+    nothing = run.problem or "no complete cycle in the run"
+    cells = [Cell(str(run.number), "number")]
+    for name in ("prestress_mm", "amplitude_mm", "frequency_Hz", "force_max_kN"):
+        why = nothing if shown is None else why_missing(run, shown, name)
+        cells.append(quantity_cell(name, run.result(name), why))
+    for name in ("stored_energy_J", "damping", "tangent_stiffness_kN_per_mm"):
+        entry = run.summary.get(name)
+        why = nothing if shown is None else why_missing(run, shown, name)
+        if isinstance(entry, Mapping):
+            cells.append(measured_cell(entry.get("value"), entry.get("expanded_uncertainty"), why))
+        else:
+            cells.append(quantity_cell(name, run.result(name), why))
+    cells.append(_temperature_of_run(run))
+    cells.append(verdict_cell(run.evaluated.get("verdict")))
+    return tuple(cells)
+
+
+def _temperature_of_run(run: ReportRun) -> Cell:
+    starts = [usable((cycle.get("temperature_C") or {}).get("start")) for cycle in run.cycles]
+    tops = [usable((cycle.get("temperature_C") or {}).get("max")) for cycle in run.cycles]
+    known_starts = [value for value in starts if value is not None]
+    known_tops = [value for value in tops if value is not None]
+    if not known_starts or not known_tops:
+        why = run.problem or (
+            "the run has no temperature channel"
+            if run.record is None or not run.record.temperatures
+            else "no reading within a cycle"
+        )
+        return Cell(DASH, "missing", why)
+    return Cell(f"{known_starts[0]:.1f} → {max(known_tops):.1f}".replace("-", "−"), "number")
+
+
+def cycles_section(source: Source) -> Section:
+    """Return the tables with a row for each cycle: how it was run, and what came out."""
+    chosen = [(run, cycle) for run in source.runs for cycle in _printed(run)]
+    left_out = [
+        f"run {run.number}: {len(_printed(run))} of {len(run.cycles)}"
+        for run in source.runs
+        if len(_printed(run)) < len(run.cycles)
+    ]
+    note = (
+        f"Of long harmonic runs the last {MOST_HARMONIC_CYCLES} cycles up to the last one used are printed "
+        f"({'; '.join(left_out)}); the evaluation document holds all."
+        if left_out
+        else ""
+    )
+    motion = Table(
+        "Cycles: stroke, force, speed and temperature",
+        (
+            Column("Run"),
+            Column("Cycle"),
+            Column("State"),
+            *(Column(title, unit) for title, unit, _ in _MOTION),
+            Column("Temp. start", "°C"),
+            Column("Temp. max.", "°C"),
+        ),
+        tuple(
+            (*_head(run, cycle), *_values(run, cycle, _MOTION), *_temperatures(run, cycle))
+            for run, cycle in chosen
+        ),
+        note=note,
+    )
+    energy = Table(
+        "Cycles: energy, damping and stiffness",
+        (
+            Column("Run"),
+            Column("Cycle"),
+            Column("State"),
+            *(Column(title, unit) for title, unit, _ in _ENERGY),
+        ),
+        tuple((*_head(run, cycle), *_values(run, cycle, _ENERGY)) for run, cycle in chosen),
+        note="Damping by EN 15551 is the absorbed over the stored energy; it is not the loss factor.",
+    )
+    return Section("cycles", "Cycles", (motion, energy))
+
+
+def _printed(run: ReportRun) -> list[Mapping[str, Any]]:
+    if run.kind != "harmonic" or len(run.cycles) <= MOST_HARMONIC_CYCLES:
+        return run.cycles
+    last = max(run.cycles_used, default=run.cycles[-1]["index"])
+    upto = [cycle for cycle in run.cycles if cycle["index"] <= last]
+    return upto[-MOST_HARMONIC_CYCLES:]
+
+
+def _head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, ...]:
+    if not cycle.get("complete"):
+        state = "incomplete"
+    elif cycle["index"] in run.cycles_used:
+        state = "used"
+    else:
+        state = "steady" if cycle.get("steady") else "settling"
+    return (Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"), Cell(state))
+
+
+def _values(
+    run: ReportRun, cycle: Mapping[str, Any], columns: tuple[tuple[str, str, str], ...]
+) -> tuple[Cell, ...]:
+    return tuple(
+        quantity_cell(name, cycle.get(name), why_missing(run, cycle, name)) for _, _, name in columns
+    )
+
+
+def _temperatures(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, ...]:
+    reading = cycle.get("temperature_C") or {}
+    why = why_missing(run, cycle, "temperature_C")
+    return tuple(quantity_cell("temperature_C", reading.get(key), why) for key in ("start", "max"))

@@ -1,0 +1,121 @@
+"""Figures of a campaign over time: temperature with its limit, and the stroke as it was run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot
+from evaluation.report.content import DASH, Cell, Column, Table
+from evaluation.report.numbers import duration_text, fixed, quantity_cell, usable
+from evaluation.report.samples import campaign_clock, steps_of, stroke_trace, temperature_traces
+from evaluation.report.source import ReportRun, Source
+from evaluation.report.unnumbered import Unnumbered
+
+
+def timeline_pictures(source: Source) -> list[Unnumbered]:
+    """Return temperature and stroke over the campaign, as far as there are samples."""
+    if not any(run.record is not None for run in source.runs):
+        return []
+    clock = campaign_clock(source.runs)
+    steps = steps_of(source.runs, clock)
+    note = f"Runs are shaded and numbered. {_stopped(source)}{clock.note}".strip()
+    pictures = []
+    traces = temperature_traces(source.runs, clock)
+    if traces:
+        limits = [usable(run.fact("limits", "temperature_stop_C")) for run in source.runs]
+        known = sorted({limit for limit in limits if limit is not None})
+        limit_text = f", limit {known[0]:g} °C" if known else ", no temperature limit on record"
+        pictures.append(
+            Unnumbered(
+                caption=f"Temperatures over the campaign{limit_text}. {note}",
+                alt=_temperature_words(traces, known[0] if known else None),
+                plot=temperature_plot(traces, steps, known[0] if known else None),
+                numbers=_temperature_table(source),
+            )
+        )
+    trace = stroke_trace(source.runs, clock)
+    pictures.append(
+        Unnumbered(
+            caption=f"Stroke over the campaign. {note}",
+            alt=f"Stroke over time, up to {fixed(float(np.nanmax(trace.value)), 1)} mm.",
+            plot=stroke_plot([trace], steps),
+            numbers=_stroke_table(source, steps),
+        )
+    )
+    return pictures
+
+
+def _stopped(source: Source) -> str:
+    return "".join(f"Run {run.number} {run.status}: {run.reason}. " for run in source.runs if run.ended_early)
+
+
+def _temperature_words(traces: list[Trace], limit_C: float | None) -> str:
+    parts = []
+    for trace in traces:
+        low, high = (fixed(float(end(trace.value)), 1) for end in (np.nanmin, np.nanmax))
+        parts.append(f"{trace.label}: {low} to {high} °C")
+    limit = "" if limit_C is None else f"; the limit is {limit_C:g} °C"
+    return f"Temperature over time. {'; '.join(parts)}{limit}."
+
+
+def _temperature_table(source: Source) -> Table:
+    sensors = list(
+        dict.fromkeys(
+            sensor.place or sensor.name
+            for run in source.runs
+            if run.record is not None
+            for sensor in run.record.temperatures
+        )
+    )
+    columns = [Column("Run")]
+    for sensor in sensors:
+        columns += [Column(f"{sensor}: start", "°C"), Column("max.", "°C"), Column("end", "°C")]
+    rows = tuple((Cell(str(run.number), "number"), *_readings(run, sensors)) for run in source.runs)
+    return Table("Temperatures of each run", tuple(columns), rows)
+
+
+def _readings(run: ReportRun, sensors: list[str]) -> list[Cell]:
+    cells: list[Cell] = []
+    found = {s.place or s.name: s for s in (run.record.temperatures if run.record is not None else ())}
+    for sensor in sensors:
+        values = found[sensor].temperature_C if sensor in found else np.empty(0)
+        values = values[~np.isnan(values)]
+        if values.size == 0:
+            cells += [Cell(DASH, "missing", "the sensor was not recorded in this run")] * 3
+        else:
+            shown = (values[0], values.max(), values[-1])
+            cells += [Cell(fixed(float(value), 1), "number") for value in shown]
+    return cells
+
+
+def _stroke_table(source: Source, steps: list[Step]) -> Table:
+    rows = []
+    for run, step in zip(source.runs, steps, strict=True):
+        why = "nothing of the kind was required or measured"
+        required = [
+            quantity_cell(name, run.nominal(name), why)
+            for name in ("prestress_mm", "amplitude_mm", "frequency_Hz")
+        ]
+        rows.append(
+            (
+                Cell(str(run.number), "number"),
+                Cell(duration_text(step.start_s), "number"),
+                Cell(duration_text(step.end_s - step.start_s), "number"),
+                *required,
+                Cell(run.status, "bad" if step.stop else "text"),
+            )
+        )
+    return Table(
+        "The steps",
+        (
+            Column("Run"),
+            Column("Start"),
+            Column("Length"),
+            Column("Prestress", "mm"),
+            Column("Amplitude", "mm"),
+            Column("Frequency", "Hz"),
+            Column("Ended"),
+        ),
+        tuple(rows),
+        note="Prestress, amplitude and frequency as required by the step; as measured where it states none.",
+    )

@@ -1,0 +1,18 @@
+"""A figure before its place in the report is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from evaluation.figures.plot import Plot
+from evaluation.report.content import Table
+
+
+@dataclass(frozen=True)
+class Unnumbered:
+    """A figure with its caption, what it shows in words, and the numbers behind it."""
+
+    caption: str
+    alt: str
+    plot: Plot
+    numbers: Table

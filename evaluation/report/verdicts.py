@@ -1,0 +1,184 @@
+"""Verdicts in words: the cell, the sentence that says why, and the table of what was required."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from evaluation.report.content import DASH, Cell, Column, Section, Table, Tone, VerdictLine
+from evaluation.report.numbers import limits_text, measured_cell, probability_text, usable
+from evaluation.report.source import ReportRun, Source
+
+CONDITIONS = frozenset(
+    {
+        "temperature-range",
+        "speed-limit",
+        "cycle-count",
+        "pause-limit",
+        "rest-after-assembly",
+        "immediate-unloading",
+        "full-release",
+        "full-stroke",
+    }
+)
+"""Requirements on the test, not on the specimen (contracts § 4)."""
+
+_NAMES = {
+    "preload": "Preload",
+    "stored-energy": "Stored energy",
+    "absorbed-energy-ratio": "Absorbed / stored energy",
+    "temperature-range": "Temperature of the test",
+    "speed-limit": "Speed of the plunger",
+    "cycle-count": "Number of cycles",
+    "pause-limit": "Pause between cycles",
+    "rest-after-assembly": "Rest after assembly",
+    "immediate-unloading": "Unloading follows at once",
+    "full-release": "Full release between cycles",
+    "full-stroke": "Full stroke",
+    "stored-energy-category": "Stored energy of the category",
+}
+_SYMBOLS: dict[str, tuple[str, Tone]] = {
+    "pass": ("✓", "good"),
+    "conditional-pass": ("(✓)", "good"),
+    "conditional-fail": ("(✗)", "bad"),
+    "fail": ("✗", "bad"),
+    "inconclusive": ("◇", "open"),
+    "not-tested": ("◇", "open"),
+    "invalid": ("✗", "bad"),
+}
+_ORDER = ("invalid", "fail", "conditional-fail", "inconclusive", "not-tested", "conditional-pass", "pass")
+_NO_VERDICT = "nothing is required of a run of this kind"
+
+
+def verdict_cell(verdict: object, why: str = _NO_VERDICT) -> Cell:
+    """Return a verdict with its symbol, so that it reads without colour; None is a dash and why."""
+    if verdict is None:
+        return Cell(DASH, "missing", why)
+    symbol, tone = _SYMBOLS[str(verdict)]
+    return Cell(f"{symbol} {str(verdict).replace('-', ' ')}", tone)
+
+
+def worst(verdicts: Sequence[str]) -> str:
+    """Return the gravest of some verdicts."""
+    return min(verdicts, key=_ORDER.index)
+
+
+def name_of(requirement: Mapping[str, Any]) -> str:
+    """Return a requirement's id as words: ``Force at 60 mm``."""
+    identifier = str(requirement.get("id"))
+    if identifier.startswith("force-at-"):
+        return f"Force at {identifier.removeprefix('force-at-').removesuffix('mm')} mm"
+    return _NAMES.get(identifier, identifier.replace("-", " ").capitalize())
+
+
+def verdict_line(run: ReportRun) -> VerdictLine:
+    """Return a run's verdict with a sentence that a person who reads nothing else can act on."""
+    verdict = run.evaluated.get("verdict")
+    return VerdictLine(
+        verdict_cell(verdict), f"Run {run.number} ({run.id}, {run.kind})", _sentence(run, verdict)
+    )
+
+
+def _sentence(run: ReportRun, verdict: object) -> str:
+    if verdict is None:
+        return f"No verdict: {_NO_VERDICT}."
+    conditions = [r for r in run.requirements if r["id"] in CONDITIONS]
+    required = [r for r in run.requirements if r["id"] not in CONDITIONS]
+    if verdict == "pass":
+        kept = f"all {len(conditions)} conditions of the test were kept"
+        return f"All {len(required)} requirements are met and {kept}."
+    if verdict == "invalid":
+        broken = [r for r in conditions if r["verdict"] == "fail"]
+        return f"The test does not count, because its conditions were broken. {_reasons(broken)}"
+    if verdict == "fail":
+        failed = [r for r in required if r["verdict"] == "fail"]
+        return f"{len(failed)} of {len(required)} requirements are not met. {_reasons(failed)}"
+    if verdict in {"inconclusive", "not-tested"}:
+        open_ = [r for r in run.requirements if r["verdict"] in {"inconclusive", "not-tested"}]
+        met = sum(r["verdict"] in {"pass", "conditional-pass"} for r in required)
+        return (
+            f"Nothing failed; {met} of {len(required)} requirements are met, and {len(open_)} points "
+            f"could not be decided. {_reasons(open_)}"
+        )
+    near = [r for r in run.requirements if r["verdict"] == verdict]
+    return f"{len(near)} results lie closer to a limit than their uncertainty. {_reasons(near)}"
+
+
+def _reasons(requirements: Sequence[Mapping[str, Any]]) -> str:
+    """Return each different reason once, with the cycles it concerns."""
+    cycles: dict[tuple[str, str], list[str]] = {}
+    for requirement in requirements:
+        key = (name_of(requirement), str(requirement.get("why") or "").rstrip(". "))
+        cycle = requirement.get("cycle")
+        cycles.setdefault(key, []).extend([] if cycle is None else [str(cycle)])
+    parts = []
+    for (name, why), of in cycles.items():
+        where = f" (cycle{'s' if len(of) > 1 else ''} {', '.join(of)})" if of else ""
+        parts.append(f"{name}{where}: {why}." if why else f"{name}{where}.")
+    return " ".join(parts)
+
+
+def requirements_section(source: Source) -> Section | None:
+    """Return the requirements of every run that has any, or None if none has."""
+    tables = []
+    for run in source.runs:
+        ordered = sorted(run.requirements, key=_reading_order)
+        for conditions in (False, True):
+            rows = [r for r in ordered if (r["id"] in CONDITIONS) is conditions]
+            if rows:
+                tables.append(_table(run, rows, conditions=conditions))
+    if not tables:
+        return None
+    standards = dict.fromkeys(
+        f"{r['standard']}:{r['edition']}" if r.get("edition") else str(r["standard"])
+        for run in source.runs
+        for r in run.requirements
+    )
+    return Section("requirements", f"Requirements of {', '.join(standards)}", tuple(tables))
+
+
+def _reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
+    """Cycle by cycle; the forces by stroke, then the energies."""
+    identifier = str(requirement["id"])
+    forces = identifier == "preload" or identifier.startswith("force-at-")
+    at = float(identifier.removeprefix("force-at-").removesuffix("mm")) if "force-at-" in identifier else 0.0
+    return int(requirement.get("cycle") or 0), 0 if forces else 1, at
+
+
+def _table(run: ReportRun, requirements: Sequence[Mapping[str, Any]], *, conditions: bool) -> Table:
+    what = "conditions of the test" if conditions else "requirements on the specimen"
+    return Table(
+        f"Run {run.number} ({run.id}): {what}",
+        (
+            Column("Condition" if conditions else "Requirement"),
+            Column("Cycle"),
+            Column("Measured ± U"),
+            Column("Permitted"),
+            Column("Unit"),
+            Column("Conf. prob."),
+            Column("Verdict"),
+            Column("Why"),
+        ),
+        tuple(_row(requirement) for requirement in requirements),
+    )
+
+
+def _row(requirement: Mapping[str, Any]) -> tuple[Cell, ...]:
+    why = str(requirement.get("why") or "")
+    probability = usable(requirement.get("conformance_probability"))
+    cycle = requirement.get("cycle")
+    unit = str(requirement.get("unit") or "")
+    return (
+        Cell(name_of(requirement)),
+        Cell("all" if cycle is None else str(cycle), "number"),
+        measured_cell(
+            requirement.get("measured"), requirement.get("expanded_uncertainty"), why or "not measured"
+        ),
+        Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
+        Cell("–" if unit in {"", "1"} else unit),
+        Cell(DASH, "missing", "no uncertainty, or no measured value, to compute it from")
+        if probability is None
+        else Cell(probability_text(probability), "number"),
+        verdict_cell(requirement["verdict"]),
+        Cell(why or str(requirement.get("requirement") or "")),
+    )
