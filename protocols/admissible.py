@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from protocols.campaign import CoolDownStep, HarmonicStep, HoldStep, MotionSettings, StaticStep
 from protocols.expansion import SingleStep
 from protocols.limits import TOLERANCE, Bound, Envelope
-from protocols.prediction import Predictor
+from protocols.prediction import Predictor, force_at, peak_force
 
 BELOW_ZERO = "prestress_mm − amplitude_mm >= 0"
 """Name of the limit that keeps the actuator in contact (paper § 3.1: no force impacts)."""
@@ -55,12 +55,15 @@ class Judge:
         The limits in force.
     predictor : Predictor
         The spring model.
+    ramp_speed_mm_per_s : float
+        Of the ramp to the prestress or hold.
     coldest_C : float
         The lowest temperature the specimen can have: forces are greatest there.
     """
 
     limits: Envelope
     predictor: Predictor
+    ramp_speed_mm_per_s: float
     coldest_C: float
 
     def breach(self, step: SingleStep) -> Breach | None:
@@ -104,15 +107,13 @@ class Judge:
             return _said(f"the frequency{by}", frequency, limits.frequency)
         if not limits.speed.allows(speed):
             return _said(f"the peak speed 2π · {frequency:g} Hz · {amplitude:g} mm", speed, limits.speed)
-        force = self._peak_kN(prestress, amplitude, frequency)
+        force = peak_force(
+            self.predictor, prestress, amplitude, frequency, self.ramp_speed_mm_per_s, self.coldest_C
+        )
         if not limits.force.allows(force):
             what = f"the expected peak force at {highest:g} mm and {self.coldest_C:g} °C"
             return _said(what, force, limits.force)
         return None
-
-    def _peak_kN(self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float) -> float:
-        cycle = self.predictor.harmonic(prestress_mm, amplitude_mm, frequency_Hz, self.coldest_C)
-        return cycle.peak_force_kN
 
     def _nearest_harmonic(self, step: HarmonicStep) -> dict[str, float]:
         """Mend stroke, then rate, then force; only what must change changes, and no more than it must."""
@@ -183,20 +184,19 @@ class Judge:
         stroke = min(step.stroke_mm, self.limits.stroke.value)
 
         def keeps(share: float) -> bool:
-            return self.limits.force.allows(self._force_at_kN(_down(stroke * share)))
+            return self.limits.force.allows(self._force_at(_down(stroke * share)))
 
-        if self.limits.force.allows(self._force_at_kN(stroke)):
+        if self.limits.force.allows(self._force_at(stroke)):
             return _over("stroke_mm", step.stroke_mm, self.limits.stroke)
         share = _greatest_share(keeps, stroke)
         nearest = {"stroke_mm": _down(stroke * share)} if share > 0.0 else {}
         if not self.limits.stroke.allows(step.stroke_mm):
             return Breach(*_said("stroke_mm", step.stroke_mm, self.limits.stroke), nearest)
         what = f"the expected force at {step.stroke_mm:g} mm and {self.coldest_C:g} °C"
-        return Breach(*_said(what, self._force_at_kN(step.stroke_mm), self.limits.force), nearest)
+        return Breach(*_said(what, self._force_at(step.stroke_mm), self.limits.force), nearest)
 
-    def _force_at_kN(self, stroke_mm: float) -> float:
-        """Force of a slow compression: of a cycle from zero, so that it is on the loading branch."""
-        return self._peak_kN(stroke_mm / 2.0, stroke_mm / 2.0, 0.01) if stroke_mm > 0.0 else 0.0
+    def _force_at(self, stroke_mm: float) -> float:
+        return force_at(self.predictor, stroke_mm, self.ramp_speed_mm_per_s, self.coldest_C)
 
 
 def cool_down_note(step: CoolDownStep, ambient_C: float) -> str | None:

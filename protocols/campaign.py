@@ -174,7 +174,7 @@ class Conditions(Settings):
     ambient_C: float = 21.0
     specimen_C: float | None = None
 
-    def start_C(self) -> float:
+    def start_C(self) -> float:  # noqa: N802 - the unit keeps its capital
         """Return the specimen's assumed temperature at the start [°C]: that of the air unless given."""
         return self.ambient_C if self.specimen_C is None else self.specimen_C
 

@@ -38,8 +38,8 @@ class Request:
 
 
 def _harmonic_name(step: HarmonicStep) -> str:
-    frequency, speed = step.rate()
-    return f"{step.prestress_mm:g} ± {step.amplitude_mm:g} mm, {frequency:.3g} Hz, {speed:.3g} mm/s"
+    given = f"{step.peak_speed_mm_per_s:g} mm/s" if step.frequency_Hz is None else f"{step.frequency_Hz:g} Hz"
+    return f"{step.prestress_mm:g} ± {step.amplitude_mm:g} mm, {given}"
 
 
 def _own_name(step: SingleStep) -> str:

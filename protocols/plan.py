@@ -17,7 +17,7 @@ from protocols.admissible import Breach, Judge, cool_down_note
 from protocols.campaign import Campaign, CoolDownStep, HarmonicStep, HoldStep, StaticStep
 from protocols.expansion import Request, SingleStep, expand, motions_of
 from protocols.limits import Envelope, StandLimits, envelope
-from protocols.prediction import Predictor, Temperatures
+from protocols.prediction import Predictor, Temperatures, force_at, peak_force
 from protocols.steps import Motion, PlannedStep, motion_dict
 from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
 
@@ -100,7 +100,7 @@ class Plan:
         return total
 
     @property
-    def heat_J(self) -> float:
+    def heat_J(self) -> float:  # noqa: N802 - the unit keeps its capital
         """Heat of all steps [J]."""
         return sum(step.expected_heat_J for step in self.steps)
 
@@ -110,7 +110,7 @@ class Plan:
         return sum(step.disk_bytes for step in self.steps)
 
     @property
-    def max_temperature_C(self) -> float:
+    def max_temperature_C(self) -> float:  # noqa: N802 - the unit keeps its capital
         """Highest expected temperature of the specimen's mass [°C]."""
         return max(step.max_temperature_C for step in self.steps)
 
@@ -212,7 +212,8 @@ def make_plan(
     """
     bounds = envelope(limits, campaign.limits, specimen)
     conditions = campaign.content.conditions
-    judge = Judge(bounds, predictor, min(conditions.ambient_C, conditions.start_C()))
+    ramp_speed = campaign.content.motion.ramp_speed_mm_per_s
+    judge = Judge(bounds, predictor, ramp_speed, min(conditions.ambient_C, conditions.start_C()))
     if found := judge.motion_breach(campaign.content.motion):
         raise BadInput(found.problem, file=campaign.path, place="[motion]", remedy=found.remedy())
 
@@ -250,7 +251,7 @@ def _admitted(
             refused.append((position, request, found))
     if refused:
         position, request, found = refused[0]
-        others = f" [and {len(refused) - 1} more steps break a limit]" if len(refused) > 1 else ""
+        others = f" [limits are also broken by {len(refused) - 1} more]" if len(refused) > 1 else ""
         raise BadInput(
             f"step {position} “{request.name}”: {found.problem}{others}",
             file=campaign.path,
@@ -320,7 +321,7 @@ class _Estimator:
             frequency_Hz=frequency,
             peak_speed_mm_per_s=speed,
             cycles=step.cycles if isinstance(step, StaticStep | HarmonicStep) else None,
-            expected_peak_force_kN=self._peak_kN(step, start_C),
+            expected_peak_force_kN=self._peak_force(step, start_C),
             expected_heat_J=walk.heat_J,
             start_temperature_C=start_C,
             end_temperature_C=walk.end.mass_C,
@@ -334,19 +335,20 @@ class _Estimator:
             plan_hash=self._hash(motions),
         )
 
-    def _peak_kN(self, step: SingleStep, temperature_C: float) -> float | None:
+    def _peak_force(self, step: SingleStep, temperature_C: float) -> float | None:
         predictor, limits = self._around.predictor, self._around.limits
+        ramp_speed = self._campaign.content.motion.ramp_speed_mm_per_s
         if isinstance(step, HarmonicStep):
             frequency, _ = step.rate()
-            cycle = predictor.harmonic(step.prestress_mm, step.amplitude_mm, frequency, temperature_C)
-            return cycle.peak_force_kN
+            return peak_force(
+                predictor, step.prestress_mm, step.amplitude_mm, frequency, ramp_speed, temperature_C
+            )
         if isinstance(step, StaticStep):
             force = limits.force.value if step.force_limit_kN is None else step.force_limit_kN
             stroke = limits.stroke.value if step.stroke_limit_mm is None else step.stroke_limit_mm
             return predictor.static(force, stroke, step.speed_mm_per_s, temperature_C).peak_force_kN
         if isinstance(step, HoldStep) and step.stroke_mm is not None:
-            speed = self._campaign.content.motion.ramp_speed_mm_per_s
-            return predictor.static(limits.force.value, step.stroke_mm, speed, temperature_C).peak_force_kN
+            return force_at(predictor, step.stroke_mm, ramp_speed, temperature_C)
         return None
 
     def _hash(self, motions: Sequence[Motion]) -> str:

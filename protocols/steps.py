@@ -178,7 +178,8 @@ class PlannedStep:
     cycles : int or None
         Full cycles required.
     expected_peak_force_kN : float or None
-        By the model, at the temperature at the step's start.
+        By the model, at the temperature at the step's start; of the first loading, where that is more than
+        the settled loop.
     expected_heat_J : float
         Absorbed until the step's end, or the temperature stop that ends it.
     start_temperature_C, end_temperature_C, max_temperature_C : float

@@ -142,11 +142,11 @@ class Walker:
         duration_s = motion.duration_s(stroke_mm)
         heat_J = 0.0
         if isinstance(motion, RampTo | Release):
-            heat_J = self._ramp_heat_J(stroke_mm, motion.end_mm(stroke_mm), motion.speed_mm_per_s)
+            heat_J = self._ramp_heat(stroke_mm, motion.end_mm(stroke_mm), motion.speed_mm_per_s)
         self._advance(duration_s, heat_J)
         return duration_s
 
-    def _ramp_heat_J(self, from_mm: float, to_mm: float, speed_mm_per_s: float) -> float:
+    def _ramp_heat(self, from_mm: float, to_mm: float, speed_mm_per_s: float) -> float:
         """Half of what a slow cycle would absorb: there and back make a whole one."""
         halves = [
             0.5

@@ -28,7 +28,7 @@ class ClosedFormSpring:
     def softening(self, temperature_C: float) -> float:
         return max(0.05, 1.0 - 0.01 * (temperature_C - 25.0))
 
-    def force_kN(self, stroke_mm: float, temperature_C: float) -> float:
+    def force_at(self, stroke_mm: float, temperature_C: float) -> float:
         c = (600.0 - 15.0 - 192.0) / 96.0**4
         return self.softening(temperature_C) * (self.preload_kN + 2.0 * stroke_mm + c * stroke_mm**4)
 
@@ -36,7 +36,7 @@ class ClosedFormSpring:
         self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
     ) -> Cycle:
         stiffening = 1.0 + 0.01 * math.log10(1.0 + frequency_Hz)
-        peak_kN = stiffening * self.force_kN(prestress_mm + amplitude_mm, temperature_C)
+        peak_kN = stiffening * self.force_at(prestress_mm + amplitude_mm, temperature_C)
         return Cycle(peak_kN, 2.5 * amplitude_mm**2 * self.softening(temperature_C))
 
     def static(
@@ -47,10 +47,10 @@ class ClosedFormSpring:
         temperature_C: float,
     ) -> Cycle:
         end_mm = stroke_limit_mm
-        if self.force_kN(end_mm, temperature_C) > force_limit_kN:
-            end_mm = brentq(lambda x: self.force_kN(x, temperature_C) - force_limit_kN, 0.0, end_mm)
+        if self.force_at(end_mm, temperature_C) > force_limit_kN:
+            end_mm = brentq(lambda x: self.force_at(x, temperature_C) - force_limit_kN, 0.0, end_mm)
         absorbed_J = 2.5 * (end_mm / 2.0) ** 2 * self.softening(temperature_C)
-        return Cycle(self.force_kN(end_mm, temperature_C), absorbed_J, end_mm)
+        return Cycle(self.force_at(end_mm, temperature_C), absorbed_J, end_mm)
 
     def temperatures_after(
         self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float

@@ -23,7 +23,7 @@ def judge(
     specimen: Specimen = SPECIMEN,
     spring: ClosedFormSpring | None = None,
 ) -> Judge:
-    return Judge(envelope(stand, test or TestLimits(), specimen), spring or ClosedFormSpring(), 21.0)
+    return Judge(envelope(stand, test or TestLimits(), specimen), spring or ClosedFormSpring(), 20.0, 21.0)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_a_refusal_names_step_file_and_line(plan: MakePlan) -> None:
     with pytest.raises(BadInput) as caught:
         plan(text)
     assert "step 2 “too far”" in caught.value.problem
-    assert "[and 1 more steps break a limit]" in caught.value.problem
+    assert "[limits are also broken by 1 more]" in caught.value.problem
     assert caught.value.place == "line 12: [[step]] 2"
     assert caught.value.file is not None
     assert caught.value.file.endswith("campaign.toml")

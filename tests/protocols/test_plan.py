@@ -147,7 +147,7 @@ def test_expected_peak_forces(plan: MakePlan) -> None:
     assert sine.expected_peak_force_kN == pytest.approx(
         spring.harmonic(20, 20, 1, 21).peak_force_kN, rel=1e-9
     )
-    assert hold.expected_peak_force_kN == pytest.approx(spring.force_kN(50, 21), rel=1e-9)
+    assert hold.expected_peak_force_kN == pytest.approx(spring.force_at(50, 21), rel=1e-9)
     assert cool.expected_peak_force_kN is None
 
 

@@ -15,7 +15,7 @@ from model.simulation import simulate
 from protocols.campaign import load_campaign
 from protocols.limits import StandLimits
 from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor
+from protocols.prediction import ModelPredictor, peak_force
 from protocols.steps import Harmonic, PlannedStep, StaticCycles
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
@@ -108,13 +108,15 @@ def stroke_history(
 
 
 def test_the_plan_agrees_with_a_full_simulation(demo: Plan) -> None:
-    """Heat within 3 %, temperature within 0.1 K, force within 2.5 % (the first loop is not yet settled)."""
+    """Heat within 3 %, temperature within 0.1 K, force never above the expected and within 3 % of it."""
     assert demo.specimen.model is not None
     model = load_model(demo.campaign.specimen_path.parent / demo.specimen.model)
     for step in demo.steps:
         time_s, stroke_mm = stroke_history(step)
         found = simulate(model, time_s, stroke_mm, temperature_C=step.start_temperature_C, ambient_C=21.0)
-        assert found.force_kN.max() == pytest.approx(step.expected_peak_force_kN, rel=0.025), step.name
+        assert step.expected_peak_force_kN is not None
+        share = found.force_kN.max() / step.expected_peak_force_kN
+        assert 0.97 < share < 1.003, step.name
         if step.stops:
             hot = int(np.argmax(found.sensor_temperature_C >= 40.0))
             assert time_s[hot] == pytest.approx(step.stops[0].at_s, abs=1.5)
@@ -124,3 +126,22 @@ def test_the_plan_agrees_with_a_full_simulation(demo: Plan) -> None:
             assert found.heat_J[-1] == pytest.approx(step.expected_heat_J, rel=0.03), step.name
             assert found.temperature_C[-1] == pytest.approx(step.end_temperature_C, abs=0.1), step.name
             assert found.sensor_temperature_C[-1] == pytest.approx(step.sensor_end_temperature_C, abs=0.6)
+
+
+@pytest.mark.parametrize(
+    ("prestress_mm", "amplitude_mm"), [(94.0, 1.0), (90.0, 2.0), (60.0, 2.0), (80.0, 5.0)]
+)
+def test_the_first_loading_counts_for_the_peak_force(
+    demo: Plan, prestress_mm: float, amplitude_mm: float
+) -> None:
+    """At small amplitudes the settled loop lies far below the branch on which the ramp arrives."""
+    assert demo.specimen.model is not None
+    model = load_model(demo.campaign.specimen_path.parent / demo.specimen.model)
+    rise = np.linspace(0.0, prestress_mm, 2000)
+    phase = np.linspace(0.0, 6.0, 6000)[1:]
+    sine = amplitude_mm * np.minimum(1.0, phase) * np.sin(2.0 * np.pi * phase)
+    time_s = np.concatenate([rise / 20.0, prestress_mm / 20.0 + phase / 2.5])
+    found = simulate(model, time_s, np.concatenate([rise, prestress_mm + sine]), temperature_C=21.0)
+    settled = ModelPredictor(model).harmonic(prestress_mm, amplitude_mm, 2.5, 21.0).peak_force_kN
+    bound = peak_force(ModelPredictor(model), prestress_mm, amplitude_mm, 2.5, 20.0, 21.0)
+    assert settled < found.force_kN.max() <= bound < 1.06 * found.force_kN.max()
