@@ -61,6 +61,7 @@ class RingReader:
         self._most = profile.ring.samples_per_block
         self._period_us = 1e6 / sample_rate_Hz
         self._next_sequence: int | None = None
+        self._first_ask = 0
         self._last_time_us = 0
         self._overruns: int | None = None
         self.events: list[str] = []
@@ -68,7 +69,7 @@ class RingReader:
     @property
     def acknowledge(self) -> int:
         """Sequence number to ask for next, as the register holds it (modulo 2**32)."""
-        return (self._next_sequence or 0) % _WRAP
+        return (self._next_sequence if self._next_sequence is not None else self._first_ask) % _WRAP
 
     def take(self, registers: Sequence[int]) -> RingRows | None:
         """Return the window's samples (None where it holds none) and move on behind them.
@@ -86,6 +87,8 @@ class RingReader:
             raise DoubtfulBlock(f"the block claims {rows} samples, {self._most} fit")
         first, lost = self._place(int(header["first_sequence"]), rows)
         if rows == 0:
+            if self._next_sequence is None:
+                self._first_ask = first  # after 25 days “0” lies ahead of the device's sequence, not behind
             self._note_overruns(int(header["overruns"]), lost=0, at=first)
             return None
         start = self._header.words

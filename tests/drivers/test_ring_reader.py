@@ -1,0 +1,179 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.profile import Profile, load_profile
+from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
+from tests.drivers.ring_device import PERIOD_US, RingDevice
+
+PROFILE = load_profile("ring")
+WRAP = 1 << 32
+
+
+def fetch(reader: RingReader, device: RingDevice) -> RingRows | None:
+    device.set("ring_acknowledge", reader.acknowledge)
+    return reader.take(device.window())
+
+
+def first_rows(device: RingDevice) -> tuple[RingReader, RingRows]:
+    reader = RingReader(PROFILE, 1e6 / PERIOD_US)
+    rows = fetch(reader, device)
+    assert rows is not None
+    return reader, rows
+
+
+@given(
+    portions=st.lists(st.integers(0, 40), min_size=1, max_size=30),
+    first=st.sampled_from([0, 17, WRAP - 20]),
+    tick=st.sampled_from([0, 123, WRAP - 30_000]),
+)
+def test_samples_come_once_in_order_and_without_wraps(portions: list[int], first: int, tick: int) -> None:
+    device = RingDevice(PROFILE, first_sequence=first, tick=tick)
+    reader = RingReader(PROFILE, 1e6 / PERIOD_US)
+    assert fetch(reader, device) is None
+    got: list[RingRows] = []
+    for portion in portions:
+        device.sample(portion)
+        while (rows := fetch(reader, device)) is not None:
+            got.append(rows)
+    total = sum(portions)
+    assert sum(len(rows.time_us) for rows in got) == total
+    if not total:
+        return
+    time_us = np.concatenate([rows.time_us for rows in got])
+    force = np.concatenate([rows.counts["force"] for rows in got])
+    # the device's own formulas, without modulo
+    np.testing.assert_array_equal(time_us, tick + np.arange(total) * PERIOD_US)
+    np.testing.assert_array_equal(force, (first + np.arange(total)) % 10_000_000 * 7 - 1_000_000)
+    np.testing.assert_array_equal(
+        [rows.first_sequence for rows in got],
+        first + np.concatenate([[0], np.cumsum([len(rows.time_us) for rows in got])])[:-1],
+    )
+    assert all(rows.lost == 0 for rows in got)
+    assert reader.events == []
+
+
+@given(capacity=st.integers(15, 200), burst=st.integers(1, 5000))
+def test_every_sample_is_delivered_or_counted_as_lost(capacity: int, burst: int) -> None:
+    device = RingDevice(PROFILE, capacity=capacity)
+    device.sample(10)
+    reader, rows = first_rows(device)
+    delivered, lost = len(rows.time_us), rows.lost
+    device.sample(burst)
+    while (more := fetch(reader, device)) is not None:
+        delivered += len(more.time_us)
+        lost += more.lost
+        np.testing.assert_array_equal(
+            more.time_us, (more.first_sequence + np.arange(len(more.time_us))) * PERIOD_US
+        )
+    assert delivered + lost == 10 + burst
+    assert lost == max(0, burst - capacity)
+    if lost:
+        (event,) = reader.events
+        assert event == (
+            f"{lost} samples lost before sequence {10 + lost}: the ring was read too late "
+            "(overrun counter +1)"
+        )
+
+
+def test_a_gap_longer_than_the_tick_wraps_keeps_true_time() -> None:
+    device = RingDevice(PROFILE, capacity=100)
+    device.sample(10)
+    reader, _ = first_rows(device)
+    device.sample(3 * 4_294_968 + 7)  # more than three wraps of 71.6 min
+    rows = fetch(reader, device)
+    assert rows is not None
+    np.testing.assert_array_equal(
+        rows.time_us[:2], np.array([rows.first_sequence, rows.first_sequence + 1]) * 1000
+    )
+    assert rows.lost == 3 * 4_294_968 + 7 - 100
+
+
+def test_what_the_ring_held_before_the_first_read_is_no_loss() -> None:
+    device = RingDevice(PROFILE, capacity=20)
+    device.sample(500)
+    _, rows = first_rows(device)
+    assert rows.first_sequence == 480
+    assert rows.lost == 0
+
+
+@pytest.fixture
+def running(profile: Profile) -> tuple[RingReader, RingDevice]:
+    device = RingDevice(profile)
+    device.sample(15)
+    reader, _ = first_rows(device)
+    device.sample(15)
+    return reader, device
+
+
+def refuse(reader: RingReader, window: list[int], message: str) -> None:
+    before = reader.acknowledge
+    with pytest.raises(DoubtfulBlock, match=message):
+        reader.take(window)
+    assert reader.acknowledge == before  # nothing was taken
+
+
+def test_a_repeated_block_is_refused(running: tuple[RingReader, RingDevice]) -> None:
+    reader, device = running
+    device.set("ring_acknowledge", 0)
+    refuse(
+        reader,
+        device.window(),
+        "begins at sequence 0, before 15 which was asked for: the controller has restarted",
+    )
+
+
+def test_a_block_with_the_header_of_another_is_refused(running: tuple[RingReader, RingDevice]) -> None:
+    reader, device = running
+    device.set("ring_acknowledge", 15)
+    true = device.window()
+    device.set("ring_acknowledge", 0)
+    old = device.window()
+    refuse(
+        reader, true[:5] + old[5:], "the tick steps by -14000 µs from the last block, 1000 µs would be right"
+    )
+
+
+def test_a_block_torn_in_the_middle_is_refused(running: tuple[RingReader, RingDevice]) -> None:
+    reader, device = running
+    device.set("ring_acknowledge", 15)
+    true = device.window()
+    device.set("ring_acknowledge", 0)
+    old = device.window()
+    cut = 5 + 8 * 7
+    refuse(reader, true[:cut] + old[cut:], "the ticks step by 1000 … 4294953296 µs inside the block")
+
+
+def test_a_stamp_that_does_not_move_is_refused(running: tuple[RingReader, RingDevice]) -> None:
+    reader, device = running
+    device.set("ring_acknowledge", 15)
+    window = device.window()
+    window[5 + 8 : 5 + 10] = window[5:7]
+    refuse(reader, window, "the ticks step by 0 … 2000 µs inside the block, the sample rate demands 1000")
+
+
+def test_too_many_samples_are_refused(running: tuple[RingReader, RingDevice]) -> None:
+    reader, device = running
+    device.set("ring_acknowledge", 15)
+    window = device.window()
+    window[2] = 16
+    refuse(reader, window, "the block claims 16 samples, 15 fit")
+
+
+def test_an_empty_block_elsewhere_is_refused(running: tuple[RingReader, RingDevice]) -> None:
+    reader, device = running
+    device.set("ring_acknowledge", 15)
+    window = device.window()
+    window[1] += 4
+    window[2] = 0
+    refuse(reader, window, "the block is empty but begins at 19, not 15")
+
+
+def test_the_overrun_counter_alone_is_told(running: tuple[RingReader, RingDevice]) -> None:
+    reader, device = running
+    device.overruns = 3
+    assert fetch(reader, device) is not None
+    assert reader.events == ["the controller's overrun counter rose by 3 at sequence 15 without a gap"]
