@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import keyword
 import sys
 from importlib.metadata import version
 from typing import NoReturn
@@ -39,7 +40,8 @@ class LazyGroup(click.Group):
         """Return the sub-command, imported now; None if there is none of that name."""
         if name not in COMMANDS:
             return None
-        module = importlib.import_module(f"cli.commands.{name.replace('-', '_')}")
+        stem = name.replace("-", "_")
+        module = importlib.import_module(f"cli.commands.{stem}{'_' if keyword.iskeyword(stem) else ''}")
         command = module.command
         assert isinstance(command, click.Command)
         return command

@@ -141,8 +141,14 @@ def start_process(
     inherited = os.environ.get("PYTHONPATH")
     environment = {**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{inherited}" if inherited else home}
     with log.open("wb") as errors:
+        # A session of its own: Ctrl-C in the terminal must stop the campaign, not pull the stand from under it.
         process = subprocess.Popen(
-            arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, env=environment
+            arguments,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            env=environment,
+            start_new_session=True,
         )
     try:
         return SimulatedStandProcess(process, _wait_until_ready(process, log), log)

@@ -1,0 +1,53 @@
+"""``bufferstand simulate-stand``: the simulated stand for others to talk to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from cli.options import EXISTING, FILE, FOLDER
+from drivers.simulated.faults import parse_fault
+from drivers.simulated.server import Options, Served, serve, write_endpoints
+
+
+@click.command("simulate-stand", epilog="Example:  bufferstand simulate-stand sample_runs/stand.toml")
+@click.argument("stand", metavar="STAND.toml", type=EXISTING)
+@click.option("--speed", type=click.FloatRange(min=0.01, max=100.0), default=1.0, help="Times real time.")
+@click.option("--port", type=click.IntRange(0, 65535), help="TCP port instead of the stand file's; 0: free.")
+@click.option("--model", metavar="MODEL.toml", type=EXISTING, help="Spring model of the specimen in it.")
+@click.option("--wires", metavar="DIR", type=FOLDER, help="Folder for the serial device and the 1-Wire tree.")
+@click.option("--endpoints", metavar="FILE", type=FILE, help="Write there where it can be reached (JSON).")
+@click.option("--truth", metavar="FILE", type=FILE, help="Write there at the end what really happened.")
+@click.option("--fault", "faults", multiple=True, metavar="FAULT", help="e.g. temperature_1=silent@30:60")
+def command(
+    stand: Path,
+    speed: float,
+    port: int | None,
+    model: Path | None,
+    wires: Path | None,
+    endpoints: Path | None,
+    truth: Path | None,
+    faults: tuple[str, ...],
+) -> None:
+    """Serve the simulated stand on loopback until Ctrl-C: Modbus TCP, a serial device, a 1-Wire folder."""
+    options = Options(
+        model=model,
+        speed=speed,
+        port=port,
+        wires=wires,
+        truth=truth,
+        faults=tuple(parse_fault(text) for text in faults),
+    )
+
+    def ready(served: Served) -> None:
+        if endpoints is not None:
+            write_endpoints(served, endpoints)
+        click.echo(f"controller   Modbus TCP {served.host}:{served.port}")
+        if served.amplifier_port is not None:
+            click.echo(f"amplifier    {served.amplifier_port}")
+        if served.w1_root is not None:
+            click.echo(f"1-Wire       {served.w1_root}")
+        click.echo(f"serving at {served.speed:g} times real time; Ctrl-C ends it")
+
+    serve(stand, options, ready=ready)
