@@ -39,8 +39,8 @@ def command(
 ) -> int:
     """Turn foreign records into run files. Nothing is guessed in silence.
 
-    A CSV needs no options if its header reads  time [s],stroke [mm],force [kN]  or has other known units in the
-    brackets; separators are , ; and tab.
+    A CSV needs no options if its header reads  time [s],stroke [mm],force [kN]  or has other known units in
+    the brackets; separators are , ; and tab.
     """
     options = ImportOptions(
         kind=kind,

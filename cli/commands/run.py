@@ -30,8 +30,8 @@ from foundation.errors import BadInput
 def command(campaign: Path, out: Path, simulate: bool, speed: float) -> int:
     """Run a campaign with live progress; record one HDF5 file a run.
 
-    Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3 when
-    a limit or the operator stopped it, 4 on a fault of a device.
+    Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3
+    when a limit or the operator stopped it, 4 on a fault of a device.
     """
     prepared = prepare(campaign)
     if load_record(out) is not None:
