@@ -1,0 +1,164 @@
+"""What may be wrong with the channels, drawn at random: the input of the Monte Carlo propagation (JCGM 101).
+
+Errors of a channel are the same for every cycle of a run, so that they do not average out; noise does.
+A limit (half-width) is drawn from a rectangular distribution, a standard uncertainty from a normal one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.record import FloatArray
+from foundation.channel import ChannelUncertainty
+
+SHAPE_LENGTH_MM = 100.0
+"""Half wave of the longest of the smooth deviations that make up a stroke linearity error."""
+SHAPE_HALF_WAVES = (1, 2, 3)
+_SQRT3 = float(np.sqrt(3.0))
+
+FORCE_TERMS = 5
+"""Force as recorded, scale, zero, reversibility, skew (order of :attr:`Draws.force`)."""
+STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
+"""Stroke as recorded, scale, and a cosine and a sine a half wave (order of :attr:`Draws.stroke`)."""
+
+
+@dataclass(frozen=True)
+class StrokeFacts:
+    """Uncertainty of the mean of all draw wires: limits [share, mm, mm] and standard u of the delay [s]."""
+
+    scale: float
+    zero_mm: float
+    linearity_mm: float
+    u_delay_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Random errors, one row a draw.
+
+    Attributes
+    ----------
+    force : array, shape (N, 5)
+        Factors of the force terms (:func:`force_terms`): 1, scale, zero [kN], reversibility, skew [s].
+    stroke : array, shape (N, 8)
+        Factors of the stroke terms (:func:`stroke_terms`): 1, scale, shape [mm] …
+    stroke_zero_mm : array, shape (N,)
+    generator : numpy.random.Generator
+        For the noise of single cycles, drawn in order.
+    """
+
+    force: FloatArray
+    stroke: FloatArray
+    stroke_zero_mm: FloatArray
+    generator: np.random.Generator
+
+
+def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
+    """Return the uncertainty of the mean of independent draw wires; None when none states its accuracy."""
+    if not wires or any(wire.accuracy_percent is None and wire.linearity is None for wire in wires):
+        return None
+    count = len(wires)
+
+    def mean(values: Sequence[float | None]) -> float:
+        return float(np.sqrt(sum((value or 0.0) ** 2 for value in values))) / count
+
+    return StrokeFacts(
+        scale=mean([wire.accuracy_percent for wire in wires]) / 100.0,
+        zero_mm=mean([wire.zero for wire in wires]),
+        linearity_mm=mean([wire.linearity for wire in wires]),
+        u_delay_s=mean([wire.u_delay_s for wire in wires]),
+    )
+
+
+def missing_facts(force: ChannelUncertainty | None, wires: Sequence[ChannelUncertainty]) -> list[str]:
+    """Return a warning for every fact that the channels do not state."""
+    warnings = []
+    if force is None or force.accuracy_percent is None:
+        warnings.append("no expanded uncertainties: the force channel states no accuracy")
+    else:
+        names = [n for n in ("reversibility_percent", "zero", "u_delay_s") if getattr(force, n) is None]
+        warnings += [
+            f"the force channel states no {n}: its part of the uncertainty is missing" for n in names
+        ]
+    if mean_of_wires(wires) is None:
+        warnings.append("no expanded uncertainties: the stroke channel states neither accuracy nor linearity")
+    else:
+        names = [n for n in ("zero", "u_delay_s") if any(getattr(wire, n) is None for wire in wires)]
+        warnings += [f"a stroke channel states no {n}: its part of the uncertainty is missing" for n in names]
+    return warnings
+
+
+def draw_errors(
+    force: ChannelUncertainty | None, wires: Sequence[ChannelUncertainty], draws: int, seed: int
+) -> Draws | None:
+    """Draw the errors of all channels; None when force or stroke states no accuracy.
+
+    Parameters
+    ----------
+    force : ChannelUncertainty or None
+    wires : sequence of ChannelUncertainty
+        One entry a draw wire; the stroke is their mean.
+    draws : int
+    seed : int
+        The same seed gives the same draws.
+    """
+    stroke = mean_of_wires(wires)
+    if force is None or force.accuracy_percent is None or stroke is None:
+        return None
+    generator = np.random.default_rng(seed)
+
+    def within(limit: float) -> FloatArray:
+        return generator.uniform(-limit, limit, draws)
+
+    skew_s = float(np.hypot(force.u_delay_s or 0.0, stroke.u_delay_s))
+    force_errors = np.column_stack(
+        (
+            np.ones(draws),
+            within(force.accuracy_percent / 100.0),
+            within(force.zero or 0.0),
+            within((force.reversibility_percent or 0.0) / 100.0),
+            generator.normal(0.0, skew_s, draws),
+        )
+    )
+    waves = 2 * len(SHAPE_HALF_WAVES)
+    shape_mm = stroke.linearity_mm / _SQRT3 / float(np.sqrt(len(SHAPE_HALF_WAVES)))
+    stroke_errors = np.column_stack(
+        (np.ones(draws), within(stroke.scale), generator.normal(0.0, shape_mm, (draws, waves)))
+    )
+    return Draws(force_errors, stroke_errors, within(stroke.zero_mm), generator)
+
+
+def stroke_terms(stroke_mm: FloatArray) -> FloatArray:
+    """Return the stroke terms, shape (8, M): stroke, stroke (scale), and the shapes less their value at 0."""
+    rows = [stroke_mm, stroke_mm]
+    for half_waves in SHAPE_HALF_WAVES:
+        phase = np.pi * half_waves / SHAPE_LENGTH_MM * stroke_mm
+        rows += [np.cos(phase) - 1.0, np.sin(phase)]
+    return np.stack(rows)
+
+
+def stroke_term_slopes(stroke_mm: float) -> FloatArray:
+    """Return the derivative of each stroke term at a stroke, shape (8,), as recorded counted as 0."""
+    slopes = [0.0, 1.0]
+    for half_waves in SHAPE_HALF_WAVES:
+        rate = np.pi * half_waves / SHAPE_LENGTH_MM
+        slopes += [-rate * np.sin(rate * stroke_mm), rate * np.cos(rate * stroke_mm)]
+    return np.array(slopes, dtype=np.float64)
+
+
+def force_terms(time_s: FloatArray, force_kN: FloatArray, unloading: slice) -> FloatArray:
+    """Return the force terms, shape (5, M): force, force (scale), 1 (zero), reversibility, -dF/dt (skew).
+
+    The reversibility error concerns falling force, in proportion to the force, and vanishes towards the
+    peak, where rising and falling are the same state: weight 1 - (F / F_peak)².
+    """
+    reversal = np.zeros_like(force_kN)
+    falling = force_kN[unloading]
+    peak = float(np.max(np.abs(falling))) or 1.0
+    reversal[unloading] = falling * (1.0 - (falling / peak) ** 2)
+    step = np.gradient(time_s)
+    rate = np.gradient(force_kN) / np.where(step > 0.0, step, np.inf)
+    return np.stack((force_kN, force_kN, np.ones_like(force_kN), reversal, -rate))

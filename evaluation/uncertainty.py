@@ -1,0 +1,230 @@
+"""Monte Carlo propagation of channel errors through the raw loop to every figure of a cycle (JCGM 101).
+
+Energies are bilinear in the errors of force and stroke: ∫ (Σ aᵢ fᵢ) d(Σ bⱼ xⱼ). The integrals of all pairs
+of terms are taken once on the recorded loop, and each draw is then exact at the cost of a small product.
+Damping is propagated as one quantity: scale errors cancel in it, as they do on the stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
+from evaluation.loops import cut_loop
+from evaluation.motion import Cycle, Loop
+from evaluation.quantities import TANGENT_WINDOW
+from evaluation.record import FloatArray, Record
+from evaluation.reversals import noise_sigma
+
+COVERAGE = 2.0
+"""Coverage factor k of the expanded uncertainty U = k u."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White noise of one sample: force [kN], stroke [mm], estimated from the record."""
+
+    force_kN: float
+    stroke_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class LocalReading:
+    """A polynomial reading of the loading branch at a stroke as a linear functional of the force.
+
+    Attributes
+    ----------
+    force_kN, slope, bend : float
+        Force, its first and second derivative by stroke there [kN, kN/mm, kN/mm²].
+    value_terms, slope_terms : arrays, shape (5,)
+        The same readings (force, slope) of each force term.
+    value_gain, slope_gain : float
+        Standard deviation of the readings for force noise of 1 kN a sample.
+    """
+
+    stroke_mm: float
+    force_kN: float
+    slope: float
+    bend: float
+    value_terms: FloatArray
+    slope_terms: FloatArray
+    value_gain: float
+    slope_gain: float
+
+
+def record_noise(record: Record) -> Noise:
+    """Return the white noise of force and stroke, from fifth differences of the whole record."""
+    return Noise(noise_sigma(record.force_kN), noise_sigma(record.stroke_mm))
+
+
+class CyclePropagation:
+    """The loop of one complete cycle prepared for drawing: terms, integrals, noise.
+
+    Parameters
+    ----------
+    record : Record
+    cycle : Cycle
+        Complete.
+    noise : Noise
+    """
+
+    def __init__(self, record: Record, cycle: Cycle, noise: Noise) -> None:
+        self.cycle = cycle
+        self.noise = noise
+        self.loop = cut_loop(record, cycle)
+        self.force = force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading)
+        self.stroke = stroke_terms(self.loop.stroke_mm)
+        inside = np.searchsorted(record.time_s, [cycle.start_s, cycle.end_s])
+        self.samples_a_point = max(1.0, float(inside[1] - inside[0]) / self.loop.time_s.size)
+
+    def _integrals(self, part: slice) -> FloatArray:
+        middle = 0.5 * (self.force[:, part][:, 1:] + self.force[:, part][:, :-1])
+        return np.asarray(middle @ np.diff(self.stroke[:, part], axis=1).T)
+
+    def _closing(self) -> FloatArray:
+        chord = self.stroke[:, 0] - self.stroke[:, -1]
+        return np.outer(0.5 * (self.force[:, 0] + self.force[:, -1]), chord)
+
+    def _energy_noise(self, loop: Loop, part: slice) -> float:
+        """Return the standard deviation of an energy by white noise on both channels [J]."""
+        weight = 1.0 / np.sqrt(self.samples_a_point)
+        by_force = self.noise.force_kN * np.linalg.norm(np.gradient(loop.stroke_mm[part]))
+        by_stroke = self.noise.stroke_mm * np.linalg.norm(np.gradient(loop.force_kN[part]))
+        return float(weight * np.hypot(by_force, by_stroke))
+
+    def energies(self, draws: Draws) -> tuple[FloatArray, FloatArray]:
+        """Return stored and absorbed energy of every draw [J], shape (N,) each."""
+        up, down = self._integrals(self.loop.loading), self._integrals(slice(self.loop.top, None))
+        turn_J = np.hypot(
+            self.loop.force_kN[self.loop.top] * self.cycle.top.u_stroke_mm,
+            self.loop.force_kN[0] * self.cycle.start.u_stroke_mm,
+        )
+        scatter = draws.generator.standard_normal((3, draws.force.shape[0]))
+        noise_up = scatter[0] * self._energy_noise(self.loop, self.loop.loading)
+        noise_down = scatter[1] * self._energy_noise(self.loop, self.loop.unloading)
+        stored = _bilinear(draws, up) + noise_up
+        absorbed = stored + _bilinear(draws, down + self._closing()) + noise_down
+        return stored + scatter[2] * turn_J, absorbed
+
+    def read(self, stroke_mm: float, half_width_mm: float, degree: int = 3) -> LocalReading | None:
+        """Read the loading branch at a stroke; None when it is out of reach or too few samples are near."""
+        stroke = self.loop.stroke_mm[self.loop.loading]
+        if not stroke[0] <= stroke_mm <= stroke[-1]:
+            return None
+        return self.fit(stroke_mm, stroke_mm - half_width_mm, stroke_mm + half_width_mm, degree)
+
+    def fit(self, stroke_mm: float, first_mm: float, last_mm: float, degree: int) -> LocalReading | None:
+        """Fit the loading branch between two strokes and read the polynomial at a third one.
+
+        Returns None when fewer than ``degree + 2`` samples lie between them, or they cover less than half.
+        """
+        stroke = self.loop.stroke_mm[self.loop.loading]
+        inside = (stroke >= first_mm) & (stroke <= last_mm)
+        if np.count_nonzero(inside) < degree + 2 or np.ptp(stroke[inside]) < 0.5 * (last_mm - first_mm):
+            return None
+        scale = 0.5 * (last_mm - first_mm)
+        matrix = np.vander((stroke[inside] - stroke_mm) / scale, degree + 1, increasing=True)
+        operator = np.linalg.pinv(matrix)
+        terms = operator @ self.force[:, self.loop.loading][:, inside].T
+        gain = np.sqrt(np.sum(operator**2, axis=1) / self.samples_a_point)
+        bend = float(2.0 * terms[2, 0]) / scale**2 if degree > 1 else 0.0
+        slope = float(terms[1, 0]) / scale
+        noise_kN = float(np.hypot(self.noise.force_kN, slope * self.noise.stroke_mm))
+        return LocalReading(
+            stroke_mm=stroke_mm,
+            force_kN=float(terms[0, 0]),
+            slope=slope,
+            bend=bend,
+            value_terms=terms[0],
+            slope_terms=terms[1] / scale,
+            value_gain=float(gain[0]) * noise_kN,
+            slope_gain=float(gain[1]) / scale * noise_kN,
+        )
+
+
+def _bilinear(draws: Draws, integrals: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("ni,ni->n", draws.force @ integrals, draws.stroke))
+
+
+def stroke_error_mm(draws: Draws, stroke_mm: float) -> FloatArray:
+    """Return the error of the stroke at a stroke for every draw [mm], shape (N,)."""
+    terms = stroke_terms(np.array([stroke_mm]))[:, 0]
+    return np.asarray(draws.stroke[:, 1:] @ terms[1:] + draws.stroke_zero_mm)
+
+
+def force_draws(draws: Draws, reading: LocalReading) -> FloatArray:
+    """Return the force read at a stroke for every draw [kN], shape (N,)."""
+    noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.value_gain
+    moved = reading.slope * stroke_error_mm(draws, reading.stroke_mm)
+    return np.asarray(draws.force @ reading.value_terms + moved + noise)
+
+
+def slope_draws(draws: Draws, reading: LocalReading) -> FloatArray:
+    """Return the slope read at a stroke for every draw [kN/mm], shape (N,)."""
+    noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.slope_gain
+    stretch = draws.stroke @ stroke_term_slopes(reading.stroke_mm)
+    moved = reading.bend * stroke_error_mm(draws, reading.stroke_mm)
+    return np.asarray((draws.force @ reading.slope_terms) * (1.0 + stretch) + moved + noise)
+
+
+def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
+    """Return the complex stiffness K* of every draw, from Fourier integrals of the terms."""
+    loop, cycle = propagation.loop, propagation.cycle
+    turn = np.exp(-2j * np.pi * (loop.time_s - cycle.start_s) / cycle.duration_s)
+    width = np.gradient(loop.time_s) * turn
+    drift = (loop.time_s - cycle.start_s) / cycle.duration_s
+    closed = propagation.stroke - np.outer(propagation.stroke[:, -1] - propagation.stroke[:, 0], drift)
+    count = propagation.cycle.duration_s
+    amplitude_mm = abs(2.0 / count * (closed[0] @ width))
+    samples = propagation.samples_a_point * loop.time_s.size
+    scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
+    force = draws.force @ (propagation.force @ width)
+    stiffness = force / (draws.stroke @ (closed @ width))
+    noise_kN = np.hypot(propagation.noise.force_kN, np.mean(np.abs(stiffness)) * propagation.noise.stroke_mm)
+    noise = noise_kN * np.sqrt(2.0 / samples) / amplitude_mm
+    return np.asarray(stiffness + noise * (scatter[0] + 1j * scatter[1]))
+
+
+def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, FloatArray]:
+    """Return every figure of a cycle that can be propagated, by name, for every draw."""
+    loop, cycle = propagation.loop, propagation.cycle
+    stored, absorbed = propagation.energies(draws)
+    low_mm = cycle.stroke_min_mm + stroke_error_mm(draws, cycle.stroke_min_mm)
+    high_mm = cycle.stroke_max_mm + stroke_error_mm(draws, cycle.stroke_max_mm)
+    low_mm = low_mm + cycle.start.u_stroke_mm * draws.generator.standard_normal(low_mm.size)
+    high_mm = high_mm + cycle.top.u_stroke_mm * draws.generator.standard_normal(low_mm.size)
+    stiffness = _harmonic_draws(draws, propagation)
+    at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
+    figures = {
+        "stored_energy_J": stored,
+        "absorbed_energy_J": absorbed,
+        "stroke_min_mm": low_mm,
+        "stroke_max_mm": high_mm,
+        "prestress_mm": 0.5 * (low_mm + high_mm),
+        "amplitude_mm": 0.5 * (high_mm - low_mm),
+        "force_min_kN": draws.force @ propagation.force[:, at_min],
+        "force_max_kN": draws.force @ propagation.force[:, at_max],
+        "secant_stiffness_kN_per_mm": draws.force
+        @ (propagation.force[:, loop.top] - propagation.force[:, 0])
+        / (high_mm - low_mm),
+        "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
+        "storage_stiffness_kN_per_mm": np.real(stiffness),
+        "loss_stiffness_kN_per_mm": np.imag(stiffness),
+    }
+    if np.all(stored > 0.0):
+        figures["damping"] = absorbed / stored
+    if np.all(np.real(stiffness) > 0.0):
+        figures["loss_factor"] = np.imag(stiffness) / np.real(stiffness)
+    mean_mm = 0.5 * (cycle.stroke_min_mm + cycle.stroke_max_mm)
+    tangent = propagation.read(mean_mm, TANGENT_WINDOW * cycle.range_mm)
+    if tangent is not None:
+        figures["tangent_stiffness_kN_per_mm"] = slope_draws(draws, tangent)
+    return figures
+
+
+def expanded(values: FloatArray | Sequence[float]) -> float:
+    """Return the expanded uncertainty U = 2 u of drawn values."""
+    return COVERAGE * float(np.std(values))
