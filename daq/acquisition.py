@@ -240,6 +240,7 @@ class Acquisition:
             if block is None:
                 break
             self._take(block)
+        self._record_anchor()
         for text in self.stand.controller.events():
             self.say("wire", text)
 
@@ -270,16 +271,20 @@ class Acquisition:
         self.panel.observe(scaled, self.clock.now_s(), self.clock.wall_s())
 
     def _keep_anchor(self, block: ScaledBlock) -> None:
-        """Keep the pair with the least delay on the wire; record it when the interval ends."""
+        """Keep the pair with the least delay on the wire."""
         if not len(block):
             return
         self._device_us = int(block.time_us[-1])
         pair = (self._device_us, block.received_s)
         if self._anchor is None or _delay_s(pair) < _delay_s(self._anchor):
             self._anchor = pair
-        if self._recorder is not None and block.received_s >= self._anchor_due_s:
+
+    def _record_anchor(self) -> None:
+        """Record the best pair of the interval that ends; called when the ring is drained."""
+        now_s = self.clock.now_s()
+        if self._recorder is not None and self._anchor is not None and now_s >= self._anchor_due_s:
             self._recorder.anchor(*self._anchor, self._utc())
-            self._anchor, self._anchor_due_s = None, block.received_s + self.pace.anchor_s
+            self._anchor, self._anchor_due_s = None, now_s + self.pace.anchor_s
 
     def _check_recorder(self) -> None:
         if self._recorder is None:

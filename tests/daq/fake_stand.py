@@ -190,6 +190,8 @@ class FakeController:
         rows = self._rows[self._read : self._read + 15]
         lost = 0
         if rows and rows[0][0] in self.orders.lose_at:
+            if len(self._rows) <= self._read + self.orders.lose_at[rows[0][0]]:
+                return None
             lost = self.orders.lose_at.pop(rows[0][0])
             self._read += lost
             rows = self._rows[self._read : self._read + 15]

@@ -104,8 +104,8 @@ def test_an_interruption_begins_the_count_anew() -> None:
 
 
 @given(
-    bad=st.lists(st.booleans(), min_size=1, max_size=60),
-    cuts=st.lists(st.integers(1, 20), min_size=1, max_size=60),
+    bad=st.lists(st.booleans(), min_size=1, max_size=30),
+    cuts=st.lists(st.integers(1, 9), min_size=1, max_size=12),
     hold_ms=st.integers(0, 8),
 )
 def test_how_the_samples_are_cut_into_blocks_changes_nothing(

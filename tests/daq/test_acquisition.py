@@ -1,0 +1,209 @@
+"""The loop loses nothing, feeds the watchdog, records before it judges, and latches what fails."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from daq.acquisition import Acquisition, Pace
+from daq.guards import Action, AgreementGuard, ChannelGuard, ControllerGuard, TemperatureGuard
+from daq.panel import GuardPanel, GuardSet
+from drivers.interfaces import MotionState, SampleBlock, Stand
+from tests.daq.cases import ListRecorder
+from tests.daq.fake_stand import FakeClock, FakeController, FakeThermometer, Orders, fake_stand
+
+GUARDS = GuardSet(
+    (ChannelGuard("force", "force", 600.0, -10.0, "kN", "force"),),
+    (TemperatureGuard("temperature_1", "plate", 40.0, 30.0, grace_s=5.0),),
+    ControllerGuard(2.0, 0.5, 1000.0),
+)
+
+
+def acquire(
+    orders: Orders | None = None, *, clock: FakeClock | None = None, pace: Pace | None = None, **stand: object
+) -> tuple[Acquisition, FakeController, ListRecorder]:
+    clock = clock or FakeClock()
+    opened, controller = fake_stand(clock, orders, **stand)  # type: ignore[arg-type]
+    guards = GuardPanel(GUARDS, at_s=0.0, wall_s=0.0)
+    acquisition = Acquisition(opened, clock, guards, pace=pace, utc=lambda: "2026-01-01T00:00:00+00:00")
+    recorder = ListRecorder()
+    acquisition.attach(recorder)
+    return acquisition, controller, recorder
+
+
+def run(acquisition: Acquisition, duration_s: float) -> None:
+    end_s = acquisition.clock.now_s() + duration_s
+    while acquisition.clock.now_s() < end_s:
+        acquisition.rest()
+        acquisition.tick()
+
+
+def test_every_sample_is_recorded_once_in_order_as_received() -> None:
+    acquisition, _, recorder = acquire()
+    run(acquisition, 3.0)
+    blocks = [block for block in recorder.blocks if block[0] == "controller"]
+    sequence = np.concatenate([b[1] + np.arange(len(b[2])) for b in blocks])
+    assert sequence[0] == 1
+    assert np.all(np.diff(sequence) == 1)
+    assert len(sequence) == 3000
+    assert np.array_equal(np.concatenate([b[2] for b in blocks]), sequence * 1000)
+    assert {name: counts.dtype for name, counts in blocks[0][3].items()} == dict.fromkeys(
+        ("force", "stroke_1", "stroke_2", "position", "command"), np.dtype(np.int32)
+    )
+    assert sum(block[0] == "temperature_1" for block in recorder.blocks) == 4
+
+
+def test_a_gap_is_counted_in_the_run_and_noted() -> None:
+    acquisition, _, recorder = acquire(Orders(lose_at={500: 37}))
+    run(acquisition, 1.0)
+    assert [(block[1], block[4]) for block in recorder.blocks if block[4]] == [(537, 37)]
+    assert acquisition.latest.lost == 37
+    assert acquisition.latest.samples == 1000 - 37
+    notes = [event for event in recorder.events if event[1] == "note"]
+    assert len(notes) == 1
+    assert "37 samples (37 ms) were lost before sample 537" in notes[0][2]
+    assert acquisition.panel.trip is None
+
+
+def test_a_pass_is_bounded_and_the_rest_comes_in_the_next() -> None:
+    acquisition, _, _ = acquire(pace=Pace(blocks_per_tick=4))
+    acquisition.clock.sleep(0.2)
+    acquisition.tick()
+    assert acquisition.latest.samples == 4 * 15
+    for _ in range(4):
+        acquisition.tick()
+    assert acquisition.latest.samples == 200
+
+
+def test_the_watchdog_is_fed_through_a_long_wait() -> None:
+    acquisition, controller, _ = acquire()
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=500)
+    run(acquisition, 10.0)
+    assert controller.watchdog_trips == 0
+    assert controller.state is MotionState.HOLDING
+    acquisition.clock.sleep(1.0)  # nobody feeds
+    acquisition.tick()
+    assert controller.watchdog_trips == 1
+    assert acquisition.panel.trip is not None
+    assert "its watchdog ran out" in acquisition.panel.trip.reason
+
+
+def test_feeding_counts_the_walls_time_on_a_fast_stand() -> None:
+    acquisition, controller, _ = acquire(clock=FakeClock(wall_speed=0.05))
+    run(acquisition, 20.0)  # one second of the wall
+    assert 4 <= controller.calls.count("feed_watchdog") <= 6
+
+
+def test_a_fast_stand_does_not_trip_by_its_own_speed() -> None:
+    silent_after_3 = lambda t_s: 25.0 if t_s < 3.0 else None  # noqa: E731
+    fast, _, _ = acquire(clock=FakeClock(wall_speed=0.05), reading=silent_after_3)
+    run(fast, 20.0)
+    assert fast.panel.trip is None
+    real, _, _ = acquire(reading=silent_after_3)
+    run(real, 10.0)
+    assert real.panel.trip is not None
+    assert real.panel.trip.guard == "temperature_1"
+
+
+def test_a_clock_anchor_a_second_with_the_least_delay() -> None:
+    acquisition, _, recorder = acquire()
+    run(acquisition, 5.0)
+    assert 5 <= len(recorder.anchors) <= 6
+    delays = [host_s - device_us / 1e6 for device_us, host_s, _ in recorder.anchors]
+    assert max(delays) < 1e-3  # the newest sample of a drained ring, not the oldest of a block
+    assert all(b[0] > a[0] for a, b in zip(recorder.anchors, recorder.anchors[1:], strict=False))
+
+
+def test_the_sample_that_trips_is_recorded_and_the_event_names_it() -> None:
+    acquisition, _, recorder = acquire(Orders(add={"force": lambda n: 650.0 if n == 777 else 0.0}))
+    run(acquisition, 1.0)
+    trip = acquisition.panel.trip
+    assert trip is not None
+    assert (trip.sequence, trip.value) == (777, 650.0)
+    recorded = np.concatenate([b[1] + np.arange(len(b[2])) for b in recorder.blocks if b[0] == "controller"])
+    assert 777 in recorded
+    event = next(event for event in recorder.events if event[1] == "trip")
+    assert event[3]["sequence"] == 777
+    assert event[3]["limit"] == 600.0
+
+
+def test_a_wire_that_fails_is_latched_not_raised() -> None:
+    acquisition, _, _ = acquire(Orders(wire_down=lambda now_s: now_s >= 0.5))
+    run(acquisition, 1.0)
+    trip = acquisition.panel.trip
+    assert trip is not None
+    assert (trip.guard, trip.action, trip.device_fault) == ("controller", Action.EMERGENCY, True)
+    assert "no answer within 0.5 s" in trip.reason
+
+
+@pytest.mark.parametrize(
+    ("orders", "said"),
+    [
+        (Orders(silent_from_s=1.0), "delivers no new samples"),
+        (Orders(heart_stops_at_s=1.0), "does not count its heartbeat"),
+    ],
+)
+def test_a_controller_that_answers_but_does_not_live_trips(orders: Orders, said: str) -> None:
+    acquisition, _, _ = acquire(orders)
+    run(acquisition, 2.9)
+    assert acquisition.panel.trip is None
+    run(acquisition, 0.3)
+    assert acquisition.panel.trip is not None
+    assert said in acquisition.panel.trip.reason
+
+
+def test_an_unexpected_exception_is_not_swallowed() -> None:
+    acquisition, _, _ = acquire(Orders(explode_at_s=0.5))
+    with pytest.raises(ZeroDivisionError):
+        run(acquisition, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("failure", "warning", "said"),
+    [
+        (OSError("no space left"), None, "recording failed: no space left"),
+        (None, "1 MiB left", "nearly full"),
+    ],
+)
+def test_a_failing_recorder_stops(failure: Exception | None, warning: str | None, said: str) -> None:
+    acquisition, _, recorder = acquire()
+    run(acquisition, 0.1)
+    assert acquisition.panel.trip is None
+    recorder.failure, recorder.disk_warning = failure, warning
+    run(acquisition, 0.1)
+    trip = acquisition.panel.trip
+    assert trip is not None
+    assert (trip.guard, trip.action, trip.device_fault) == ("recorder", Action.STOP, True)
+    assert said in trip.reason
+
+
+def test_a_sensors_complaint_becomes_an_event_of_the_run() -> None:
+    acquisition, _, recorder = acquire(reading=lambda t_s: "CRC wrong" if t_s == 2.0 else 25.0)
+    run(acquisition, 3.0)
+    assert [(event[1], event[2]) for event in recorder.events] == [("sensor", "temperature_1: CRC wrong")]
+    assert acquisition.panel.trip is None
+
+
+class _Amplifier(FakeThermometer):
+    """Delivers a constant second force, 50 samples a pass."""
+
+    def drain(self) -> list[SampleBlock]:  # type: ignore[override]
+        now_s = self._clock.now_s()
+        counts = {"force_2": np.full(50, round(8.0 / 0.0625))}
+        return [SampleBlock("amplifier", 0, np.full(50, round(now_s * 1e6)), counts, 0, now_s)]
+
+
+def test_a_second_force_that_disagrees_is_a_note_in_the_run() -> None:
+    clock = FakeClock()
+    amplifier = _Amplifier(clock, lambda _: 0.0, "force_2")
+    amplifier.facts = type(amplifier.facts)("amplifier", "host", amplifier.facts.channels, 250.0, "fake")
+    guards = GuardSet(GUARDS.channels, (), GUARDS.controller, AgreementGuard(6.0))
+    panel = GuardPanel(guards, at_s=0.0, wall_s=0.0)
+    acquisition = Acquisition(Stand(FakeController(clock), (amplifier,)), clock, panel)
+    recorder = ListRecorder()
+    acquisition.attach(recorder)
+    run(acquisition, 10.0)
+    assert panel.trip is None
+    notes = [event[2] for event in recorder.events if event[1] == "note"]
+    assert len(notes) == 1
+    assert "differ by -8.00 kN" in notes[0]
