@@ -83,7 +83,7 @@ class HeatTable(Settings):
 
 
 class ViscousTable(Settings):
-    """``[viscous]``: overstress beta (F*(x) - F*(xi)), xi' = (x - xi) / tau."""
+    """``[viscous]``: overstress beta (F_m(x) - F_m(xi)), F_m = (F_l + F_u) / 2, xi' = (x - xi) / tau."""
 
     beta: float = 0.0
     """Share of the force that an infinitely fast stroke adds."""

@@ -142,8 +142,8 @@ def simulate(
         T, sensed, heat = _temperatures(model, t, history, temperature_C, ambient)
     force = history.force(model, T)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(stroke))])
-    warning = model.temperature.warning(float(T.min()), float(T.max()))
-    return Simulation(force, T, sensed, heat, work, history.band, () if warning is None else (warning,))
+    warnings = model.warnings(float(T.min()), float(T.max()))
+    return Simulation(force, T, sensed, heat, work, history.band, warnings)
 
 
 def force_history(
@@ -165,12 +165,12 @@ class _History:
     band: Floats
     loading: Floats
     width: Floats
-    centre_force: Floats
+    middle: Floats
     depth: Floats
     excess: Floats  # F - F*, at the reference temperature
     free_energy: Floats  # G (p - p*)² / 2
     lag: Floats
-    inner_force: Floats  # F*(xi)
+    inner_force: Floats  # F_m(xi)
     inner_depth: Floats
 
     @classmethod
@@ -187,12 +187,12 @@ class _History:
             band=band,
             loading=tables.at(tables.loading, cells),
             width=width,
-            centre_force=tables.at(tables.centre_force, cells),
+            middle=tables.at(tables.middle, cells),
             depth=tables.at(tables.depth, cells),
             excess=width * off_centre,
             free_energy=0.5 * tables.at(tables.free_energy, cells) * off_centre**2,
             lag=lag_mm,
-            inner_force=tables.at(tables.centre_force, inner),
+            inner_force=tables.at(tables.middle, inner),
             inner_depth=tables.at(tables.depth, inner),
         )
 
@@ -202,7 +202,7 @@ class _History:
         s, s_inner = 1.0 - soft * self.depth, 1.0 - soft * self.inner_depth
         width = self.width * model.width_scale(temperature_C)
         force = s * (self.loading - (1.0 - self.band) * width)
-        force += model.viscous.beta * (s * self.centre_force - s_inner * self.inner_force)
+        force += model.viscous.beta * (s * self.middle - s_inner * self.inner_force)
         force = np.where(self.stroke > 0.0, np.maximum(force, 0.0), 0.0)
         return force + model.curves.stop_stiffness_kN_per_mm * np.maximum(self.stroke - self.x, 0.0)
 

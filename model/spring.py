@@ -147,12 +147,14 @@ class HeatBalance:
 
 @dataclass(frozen=True)
 class ViscousBranch:
-    """Overstress ``beta (F*(x) - F*(xi))`` whose inner stroke follows with ``xi' = (x - xi) / tau``.
+    """Overstress ``beta (F_m(x) - F_m(xi))`` whose inner stroke follows with ``xi' = (x - xi) / tau``.
+
+    F_m = (F_l + F_u) / 2 falls nowhere, so that the branch can lose energy but never create it.
 
     Parameters
     ----------
     beta : float
-        Share of the elastic centre's force that an infinitely fast stroke adds; 0 is none.
+        Share of the middle curve's force that an infinitely fast stroke adds; 0 is none.
     tau_s : float
         Relaxation time [s].
 
@@ -193,11 +195,6 @@ class SpringModel:
         How the figures were obtained.
     sense : str
         What positive stroke and force are of this specimen: ``compression`` (buffer) or ``extension``.
-
-    Raises
-    ------
-    BadInput
-        If the viscous branch would not be passive on these curves: its elastic centre must not fall.
     """
 
     name: str
@@ -208,21 +205,21 @@ class SpringModel:
     origin: str = ""
     sense: Literal["compression", "extension"] = "compression"
 
-    def __post_init__(self) -> None:
-        falling_mm = self.tables.centre_falls_at_mm
-        if self.viscous.beta > 0.0 and falling_mm is not None:
-            raise BadInput(
-                f"the elastic centre of the curves falls at {falling_mm:.2f} mm, so that the viscous branch "
-                "could create energy",
-                place="viscous.beta",
-                remedy="smooth the transition stiffness there, or set beta to 0",
-            )
-
     def width_scale(self, temperature_C: ArrayLike) -> NDArray[np.float64]:
         """Return e = 1 - c_eta (T - T_ref), between 0 and what leaves F_u >= 0; same shape."""
         law = self.temperature
         warmer = np.asarray(temperature_C, dtype=np.float64) - law.reference_C
         return np.clip(1.0 - law.loss_sensitivity_per_K * warmer, 0.0, self.tables.width_scale_max)
+
+    def warnings(self, lowest_C: float, highest_C: float) -> tuple[str, ...]:
+        """Return what must be known of figures that this model gives between two temperatures [°C]."""
+        found = [self.temperature.warning(lowest_C, highest_C)]
+        if self.tables.energy_source_mm is not None:
+            found.append(
+                f"small loops about {self.tables.energy_source_mm:.2f} mm create energy: eq. (4) is not "
+                "passive on these curves, whose transition changes too fast there"
+            )
+        return tuple(sentence for sentence in found if sentence is not None)
 
     @cached_property
     def tables(self) -> BandTables:

@@ -83,7 +83,7 @@ class SpringStepper:
         x = 0.0 if stroke_mm < 0.0 else stroke_mm if stroke_mm < end else end
         i = int(x * per_step)
         f = x - i * cell_mm
-        A, a, B, b, F_l, dF_l, h, dh, F_c, dF_c, p_c, dp_c, G, dG, g, dg = cells[i]
+        A, a, B, b, F_l, dF_l, h, dh, F_m, dF_m, p_c, dp_c, G, dG, g, dg = cells[i]
         dx = x - x_0
         p = p_0 = self.band
         A += a * f
@@ -147,7 +147,7 @@ class SpringStepper:
             h *= self._width_scale(warmer)
         force = s * (F_l + dF_l * f - (1.0 - p) * h)
         if beta:
-            force += beta * (s * (F_c + dF_c * f) - (1.0 - soft * g_in) * inner)
+            force += beta * (s * (F_m + dF_m * f) - (1.0 - soft * g_in) * inner)
             self._inner = (lag, inner, g_in)
         if force < 0.0 or stroke_mm <= 0.0:
             force = 0.0
@@ -168,7 +168,7 @@ class SpringStepper:
             return 0.0
         i = int(self.stroke_mm * per_step)
         f = self.stroke_mm - i * cell_mm
-        _, a, _, b, F_l, dF_l, h, dh, F_c, dF_c, _, _, _, _, g, dg = cells[i]
+        _, a, _, b, F_l, dF_l, h, dh, F_m, dF_m, _, _, _, _, g, dg = cells[i]
         warmer = self.temperature_C - reference
         soft = c_ts * warmer if warmer < spent else softest
         s, ds = 1.0 - soft * (g + dg * f), -soft * dg
@@ -177,7 +177,7 @@ class SpringStepper:
         rest = 1.0 - self.band
         rise = dF_l - rest * e * dh + width * (rest * a if loading else self.band * b)
         band_kN = F_l + dF_l * f - rest * width
-        return ds * band_kN + s * rise + beta * (ds * (F_c + dF_c * f) + s * dF_c)
+        return ds * band_kN + s * rise + beta * (ds * (F_m + dF_m * f) + s * dF_m)
 
     def _constants(self) -> _Constants:
         """Return what every step needs, in one tuple: one unpacking costs less than a dozen look-ups."""
@@ -208,10 +208,10 @@ class SpringStepper:
 
     def _rest(self) -> None:
         """Stand at stroke 0 without overstress."""
-        A, _, B, _, _, _, h, _, F_c, _, p_c, _, G, _, g, _ = self._cells[0]
+        A, _, B, _, _, _, h, _, F_m, _, p_c, _, G, _, g, _ = self._cells[0]
         r = self.band - p_c
         self._last = (0.0, A, B, g, h, h * r, 0.5 * G * r * r)
-        self._inner = (0.0, F_c, g)
+        self._inner = (0.0, F_m, g)
 
     def _width_scale(self, warmer_K: float) -> float:
         e = 1.0 - self.model.temperature.loss_sensitivity_per_K * warmer_K
@@ -226,10 +226,12 @@ def _cells_of(tables: BandTables) -> list[_Cell]:
         tables.B,
         tables.loading,
         tables.width,
-        tables.centre_force,
+        tables.middle,
         tables.centre,
         tables.free_energy,
         tables.depth,
     ):
-        columns += [table.tolist(), (np.diff(table, append=table[-1]) / tables.step_mm).tolist()]
+        slope = np.diff(table) / tables.step_mm
+        # The last stroke falls into a cell of its own, with the slope of the one before.
+        columns += [table.tolist(), [*slope.tolist(), float(slope[-1])]]
     return list(zip(*columns, strict=True))

@@ -42,14 +42,16 @@ class BandTables:
         F_l and h = F_l - F_u [kN], contact ramp included.
     centre : NDArray
         p* = a / (a + b) [-].
-    centre_force : NDArray
-        F* = F_u + p* h [kN], contact ramp included.
+    middle : NDArray
+        (F_l + F_u) / 2 [kN], contact ramp included: the curve of the viscous branch.
     free_energy : NDArray
         G [J]: the hysteresis holds the free energy G (p - p*)² / 2, contact ramp included.
     depth : NDArray
         1 - exp(-x / alpha) of eq. (5) [-].
     width_scale_max : float
         Largest factor on the width that leaves F_u >= 0.
+    energy_source_mm : float, optional
+        First stroke about which small loops of eq. (4) would create energy (``dp*/dx > a b / (a + b)``).
     """
 
     step_mm: float
@@ -59,10 +61,11 @@ class BandTables:
     loading: Floats
     width: Floats
     centre: Floats
-    centre_force: Floats
+    middle: Floats
     free_energy: Floats
     depth: Floats
     width_scale_max: float
+    energy_source_mm: float | None
 
     @classmethod
     def of(cls, curves: Curves, depth_mm: float) -> BandTables:
@@ -79,6 +82,8 @@ class BandTables:
         a, b = _rates(curves, x)
         total = a + b
         centre = np.divide(a, total, out=np.full_like(a, 0.5), where=total > 0.0)
+        pull = np.divide(a * b, total, out=np.zeros_like(a), where=total > 0.0)
+        drift = np.gradient(centre, step)
         ramp = (
             np.minimum(1.0, x / curves.contact_ramp_mm) if curves.contact_ramp_mm > 0.0 else np.ones_like(x)
         )
@@ -90,17 +95,12 @@ class BandTables:
             loading=loading * ramp,
             width=width * ramp,
             centre=centre,
-            centre_force=(loading - (1.0 - centre) * width) * ramp,
-            free_energy=_free_energy(step, width, a, b, centre) * ramp,
+            middle=(loading - 0.5 * width) * ramp,
+            free_energy=_free_energy(step, width, pull, drift) * ramp,
             depth=-np.expm1(-x / depth_mm),
+            energy_source_mm=_first(x, (width > WIDTH_FLOOR_kN) & (drift > pull + 1e-9)),
             width_scale_max=float(np.min(loading[width > 0.0] / width[width > 0.0], initial=np.inf)),
         )
-
-    @property
-    def centre_falls_at_mm(self) -> float | None:
-        """Get the first stroke at which the elastic centre's force falls, or None."""
-        falls = np.diff(self.centre_force) < -1e-9 * self.centre_force[-1]
-        return float(np.argmax(falls)) * self.step_mm if np.any(falls) else None
 
     def cells_of(self, stroke_mm: Floats) -> tuple[NDArray[np.intp], Floats]:
         """Return cell index and stroke within the cell [mm] for strokes already within 0 … ``end_mm``."""
@@ -126,13 +126,17 @@ def _rates(curves: Curves, x: Floats) -> tuple[Floats, Floats]:
     return np.maximum(k_t - k_u, 0.0) / width, np.maximum(k_t - k_l, 0.0) / width
 
 
-def _free_energy(step: float, width: Floats, a: Floats, b: Floats, centre: Floats) -> Floats:
+def _free_energy(step: float, width: Floats, pull: Floats, drift: Floats) -> Floats:
     """Return G of the free energy G (p - p*)² / 2 for which neither direction releases heat below 0.
 
-    G = h / (a b / (a + b) - dp*/dx) makes the heat quadratic in (p - p*); the slope is smoothed over the
-    kinks that tables put into it, and bounded where a transition is so weak that G would have no limit.
+    G = h / (pull - drift) with pull = a b / (a + b) and drift = dp*/dx makes the heat quadratic in (p - p*).
+    The drift is smoothed over the kinks that tables put into it, and the difference bounded where a
+    transition is so weak, or the centre so steep, that G would have no limit.
     """
-    total = a + b
-    both = np.divide(a * b, total, out=np.zeros_like(a), where=total > 0.0)
-    slope = uniform_filter1d(np.gradient(centre, step), max(1, round(_SMOOTHING_MM / step)), mode="nearest")
-    return np.asarray(width / np.maximum(both - slope, np.maximum(0.5 * both, _LEAST_RATE)), dtype=np.float64)
+    smooth = uniform_filter1d(drift, max(1, round(_SMOOTHING_MM / step)), mode="nearest")
+    least = np.maximum(0.5 * pull, _LEAST_RATE)
+    return np.asarray(width / np.maximum(pull - smooth, least), dtype=np.float64)
+
+
+def _first(x: Floats, found: NDArray[np.bool_]) -> float | None:
+    return float(x[np.argmax(found)]) if np.any(found) else None

@@ -1,7 +1,7 @@
 """How the shipped models were made: closed-form curves, rounded to a table.
 
-``python -m tests.model.recipes`` in the project's folder writes the files anew; ``test_shipped.py`` demands that they
-equal what stands here, and (``--long``) that the fits give these parameters.
+``python -m tests.model.recipes`` in the project's folder writes the files anew; ``test_shipped.py`` demands
+that they equal what stands here, and (``--long``) that the fits give these parameters.
 """
 
 from __future__ import annotations
@@ -16,30 +16,32 @@ from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 FOLDER = Path(__file__).parents[2] / "sample_runs" / "models"
 
-CATEGORY_A_LOSS = (0.1655, 0.5092)
-CATEGORY_A_VISCOUS = (0.0412, 8.96)
+CATEGORY_A_LOSS = (0.1654, 0.5095)
+CATEGORY_A_VISCOUS = (0.0448, 9.64)
 DRAW_HOOK_FIT = (0.978, 541.4, 0.278, 0.00167)
 
 CATEGORY_A_ORIGIN = """\
-A stand-in for the paper's buffer of category A with elastomer spring, made so that it shows the published figures; the
-paper's own curves are not published. It is no measurement of any make.
-F_l = 15 kN + 2 kN/mm x + c x^4 with 600 kN at 96 mm; F_u = F_l (1 - eta), eta = 0.1655 + 0.5092 (x / 100 mm)^1.06 up
-to 80 mm, from there levelling off over 3 mm, so that a full stroke absorbs half of what it stores; transition over
-4 mm. Tables every 2.5 mm, rounded to 1 N.
-The two numbers of eta, beta and tau were fitted to the four published dampings: 0.232 at 0.08 Hz and 0.225 at 1.27 Hz
-for 0-40 mm, 0.386 at 0.04 Hz and 0.373 at 0.32 Hz for 0-80 mm (four numbers, four unknowns: a fit, no validation).
-Other transition lengths fit them as well (3-10 mm). c_ts is the paper's (measured on a draw-hook spring at 25 and
-75 °C); alpha, C, lambda and the sensor's lag are assumed: C is the order of an elastomer body of 7-10 kg.
+A stand-in for the paper's buffer of category A with elastomer spring, made so that it shows the
+published figures; the paper's own curves are not published. It is no measurement of any make.
+F_l = 15 kN + 2 kN/mm x + c x^4 with 600 kN at 96 mm; F_u = F_l (1 - eta), eta = 0.1654 + 0.5095 (x
+/ 100 mm)^1.06 up to 80 mm, from there levelling off over 3 mm, so that a full stroke absorbs half
+of what it stores; transition over 4 mm. Tables every 2.5 mm, rounded to 1 N.
+The two numbers of eta, beta and tau were fitted to the four published dampings: 0.232 at 0.08 Hz
+and 0.225 at 1.27 Hz for 0-40 mm, 0.386 at 0.04 Hz and 0.373 at 0.32 Hz for 0-80 mm (four numbers,
+four unknowns: a fit, no validation). Other transition lengths fit them as well (3-10 mm). c_ts is
+the paper's (measured on a draw-hook spring at 25 and 75 °C); alpha, C, lambda and the sensor's lag
+are assumed: C is the order of an elastomer body of 7-10 kg.
 """
 
 DRAW_HOOK_ORIGIN = """\
-A stand-in for the paper's elastomer spring of a drawbar hook (Fig. 9), made so that it shows the published figures; the
-paper's own curves are not published. It is no measurement of any make.
-F_l = 10 kN + 0.978 kN/mm x + 541.4 kN (x / 42.5 mm)^3; F_u = F_l (1 - eta), eta = 0.278 + 0.3 x / 42.5 mm; transition
-over 3 mm. Tables every 1.25 mm, rounded to 1 N.
-Fitted with c_ts = 0.01 1/K and alpha = 20 mm to 593 kN at 42.5 mm and damping 39 % at 25 °C, 374 kN at 44.5 mm and 37 %
-at 75 °C; the dissipation at equal stroke then falls by 44-45 % without being asked to. The fall of the damping needs
-c_eta: eq. (5) alone cannot give it. No rate effect is published (beta = 0); C, lambda and the sensor's lag are assumed.
+A stand-in for the paper's elastomer spring of a drawbar hook (Fig. 9), made so that it shows the
+published figures; the paper's own curves are not published. It is no measurement of any make.
+F_l = 10 kN + 0.978 kN/mm x + 541.4 kN (x / 42.5 mm)^3; F_u = F_l (1 - eta), eta = 0.278 + 0.3 x /
+42.5 mm; transition over 3 mm. Tables every 1.25 mm, rounded to 1 N.
+Fitted with c_ts = 0.01 1/K and alpha = 20 mm to 593 kN at 42.5 mm and damping 39 % at 25 °C, 374 kN
+at 44.5 mm and 37 % at 75 °C; the dissipation at equal stroke then falls by 44-45 % without being
+asked to. The fall of the damping needs c_eta: eq. (5) alone cannot give it. No rate effect is
+published (beta = 0); C, lambda and the sensor's lag are assumed.
 """
 
 
