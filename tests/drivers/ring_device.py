@@ -26,6 +26,9 @@ class RingDevice:
         self.oldest = self.newest = first_sequence  # samples oldest … newest-1 are held
         self.origin = (first_sequence, tick)
         self.overruns = 0
+        self.at_rest = False  # samples show the values below instead of a pattern
+        self.force_kN = 0.0
+        self.apart_mm = 0.0
         self.obedient = True  # takes the control words
         self.reject = 0
         self.executed: list[dict[str, float]] = []
@@ -118,6 +121,15 @@ class RingDevice:
     def rows(self, first: int, count: int) -> dict[str, Any]:
         sequence = np.arange(first, first + count, dtype=np.int64)
         elapsed = (sequence - self.origin[0]) * PERIOD_US + self.origin[1]
+        if self.at_rest:
+            return {
+                "tick": elapsed % (1 << 32),
+                "force": np.full(count, round(self.force_kN / 100 * 2**20)),
+                "stroke_1": np.zeros(count, dtype=np.int64),
+                "stroke_2": np.full(count, round(self.apart_mm / 500 * 2**16)),
+                "position": np.zeros(count, dtype=np.int64),
+                "command": np.zeros(count, dtype=np.int64),
+            }
         return {
             "tick": elapsed % (1 << 32),
             "force": sequence % 10_000_000 * 7 - 1_000_000,

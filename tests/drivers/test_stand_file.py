@@ -1,0 +1,153 @@
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from drivers.profile import SHIPPED
+from drivers.stand_file import CONTROLLER_CHANNELS, Endpoints, load_stand, with_endpoints
+from foundation.errors import BadInput
+from tests.drivers.conftest import SAMPLE_STAND
+
+SAMPLE = SAMPLE_STAND.read_text(encoding="utf-8")
+POSITION = SAMPLE[
+    SAMPLE.index("[[controller.channel]] # signed") : SAMPLE.index('[[controller.channel]]\nname = "command"')
+]
+
+
+def changed(tmp_path: Path, *changes: tuple[str, str]) -> Path:
+    text = SAMPLE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "stand.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_shipped_stand() -> None:
+    stand = load_stand(SAMPLE_STAND)
+    assert stand.limits.force_max_kN == 600.0
+    assert stand.controller.port == 15020
+    assert {channel.name for channel in stand.controller.channel} == set(CONTROLLER_CHANNELS)
+    assert stand.amplifier_port() == SAMPLE_STAND.parent / "wires" / "amplifier"
+    assert stand.w1_root() == SAMPLE_STAND.parent / "wires" / "w1" / "devices"
+    assert stand.temperature is not None
+    assert [sensor.role for sensor in stand.temperature.sensor] == ["specimen", "specimen", "ambient"]
+    assert stand.simulation is not None
+    assert stand.simulation["model"] == "models/category-a-elastomer.toml"
+    assert stand.profile().facts.id == "bufferstand-ring"
+
+
+def test_shipped_coefficients_are_those_of_the_devices() -> None:
+    stand = load_stand(SAMPLE_STAND)
+    slope = {channel.name: channel.calibration.coefficients[1] for channel in stand.controller.channel}
+    assert slope["stroke_1"] == slope["stroke_2"] == 500.0 / 65536
+    assert slope["position"] == slope["command"] == 0.01
+    assert slope["force"] * 2**31 > stand.limits.force_max_kN  # int32 counts reach beyond the limit
+    assert stand.amplifier is not None
+    assert stand.amplifier.channel.calibration.coefficients[1] == pytest.approx(
+        1.05 * 630.0 / 0x7FFFFF, rel=1e-12
+    )
+
+
+def test_temperature_counts_are_sixteenths_of_a_degree() -> None:
+    stand = load_stand(SAMPLE_STAND)
+    assert stand.temperature is not None
+    channel = stand.temperature.sensor[0].channel()
+    assert channel.calibration.apply(16 * 40) == 40.0
+    assert (channel.name, channel.unit, channel.place) == ("temperature_1", "°C", "spring plate 3")
+
+
+def test_what_goes_into_the_run_file_names_no_folder_of_this_machine() -> None:
+    text = json.dumps(load_stand(SAMPLE_STAND).model_dump(mode="json"))
+    assert str(SAMPLE_STAND.parent) not in text
+
+
+def test_amplifier_and_sensors_are_optional(tmp_path: Path) -> None:
+    text = SAMPLE[: SAMPLE.index("[amplifier]")]
+    path = tmp_path / "stand.toml"
+    path.write_text(text, encoding="utf-8")
+    stand = load_stand(path)
+    assert stand.amplifier is None
+    assert stand.amplifier_port() is None
+    assert stand.w1_root() is None
+    assert with_endpoints(stand, Endpoints(amplifier_port=tmp_path, w1_root=tmp_path)).amplifier is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[limits]", "[limit]", "unknown key “limit”"),
+        ("force_max_kN = 600.0", "force_max_kN = 0.0", "limits.force_max_kN: Input should be greater than 0"),
+        ("stroke_max_mm = 250.0", "stroke_max = 250.0", "did you mean “stroke_max_mm”?"),
+        ('profile = "ring"', 'profile = "rong"', "controller.profile: there is no register profile “rong”"),
+        ("port = 15020", "port = 70000", "controller.port: Input should be less than or equal to 65535"),
+        ("watchdog_s = 2.0", "watchdog_s = 0.9", "must be at least twice timeout_s = 0.5"),
+        ('name = "stroke_2"', 'name = "stroke_1"', "channel “stroke_1” is there twice"),
+        (
+            'name = "stroke_2"',
+            'name = "stroke_3"',
+            "the controller has no channel “stroke_3”; its channels are force,",
+        ),
+        (POSITION, "", "the controller's channels are incomplete: position missing"),
+        ('unit = "kN"', 'unit = "N"', "channel “force” must be force in kN"),
+        ('protocol = "gsv2"', 'protocol = "gsv8"', "amplifier.protocol: Input should be 'gsv2'"),
+        (
+            "rate_Hz = 250.0",
+            "rate_Hz = 1000.0",
+            "rate_Hz = 1000 does not fit the line: 38400 baud carries 768",
+        ),
+        ('name = "force_2"', 'name = "force"', "two channels of the stand have the name “force”"),
+        ('rom = "28-00000a3f92d7"', 'rom = "28-00000a3f91c2"', "two sensors have the rom “28-00000a3f91c2”"),
+        ('rom = "28-00000a3f92d7"', 'rom = "28-00000A3F92D7"', "String should match pattern"),
+        ('name = "temperature_2"', 'name = "temperature_1"', "two sensors have the name “temperature_1”"),
+        (
+            'place = "spring plate 5"',
+            'place = "spring plate 3"',
+            "two sensors have the place “spring plate 3”",
+        ),
+        ('role = "ambient"', 'role = "air"', "'specimen' or 'ambient'"),
+        ("[amplifier]\n", "[amplifier]\nfilter_Hz = 10\n", "unknown key “filter_Hz”"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_file_and_place(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    with pytest.raises(BadInput, match=re.escape(message)) as caught:
+        load_stand(changed(tmp_path, (old, new)))
+    assert str(tmp_path / "stand.toml") in str(caught.value)
+
+
+def test_a_profile_with_other_channels_does_not_fit(tmp_path: Path) -> None:
+    text = (SHIPPED / "ring.toml").read_text(encoding="utf-8").replace('"command:i16"', '"valve:i16"')
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(
+        BadInput, match="the ring must sample exactly force, stroke_1, stroke_2, position, command"
+    ):
+        load_stand(changed(tmp_path, ('profile = "ring"', 'profile = "mine.toml"')))
+
+
+def test_endpoints_replace_the_wires_and_nothing_else(tmp_path: Path) -> None:
+    stand = load_stand(SAMPLE_STAND)
+    other = with_endpoints(
+        stand,
+        Endpoints(host="::1", port=4711, amplifier_port=tmp_path / "pty", w1_root=tmp_path / "w1"),
+    )
+    assert (other.controller.host, other.controller.port) == ("::1", 4711)
+    assert other.amplifier_port() == tmp_path / "pty"
+    assert other.w1_root() == tmp_path / "w1"
+    assert other.path == stand.path
+    before, after = stand.model_dump(mode="json"), other.model_dump(mode="json")
+    for content in (before, after):
+        for table, key in (
+            ("controller", "host"),
+            ("controller", "port"),
+            ("amplifier", "port"),
+            ("temperature", "root"),
+        ):
+            del content[table][key]
+    assert after == before
+    assert with_endpoints(stand, Endpoints()) == stand
