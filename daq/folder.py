@@ -42,6 +42,8 @@ class StepRecord:
         Why it did not complete.
     stopped_by : str
         Name of the guard that stopped it.
+    too_warm : bool
+        The specimen's temperature stopped it: it goes on with the cycles that are left, once cool.
     """
 
     index: int
@@ -52,6 +54,7 @@ class StepRecord:
     runs: tuple[str, ...] = ()
     reason: str = ""
     stopped_by: str = ""
+    too_warm: bool = False
 
     @property
     def over(self) -> bool:
@@ -87,6 +90,11 @@ class CampaignRecord:
             if record.plan_hash == step.plan_hash:
                 return record
         raise KeyError(step.plan_hash)
+
+    @property
+    def must_cool(self) -> bool:
+        """Return whether a step waits for the specimen to be at its resume threshold."""
+        return any(step.too_warm and not step.over for step in self.steps)
 
     def with_step(self, changed: StepRecord) -> CampaignRecord:
         """Return the record with one step replaced."""

@@ -115,8 +115,7 @@ def run_campaign(
         raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
     request = stop_request or StopRequest()
     session = Session(plan, stand, clock, facts, shown, request, settings or RunSettings(), recorder)
-    was_too_warm = before is not None and before.stopped_by.startswith("temperature")
-    return _Campaign(plan, folder, record, session, request).run(was_too_warm)
+    return _Campaign(plan, folder, record, session, request).run()
 
 
 class _Campaign:
@@ -137,10 +136,10 @@ class _Campaign:
         self._request = request
         self._runs: list[Path] = []
 
-    def run(self, was_too_warm: bool) -> CampaignOutcome:
+    def run(self) -> CampaignOutcome:
         """Do everything there is to do; tell how it ended."""
         try:
-            trip, refused, error = self._guarded(was_too_warm)
+            trip, refused, error = self._guarded()
         finally:
             report = self._session.end()
         status: CampaignStatus = "complete"
@@ -157,11 +156,11 @@ class _Campaign:
         self._session.show_end(status, reason)
         return CampaignOutcome(status, exit_status, tuple(self._runs), reason, report, error)
 
-    def _guarded(self, was_too_warm: bool) -> tuple[Trip | None, bool, BaseException | None]:
+    def _guarded(self) -> tuple[Trip | None, bool, BaseException | None]:
         """Do everything; return what stopped it, whether before anything moved, and a fault of our own."""
         refused = True
         try:
-            self._session.open(must_be_cool=was_too_warm)
+            self._session.open(must_be_cool=self._record.must_cool)
             refused = False
             for step in self._plan.steps:
                 self._step(step)
@@ -189,9 +188,7 @@ class _Campaign:
                     "operator", f"stopped by the operator: {self._request.reason}", device_fault=False
                 )
             )
-        goes_on = known.stopped_by.startswith("temperature")
-        done = known.cycles_done if goes_on else 0
-        self._note(step, cycles_done=done, reason="", stopped_by="")
+        done = known.cycles_done if known.too_warm else 0
         while motions := motions_after(step.motions, done):
             try:
                 self._attempt(step, motions)
@@ -203,8 +200,9 @@ class _Campaign:
                     cycles_done=done,
                     reason=halt.trip.reason,
                     stopped_by=halt.trip.guard,
+                    too_warm=_too_warm(halt.trip),
                 )
-                if not self._waits_for(halt.trip):
+                if not _too_warm(halt.trip) or self._policy == "stop":
                     raise
                 self._session.cool_down()
                 if self._policy == "skip":
@@ -213,15 +211,11 @@ class _Campaign:
             else:
                 done = 0 if step.cycles is None else step.cycles
                 break
-        self._note(step, status="complete", cycles_done=done, reason="", stopped_by="")
+        self._note(step, status="complete", cycles_done=done, reason="", stopped_by="", too_warm=False)
 
     @property
     def _policy(self) -> Literal["stop", "wait-and-continue", "skip"]:
         return self._plan.campaign.limits.on_temperature_stop
-
-    def _waits_for(self, trip: Trip) -> bool:
-        """Return whether a trip is a warm specimen (not a silent sensor) and the campaign waits for it."""
-        return trip.guard.startswith("temperature") and not trip.device_fault and self._policy != "stop"
 
     def _attempt(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         """Perform and record (the rest of) a step; whatever happens, the run is closed after a safe stop."""
@@ -246,3 +240,8 @@ class _Campaign:
             self._folder.save(self._record)
         except OSError as error:
             self._session.say_aloud(f"campaign.json could not be written: {error.strerror}")
+
+
+def _too_warm(trip: Trip) -> bool:
+    """Return whether a trip is a warm specimen, not a silent sensor."""
+    return trip.guard.startswith("temperature") and not trip.device_fault

@@ -47,7 +47,7 @@ pause_s = 0.5
 
 def write_campaign(folder: Path, steps: str, *, limits: str = "") -> Path:
     """Write a campaign file with its neighbours; return its path."""
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / "stand.toml").write_text('[stand]\nid = "fake"\n', encoding="utf-8")
     (folder / "specimen.toml").write_text('[specimen]\nid = "spring"\n', encoding="utf-8")
     text = HEAD + (f"[limits]\n{limits}\n" if limits else "") + steps
