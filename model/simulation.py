@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.spring import SpringModel
+from model.spring import NO_TIME, SpringModel
 from model.tables import BandTables
 
 Floats = NDArray[np.float64]
@@ -75,7 +75,8 @@ def lag_history(time_s: Floats, stroke_mm: Floats, tau_s: float, initial_lag_mm:
     """
     dt = np.diff(time_s)
     share = -np.expm1(-dt / tau_s)
-    added = np.diff(stroke_mm) * np.divide(share * tau_s, dt, out=np.ones_like(dt), where=dt > 0.0)
+    some = dt > NO_TIME * tau_s
+    added = np.diff(stroke_mm) * np.divide(share * tau_s, dt, out=np.ones_like(dt), where=some)
     lag = np.empty_like(stroke_mm)
     lag[0] = initial_lag_mm
     first = 0

@@ -18,6 +18,9 @@ from foundation.errors import BadInput
 from model.curves import Curves
 from model.tables import BandTables
 
+NO_TIME = 1e-12
+"""Durations below this share of a time constant are none: their quotients would be 0/0."""
+
 HeatRule = Literal["loop-exact", "paper"]
 """``loop-exact``: from the free energy of the hysteresis, never negative; ``paper``: eq. (8)."""
 
@@ -173,7 +176,7 @@ class ViscousBranch:
 
     def response(self, duration_s: float) -> tuple[float, float]:
         """Return factors (kept, added) of ``lag1 = kept lag0 + added dx`` for a stroke linear in time."""
-        if duration_s <= 0.0:
+        if duration_s <= NO_TIME * self.tau_s:
             return 1.0, 1.0
         share = -math.expm1(-duration_s / self.tau_s)
         return 1.0 - share, share * self.tau_s / duration_s

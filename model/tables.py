@@ -45,7 +45,7 @@ class BandTables:
     middle : NDArray
         (F_l + F_u) / 2 [kN], contact ramp included: the curve of the viscous branch.
     free_energy : NDArray
-        G [J]: the hysteresis holds the free energy G (p - p*)² / 2, contact ramp included.
+        G [J]: the hysteresis holds the free energy G (p - p*)² / 2, and keeps it when contact is lost.
     depth : NDArray
         1 - exp(-x / alpha) of eq. (5) [-].
     width_scale_max : float
@@ -96,7 +96,7 @@ class BandTables:
             width=width * ramp,
             centre=centre,
             middle=(loading - 0.5 * width) * ramp,
-            free_energy=_free_energy(step, width, pull, drift) * ramp,
+            free_energy=_free_energy(step, width, pull, drift),
             depth=-np.expm1(-x / depth_mm),
             energy_source_mm=_first(x, (width > WIDTH_FLOOR_kN) & (drift > pull + 1e-9)),
             width_scale_max=float(np.min(loading[width > 0.0] / width[width > 0.0], initial=np.inf)),
