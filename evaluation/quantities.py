@@ -112,7 +112,7 @@ def temperature_of(
     return (max(starts) if starts else None), (max(highest) if highest else None)
 
 
-def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
+def evaluate_cycle(record: Record, cycle: Cycle, loop: Loop | None = None) -> CycleResult:
     """Return the figures of one cycle; of a cycle that is not complete only those of its stroke.
 
     Parameters
@@ -120,6 +120,8 @@ def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
     record : Record
     cycle : Cycle
         Found in that record.
+    loop : Loop, optional
+        The cycle's loop, if it was cut already.
 
     Returns
     -------
@@ -129,7 +131,7 @@ def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
     if not cycle.complete:
         return _incomplete(record, cycle)
     warnings: list[str] = []
-    loop = cut_loop(record, cycle)
+    loop = loop or cut_loop(record, cycle)
     span = cycle.range_mm
     stored, absorbed = stored_energy_J(loop), absorbed_energy_J(loop)
     smooth = _smoothed_force(loop)

@@ -38,6 +38,8 @@ class Temperature:
     temperature_C: FloatArray
     role: Literal["specimen", "ambient"] = "specimen"
     place: str = ""
+    accuracy_C: float | None = None
+    """Limit of the sensor's error, where it is known."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,6 +39,8 @@ class RunFacts:
     step: Mapping[str, Any] = field(default_factory=dict)
     force_uncertainty: ChannelUncertainty | None = None
     stroke_uncertainty: tuple[ChannelUncertainty, ...] = ()
+    problems: tuple[str, ...] = ()
+    """What was wrong with the record before it was evaluated; joins the run's warnings."""
 
 
 @dataclass(frozen=True)

@@ -114,8 +114,9 @@ class LimitSet(Settings):
         stroke = specimen.get("max_stroke_mm")
         if stroke is None:
             return ""
-        if not 0.0 <= self.applies.stroke_mm - stroke <= self.applies.stroke_tolerance_mm:
-            return f"limit set {self.id} is for {self.applies.stroke_mm:g} mm stroke, the specimen has {stroke:g} mm"
+        nominal = self.applies.stroke_mm
+        if not 0.0 <= nominal - stroke <= self.applies.stroke_tolerance_mm:
+            return f"limit set {self.id} is for {nominal:g} mm stroke, the specimen has {stroke:g} mm"
         return ""
 
 

@@ -1,0 +1,201 @@
+"""The evaluation document (docs/evaluation.md), key by key. No NaN anywhere; what is missing is null."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from evaluation.load import load_run
+from evaluation.requirements.limit_set import LimitSet
+from evaluation.results import (
+    CycleResult,
+    DecisionRule,
+    Options,
+    Quantities,
+    RequirementResult,
+    RunEvaluation,
+    Trend,
+)
+from evaluation.run import evaluate_run
+from evaluation.trends import find_trends
+from foundation.errors import BadInput
+
+SCHEMA = "bufferstand/evaluation/1"
+_TEMPERATURES = ("temperature_start_C", "temperature_max_C")
+CYCLE_QUANTITIES = tuple(n for n in Quantities.__dataclass_fields__ if n not in _TEMPERATURES)
+
+
+def evaluate_paths(
+    paths: Sequence[Path],
+    *,
+    decision_rule: DecisionRule = "simple",
+    draws: int = Options.draws,
+    limit_set: LimitSet | None = None,
+) -> dict[str, Any]:
+    """Evaluate run files, campaign folders or archives, and return the evaluation document.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Run files (``.h5``), or folders that are searched for them.
+    decision_rule : "simple" or "guard-band"
+    draws : int
+        Monte Carlo draws a run.
+    limit_set : LimitSet, optional
+        Limits to judge by; the shipped set by default.
+
+    Raises
+    ------
+    BadInput
+        If a path does not exist, holds no run file, or a run file cannot be evaluated.
+    """
+    options = Options(decision_rule=decision_rule, draws=draws)
+    return evaluation_document(evaluate_files(paths, options, limit_set))
+
+
+def evaluate_files(
+    paths: Sequence[Path], options: Options | None = None, limit_set: LimitSet | None = None
+) -> list[RunEvaluation]:
+    """Evaluate run files one after the other.
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate_paths`.
+    """
+    return [evaluate_file(path, options, limit_set) for path in run_files(paths)]
+
+
+def evaluate_file(
+    path: Path, options: Options | None = None, limit_set: LimitSet | None = None
+) -> RunEvaluation:
+    """Evaluate one run file.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read or evaluated.
+    """
+    record, facts = load_run(path)
+    return evaluate_run(record, facts, options, limit_set)
+
+
+def run_files(paths: Iterable[Path]) -> list[Path]:
+    """Return the run files that paths stand for, each once, folders searched to any depth and sorted.
+
+    Raises
+    ------
+    BadInput
+        If a path does not exist or a folder holds no run file.
+    """
+    found: dict[Path, Path] = {}
+    for path in paths:
+        if path.is_dir():
+            files = sorted(path.rglob("*.h5"))
+            if not files:
+                raise BadInput(
+                    "no run files (*.h5) in this folder", file=path, remedy="name a folder with runs"
+                )
+        elif path.exists():
+            files = [path]
+        else:
+            raise BadInput("no such file or folder", file=path, remedy="check the path")
+        for file in files:
+            found.setdefault(file.resolve(), file)
+    return list(found.values())
+
+
+def evaluation_document(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
+    """Return the evaluation document of runs that were evaluated."""
+    return {
+        "schema": SCHEMA,
+        "software": {"version": version("bufferstand")},
+        "runs": [run_entry(run) for run in runs],
+        "trends": [_trend(trend) for trend in find_trends(runs)],
+    }
+
+
+def run_entry(run: RunEvaluation) -> dict[str, Any]:
+    """Return the entry of one run."""
+    facts = run.facts
+    return {
+        "run": {
+            "path": facts.path,
+            "id": facts.id,
+            "sha256": facts.sha256,
+            "kind": facts.kind,
+            "specimen": dict(facts.specimen),
+        },
+        "cycles": [_cycle(result) for result in run.cycles],
+        "summary": {
+            "cycles_used": list(run.summary.cycles_used),
+            **{
+                name: {
+                    "value": measured.value,
+                    "expanded_uncertainty": measured.expanded_uncertainty,
+                    "coverage_factor": measured.coverage_factor,
+                }
+                for name, measured in run.summary.values.items()
+            },
+        },
+        "requirements": [_requirement(row) for row in run.requirements],
+        "verdict": run.verdict,
+        "warnings": list(run.warnings),
+        "limit_set": None if run.limit_set is None else dict(run.limit_set),
+    }
+
+
+def _cycle(result: CycleResult) -> dict[str, Any]:
+    cycle, figures = result.cycle, result.quantities
+    return {
+        "index": cycle.index,
+        "start_s": cycle.start_s,
+        "end_s": cycle.end_s,
+        "complete": cycle.complete,
+        "steady": cycle.steady,
+        **{name: getattr(figures, name) for name in CYCLE_QUANTITIES},
+        "temperature_C": {"start": figures.temperature_start_C, "max": figures.temperature_max_C},
+        "expanded_uncertainty": dict(result.expanded_uncertainty),
+        "why": list(cycle.why),
+    }
+
+
+def _requirement(row: RequirementResult) -> dict[str, Any]:
+    return {
+        "standard": row.standard,
+        "edition": row.edition,
+        "clause": row.clause,
+        "id": row.id,
+        "cycle": row.cycle,
+        "condition": row.condition,
+        "requirement": row.requirement,
+        "measured": row.measured,
+        "expanded_uncertainty": row.expanded_uncertainty,
+        "lower_limit": row.lower_limit,
+        "upper_limit": row.upper_limit,
+        "unit": row.unit,
+        "conformance_probability": row.conformance_probability,
+        "verdict": row.verdict,
+        "why": row.why,
+    }
+
+
+def _trend(trend: Trend) -> Mapping[str, Any]:
+    return {
+        "quantity": trend.quantity,
+        "prestress_mm": trend.prestress_mm,
+        "amplitude_mm": trend.amplitude_mm,
+        "runs": list(trend.runs),
+        "frequency_Hz": list(trend.frequency_Hz),
+        "values": list(trend.values),
+        "expanded_uncertainty": list(trend.expanded_uncertainty),
+        "temperature_C": list(trend.temperature_C),
+        "slope_per_Hz": trend.slope_per_Hz,
+        "intercept": trend.intercept,
+        "slope_standard_uncertainty_per_Hz": trend.slope_u_per_Hz,
+        "intercept_standard_uncertainty": trend.intercept_u,
+        "confidence_band": list(trend.band),
+        "warnings": list(trend.warnings),
+    }

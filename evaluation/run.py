@@ -1,0 +1,158 @@
+"""One run from its record to its results: the way through the room."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from evaluation.cycles import find_cycles
+from evaluation.error_model import Draws, draw_errors, missing_facts
+from evaluation.quantities import evaluate_cycle
+from evaluation.record import FloatArray, Record
+from evaluation.requirements.decision import run_verdict
+from evaluation.requirements.impact import judge_impact
+from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
+from evaluation.requirements.rows import Case
+from evaluation.requirements.static import judge_static
+from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts
+from evaluation.summary import MeanOfDraws, cycles_used, summarise
+from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded, record_noise
+
+
+def evaluate_run(
+    record: Record,
+    facts: RunFacts,
+    options: Options | None = None,
+    limit_set: LimitSet | None = None,
+) -> RunEvaluation:
+    """Evaluate one run.
+
+    Parameters
+    ----------
+    record : Record
+        Stroke and force on common instants (:func:`evaluation.record.make_record`).
+    facts : RunFacts
+        Kind, specimen and uncertainty of the channels.
+    options : Options, optional
+        Decision rule, Monte Carlo draws and seed.
+    limit_set : LimitSet, optional
+        Limits to judge static and impact runs by; the shipped EN 15551 set for 105 mm by default.
+
+    Returns
+    -------
+    RunEvaluation
+        The same inputs give the same figures to the last bit.
+    """
+    options = options or Options()
+    limits = limit_set or shipped_limit_set()
+    cycles = find_cycles(record)
+    noise = record_noise(record)
+    prepared = {c.index: CyclePropagation(record, c, noise) for c in cycles if c.complete}
+    results = []
+    for cycle in cycles:
+        loop = prepared[cycle.index].loop if cycle.index in prepared else None
+        results.append(_only_finite(evaluate_cycle(record, cycle, loop)))
+
+    draws = draw_errors(facts.force_uncertainty, facts.stroke_uncertainty, options.draws, options.seed)
+    used = cycles_used(facts.kind, results)
+    mean = MeanOfDraws()
+    drawn: Mapping[int, Mapping[str, FloatArray]] = {}
+    if draws is not None:
+        results, drawn = _with_uncertainty(results, prepared, draws, used, mean, keep=_is_judged(facts))
+    complete = tuple(r for r in results if r.cycle.complete)
+    warnings = [*facts.problems, *_record_warnings(record, facts, results, used)]
+    warnings += missing_facts(facts.force_uncertainty, facts.stroke_uncertainty) if complete else []
+    warnings += [f"cycle {r.cycle.index}: {text}" for r in results for text in r.warnings]
+
+    requirements: list[RequirementResult] = []
+    unfit = limits.why_not_for(facts.specimen)
+    if _is_judged(facts) and unfit:
+        warnings.append(f"nothing is judged: {unfit}")
+    elif _is_judged(facts):
+        warnings += _assumed(facts, limits)
+        case = Case(record, facts, complete, prepared, draws, drawn, limits, options)
+        requirements = judge_static(case) if facts.kind == "static" else judge_impact(case)
+    return RunEvaluation(
+        facts=facts,
+        record=record,
+        cycles=tuple(results),
+        summary=summarise(results, used, mean),
+        requirements=tuple(requirements),
+        verdict=run_verdict(requirements),
+        warnings=tuple(dict.fromkeys(warnings)),
+        limit_set=limits.identity() if requirements else None,
+    )
+
+
+def _is_judged(facts: RunFacts) -> bool:
+    return facts.kind in ("static", "impact")
+
+
+def _with_uncertainty(
+    results: Sequence[CycleResult],
+    prepared: Mapping[int, CyclePropagation],
+    draws: Draws,
+    used: Sequence[int],
+    mean: MeanOfDraws,
+    *,
+    keep: bool,
+) -> tuple[list[CycleResult], dict[int, Mapping[str, FloatArray]]]:
+    """Return the results with U by name; draws of the cycles used go to ``mean``, all if ``keep`` is set."""
+    completed, kept = [], {}
+    for result in results:
+        index = result.cycle.index
+        if index not in prepared:
+            completed.append(result)
+            continue
+        drawn = cycle_draws(draws, prepared[index])
+        if index in used:
+            mean.add(drawn)
+        if keep:
+            kept[index] = drawn
+        uncertainty = {name: expanded(values) for name, values in drawn.items()}
+        completed.append(replace(result, expanded_uncertainty=uncertainty))
+    return completed, kept
+
+
+def _only_finite(result: CycleResult) -> CycleResult:
+    """Return the result with every figure that is no number taken out, and said so."""
+    bad = [
+        f.name
+        for f in fields(result.quantities)
+        if (value := getattr(result.quantities, f.name)) is not None and not np.isfinite(value)
+    ]
+    if not bad:
+        return result
+    text = f"no finite value: {', '.join(bad)}"
+    quantities = replace(result.quantities, **dict.fromkeys(bad, None))
+    return replace(result, quantities=quantities, warnings=(*result.warnings, text))
+
+
+def _record_warnings(
+    record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
+) -> list[str]:
+    warnings = [f"{defect.text}: not integrated across" for defect in record.defects]
+    if not results:
+        warnings.append("no cycle found: the stroke does not turn, or moves no more than its noise")
+    elif not used:
+        warnings.append("no summary: no cycle is complete and steady")
+    if facts.status not in ("complete", "imported"):
+        warnings.append(f"the run is not whole: its status is {facts.status}")
+    if not any(sensor.role == "specimen" for sensor in record.temperatures):
+        warnings.append("no temperature: no sensor on the specimen is on record")
+    elif results and all(r.quantities.temperature_max_C is None for r in results):
+        warnings.append("no temperature: the sensors on the specimen have no reading within 30 s of a cycle")
+    return warnings
+
+
+def _assumed(facts: RunFacts, limits: LimitSet) -> list[str]:
+    missing = [key for key in ("kind", "max_stroke_mm") if facts.specimen.get(key) is None]
+    if not missing:
+        return []
+    applies = limits.applies
+    named = " and ".join(missing)
+    return [
+        f"the specimen's {named} is not on record: judged as a {applies.specimen} of {applies.stroke_mm:g} mm"
+    ]
