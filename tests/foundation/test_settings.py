@@ -25,8 +25,8 @@ class Spring(Settings):
 
 class Cart(Settings):
     name: str
-    wheel: list[Wheel] = []
-    part: list[Wheel | Spring] = []
+    wheel: list[Wheel] = Field(default_factory=list)
+    part: list[Wheel | Spring] = Field(default_factory=list)
     spring: Spring | None = None
     made: Moment | None = None
     checked: Day | None = None
