@@ -1,0 +1,80 @@
+"""``bufferstand demo``: the main job, end to end, on the simulated stand."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+import click
+
+from cli.campaigns import Prepared, prepare
+from cli.commands.run import finish
+from cli.evaluation_view import show_evaluation
+from cli.options import FOLDER, write_json
+from cli.running import perform
+from cli.samples import sample
+from daq.folder import load_record
+from evaluation.document import evaluate_paths
+from evaluation.report.writing import pdf_available, write_report
+from foundation.errors import BadInput, ExitStatus
+from protocols.plan import duration_text
+
+SPEED = 8.0
+"""Stand time in multiples of real time: nine minutes of testing in little more than one."""
+
+
+@click.command("demo", epilog="Example:  bufferstand demo --out my-first-campaign")
+@click.option("--out", metavar="DIR", type=FOLDER, help="Folder for everything (default demo-output/<time>).")
+@click.option(
+    "--speed",
+    type=click.FloatRange(min=0.1, max=50.0),
+    default=SPEED,
+    help=f"Stand time in multiples of real time (default {SPEED:g}).",
+)
+def command(out: Path | None, speed: float) -> int:
+    """Run the paper's campaign, shortened, on the simulated stand; evaluate it and write the report.
+
+    The stand is a process of its own on real wires (Modbus TCP, a serial line, a 1-Wire folder). The last step
+    means to run into the 40 °C stop.
+    """
+    folder = out or Path("demo-output") / f"{datetime.now().astimezone():%Y-%m-%dT%H-%M-%S}"
+    if load_record(folder) is not None:
+        raise BadInput("this folder holds a campaign already", file=folder, remedy="choose another")
+    prepared = prepare(sample("demo.toml"))
+    plan = prepared.plan
+    click.echo(
+        f"{plan.campaign.content.campaign.title}: {len(plan.steps)} steps, "
+        f"{duration_text(plan.expected_duration_s)} on the stand, "
+        f"about {duration_text(plan.expected_duration_s / speed)} at {speed:g} times real time.\n"
+        "The last step means to run into the 40 °C stop. Ctrl-C stops safely at any time.",
+        err=True,
+    )
+    outcome = perform(prepared, folder, simulate=True, speed=speed)
+    if not _stopped_as_intended(prepared, folder):
+        return finish(outcome, folder)
+    click.echo(f"The stop was meant: {outcome.safe_stop.line if outcome.safe_stop else ''}", err=True)
+    click.echo("Evaluating and writing the report ...", err=True)
+    document = evaluate_paths([folder / "runs"])
+    write_json(document, str(folder / "evaluation.json"))
+    formats = ["html", "pdf"] if pdf_available() else ["html"]
+    files = write_report(folder, folder / "report", formats=formats, document=document)
+    show_evaluation(document, warnings=False)
+    click.echo(f"\nrun files    {folder / 'runs'}")
+    click.echo(f"evaluation   {folder / 'evaluation.json'}")
+    for file in files:
+        click.echo(f"report       {file.resolve().as_uri() if file.suffix == '.html' else file}")
+    return ExitStatus.DONE
+
+
+def _stopped_as_intended(prepared: Prepared, folder: Path) -> bool:
+    """Return whether all steps but the last are complete, and the last was stopped by a warm specimen."""
+    record = load_record(folder)
+    if record is None:
+        return False
+    last = record.steps[-1]
+    return (
+        all(step.status == "complete" for step in record.steps[:-1])
+        and last.status == "stopped"
+        and last.stopped_by.startswith("temperature")
+        and len(record.steps) == len(prepared.plan.steps)
+    )

@@ -1,0 +1,26 @@
+"""``bufferstand report``: what a customer or an authority gets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from cli.options import EXISTING, out_option, warn
+from evaluation.report.writing import pdf_available, write_report
+
+
+@click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
+@click.argument("path", metavar="PATH", type=EXISTING)
+@out_option("Folder for the report.")
+def command(path: Path, out: Path) -> None:
+    """Write the test report (HTML and PDF) of a run or a campaign; PATH is a run file or a campaign's folder.
+
+    What only the laboratory knows (address, customer, who authorises) is read from report.toml in the folder;
+    a report is marked as a draft until all of it is there.
+    """
+    formats = ["html", "pdf"] if pdf_available() else ["html"]
+    if "pdf" not in formats:
+        warn("no PDF: typst is not installed; pip install 'bufferstand[pdf]' adds it")
+    for file in write_report(path, out, formats=formats):
+        click.echo(file)
