@@ -1,7 +1,7 @@
 """How the shipped models were made: closed-form curves, rounded to a table.
 
 ``python -m tests.model.recipes`` in the project's folder writes the files anew; ``test_shipped.py`` demands
-that they equal what stands here, and (``--long``) that the fits give these parameters.
+that they equal what stands here, and that the fits give these parameters.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def category_a(
     )
 
 
-def draw_hook(fit: tuple[float, float, float, float] = DRAW_HOOK_FIT) -> SpringModel:
+def draw_hook(fit: tuple[float, float, float, float] = DRAW_HOOK_FIT, digits: int = 3) -> SpringModel:
     """Return the shipped draw-hook spring; ``fit`` is slope, cubic term, eta at 0 and c_eta."""
     x = np.arange(0.0, 45.1, 1.25)
     loading = 10.0 + fit[0] * x + fit[1] * (x / 42.5) ** 3
@@ -95,8 +95,8 @@ def draw_hook(fit: tuple[float, float, float, float] = DRAW_HOOK_FIT) -> SpringM
         sense="extension",
         curves=Curves(
             stroke_mm=tuple(x.tolist()),
-            loading_kN=_table(loading),
-            unloading_kN=_table(loading * (1.0 - fit[2] - 0.3 * x / 42.5)),
+            loading_kN=_table(loading, digits),
+            unloading_kN=_table(loading * (1.0 - fit[2] - 0.3 * x / 42.5), digits),
             transition_length_mm=3.0,
             contact_ramp_mm=0.1,
         ),
@@ -111,7 +111,7 @@ def draw_hook(fit: tuple[float, float, float, float] = DRAW_HOOK_FIT) -> SpringM
     )
 
 
-def _table(values, digits: int = 3) -> tuple[float, ...]:
+def _table(values, digits) -> tuple[float, ...]:
     return tuple(round(float(value), digits) for value in values)
 
 
