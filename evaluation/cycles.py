@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from evaluation.motion import Cycle, TurningPoint
-from evaluation.record import FloatArray, Record
+from evaluation.record import FloatArray, Record, describe
 from evaluation.reversals import find_reversals, noise_sigma
 from evaluation.turning import fit_turning_point
 
@@ -88,21 +88,22 @@ def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPo
 def _judge_complete(record: Record, number: int, turns: Sequence[TurningPoint]) -> Cycle:
     start, top, end = turns
     span = top.stroke_mm - min(start.leave_mm, end.stroke_mm)
+    open_mm = abs(end.stroke_mm - start.leave_mm)
     why = []
     for turn, side in ((start, "begins"), (end, "ends")):
         if turn.method == "cut":
             why.append(f"the record {side} within it")
         allowed = {"edge": EDGE_CLOSURE, "plateau": REST_CLOSURE}.get(turn.method)
-        open_mm = abs(end.stroke_mm - start.leave_mm)
-        if allowed is not None and open_mm > allowed * span + 3.0 * (start.u_stroke_mm + end.u_stroke_mm):
-            place = "at the end of the record" if turn.method == "edge" else "at rest"
-            why.append(f"it {side} {place} and does not close: {open_mm:.3g} mm between its lower ends")
+        fitted_mm = 3.0 * (start.u_stroke_mm + end.u_stroke_mm)
+        if allowed is not None and open_mm > allowed * span + fitted_mm:
+            place = "with the record" if turn.method == "edge" else "at rest"
+            why.append(f"it {side} {place} and does not close ({open_mm:.3g} mm between its lower ends)")
     if top.method in ("edge", "cut"):
         why.append("its upper turning point is not on record")
     first, last = _samples(record.time_s, start.leave_s, end.time_s)
     if record.has_break(first, last):
-        defects = [d.text for d in record.defects if d.end_s > start.leave_s and d.start_s < end.time_s]
-        why.append("the record is broken in it: " + (", ".join(defects) or "samples are missing"))
+        inside = [d for d in record.defects if d.end_s > start.leave_s and d.start_s < end.time_s]
+        why.append("the record is broken in it: " + (describe(inside) or "samples are missing"))
     if last - first + 1 < _LEAST_SAMPLES:
         why.append(f"it has fewer than {_LEAST_SAMPLES} samples")
     cycle = Cycle(number, start, top, end, complete=not why, steady=False, why=tuple(why))

@@ -72,6 +72,13 @@ class Record:
         return any(first < index <= last for index in self.breaks)
 
 
+def describe(defects: Sequence[Defect], most: int = 3) -> str:
+    """Return the first few defects in words, and how many more there are."""
+    named = ", ".join(defect.text for defect in defects[:most])
+    more = len(defects) - most
+    return f"{named} and {more} more" if more > 0 else named
+
+
 def usual_step_s(time_s: FloatArray) -> float:
     """Return the largest step between samples that is still usual in this record [s].
 
@@ -143,17 +150,19 @@ def make_record(
     defects = _dropped(time, before, finite, keep, kept_index)
     break_at = [int(np.searchsorted(kept_index, i)) for i in np.flatnonzero(~keep)]
     limit_s = usual_step_s(time_kept)
-    for i in np.flatnonzero(np.diff(time_kept) > limit_s):
-        a, b = float(time_kept[i]), float(time_kept[i + 1])
-        if int(kept_index[i + 1]) == int(kept_index[i]) + 1:
-            defects.append(Defect("gap", a, b, f"gap of {b - a:.4g} s after {a:.6g} s"))
-        break_at.append(int(i) + 1)
+    known = set(break_at)
     for raw_index, samples in lost_before:
         at = int(np.searchsorted(kept_index, raw_index))
         if 0 < at < time_kept.size:
             a, b = float(time_kept[at - 1]), float(time_kept[at])
             defects.append(Defect("lost", a, b, f"{samples} samples lost after {a:.6g} s"))
-            break_at.append(at)
+            known.add(at)
+    for i in np.flatnonzero(np.diff(time_kept) > limit_s):
+        a, b = float(time_kept[i]), float(time_kept[i + 1])
+        if int(i) + 1 not in known:
+            defects.append(Defect("gap", a, b, f"gap of {b - a:.4g} s after {a:.6g} s"))
+            known.add(int(i) + 1)
+    break_at = list(known)
     inner = sorted({at for at in break_at if 0 < at < time_kept.size})
     return Record(
         time_s=time_kept,

@@ -10,7 +10,7 @@ import numpy as np
 from evaluation.cycles import find_cycles
 from evaluation.error_model import Draws, draw_errors, missing_facts
 from evaluation.quantities import evaluate_cycle
-from evaluation.record import FloatArray, Record
+from evaluation.record import FloatArray, Record, describe
 from evaluation.requirements.decision import run_verdict
 from evaluation.requirements.impact import judge_impact
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
@@ -19,6 +19,9 @@ from evaluation.requirements.static import judge_static
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts
 from evaluation.summary import MeanOfDraws, cycles_used, summarise
 from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded, record_noise
+
+_MOST_DEFECTS = 10
+"""Defects of the record that are named one by one in its warnings; the rest are counted."""
 
 
 def evaluate_run(
@@ -133,7 +136,9 @@ def _only_finite(result: CycleResult) -> CycleResult:
 def _record_warnings(
     record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
 ) -> list[str]:
-    warnings = [f"{defect.text}: not integrated across" for defect in record.defects]
+    warnings = []
+    if record.defects:
+        warnings.append(f"not integrated across: {describe(record.defects, _MOST_DEFECTS)}")
     if not results:
         warnings.append("no cycle found: the stroke does not turn, or moves no more than its noise")
     elif not used:
