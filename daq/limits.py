@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from daq.guards import Action, AgreementGuard, ChannelGuard, ControllerGuard, TemperatureGuard
+from daq.controller_guard import ControllerGuard
+from daq.guards import Action, AgreementGuard, ChannelGuard
 from daq.panel import FORCE_2_STREAM, GuardSet
+from daq.temperature_guard import TemperatureGuard
 from drivers.interfaces import Stand
 from protocols.limits import Envelope, TestLimits
 

@@ -7,27 +7,31 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+from daq.controller_guard import (
+    ControllerGuard,
+    ControllerMemory,
+    evaluate_controller_silence,
+    evaluate_gap,
+    evaluate_status,
+)
 from daq.guards import (
     Action,
     AgreementGuard,
     AgreementMemory,
     ChannelGuard,
     ChannelMemory,
-    ControllerGuard,
-    ControllerMemory,
-    TemperatureGuard,
-    TemperatureMemory,
     Trip,
     evaluate_agreement,
     evaluate_channel,
-    evaluate_controller_silence,
-    evaluate_fault,
-    evaluate_gap,
-    evaluate_reading,
-    evaluate_silence,
-    evaluate_status,
 )
 from daq.scaling import ScaledBlock
+from daq.temperature_guard import (
+    TemperatureGuard,
+    TemperatureMemory,
+    evaluate_fault,
+    evaluate_reading,
+    evaluate_silence,
+)
 from drivers.interfaces import ControllerStatus, SensorFault
 
 CONTROLLER_STREAM = "controller"

@@ -219,16 +219,21 @@ class _Campaign:
 
     def _attempt(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         """Perform and record (the rest of) a step; whatever happens, the run is closed after a safe stop."""
-        run_id = None if step.run_kind is None else self._folder.run_id(step)
-        runs = self._record.step(step).runs
-        if run_id is not None:
-            runs = (*runs, f"{self._folder.runs.name}/{run_id}.h5")
-        self._note(step, status="running", runs=runs)
+        before = self._record.step(step).runs
+        if step.run_kind is None:
+            self._note(step, status="running")
+            self._session.perform(step, motions, None)
+            return
+        run_id = self._folder.run_id(step)
+        self._note(step, status="running", runs=(*before, f"{self._folder.runs.name}/{run_id}.h5"))
         try:
-            self._session.perform(step, motions, None if run_id is None else (self._folder.runs, run_id))
+            self._session.perform(step, motions, (self._folder.runs, run_id))
         finally:
-            if run_id is not None and (path := self._folder.runs / f"{run_id}.h5").exists():
+            path = self._folder.runs / f"{run_id}.h5"
+            if path.exists():
                 self._runs.append(path)
+            elif not path.with_suffix(".journal").exists():
+                self._note(step, runs=before)  # it was stopped before there was anything to record
 
     def _note(self, step: PlannedStep, **changes: object) -> None:
         self._record = self._record.with_step(replace(self._record.step(step), **changes))  # type: ignore[arg-type]

@@ -63,7 +63,7 @@ class SafeStopSettings:
     release_speed_mm_per_s : float
         Speed of the ramp to zero force.
     watchdog_s : float
-        Time of the controller's own watchdog.
+        Time of the controller's own watchdog [s of the wall].
     zero_force_kN : float
         Below this the specimen counts as unloaded.
     hold_s : float
@@ -136,7 +136,8 @@ class SafeStop:
 
     def _stop(self, emergency: bool) -> SafeStopReport:
         self._problems = []
-        self._began_s = self._answered_s = self._clock.now_s()
+        self._began_s = self._clock.now_s()
+        self._answered_s = self._clock.wall_s()
         by: Literal["commands", "controller", "watchdog"] = "commands"
         status = self._ask("status", self._controller.status)
         if status is not None and status.state not in VALVE_OFF:
@@ -192,7 +193,7 @@ class SafeStop:
                 result = call()
             except CommandRejected as rejected:
                 self._note(f"{what} rejected: {rejected}")
-                self._answered_s = self._clock.now_s()
+                self._answered_s = self._clock.wall_s()
                 return None
             except Exception as fault:  # noqa: BLE001 - whatever a driver raises, the stop must go on
                 self._note(f"{what}: {fault if isinstance(fault, DeviceFault) else repr(fault)}")
@@ -200,12 +201,12 @@ class SafeStop:
                     return None
                 self._clock.sleep(0.1)
                 continue
-            self._answered_s = self._clock.now_s()
+            self._answered_s = self._clock.wall_s()
             return result
 
     def _link_lost(self) -> bool:
-        """Return True once nothing was answered for so long that the watchdog has acted."""
-        return self._clock.now_s() - self._answered_s > self._settings.watchdog_s + 1.0
+        """Return True once nothing was answered for so long (of the wall) that the watchdog has acted."""
+        return self._clock.wall_s() - self._answered_s > self._settings.watchdog_s + 1.0
 
     def _pump_safely(self) -> None:
         try:

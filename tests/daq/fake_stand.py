@@ -25,6 +25,7 @@ RATE_HZ = 1000.0
 STIFFNESS_KN_PER_MM = 5.0
 KN_PER_COUNT = 0.001
 MM_PER_COUNT = 0.01
+BLOCK = 40
 
 
 class FakeClock:
@@ -187,14 +188,14 @@ class FakeController:
         self._wire("read_block")
         if self.clock.now_s() >= self.orders.silent_from_s:
             return None
-        rows = self._rows[self._read : self._read + 15]
+        rows = self._rows[self._read : self._read + BLOCK]
         lost = 0
         if rows and rows[0][0] in self.orders.lose_at:
             if len(self._rows) <= self._read + self.orders.lose_at[rows[0][0]]:
                 return None
             lost = self.orders.lose_at.pop(rows[0][0])
             self._read += lost
-            rows = self._rows[self._read : self._read + 15]
+            rows = self._rows[self._read : self._read + BLOCK]
         cut = next((i for i, row in enumerate(rows) if i and row[0] in self.orders.lose_at), len(rows))
         rows = rows[:cut]
         if not rows:

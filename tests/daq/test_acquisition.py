@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from daq.acquisition import Acquisition, Pace
-from daq.guards import Action, AgreementGuard, ChannelGuard, ControllerGuard, TemperatureGuard
+from daq.controller_guard import ControllerGuard
+from daq.guards import Action, AgreementGuard, ChannelGuard
 from daq.panel import GuardPanel, GuardSet
+from daq.temperature_guard import TemperatureGuard
 from drivers.interfaces import MotionState, SampleBlock, Stand
 from tests.daq.cases import ListRecorder
-from tests.daq.fake_stand import FakeClock, FakeController, FakeThermometer, Orders, fake_stand
+from tests.daq.fake_stand import BLOCK, FakeClock, FakeController, FakeThermometer, Orders, fake_stand
 
 GUARDS = GuardSet(
     (ChannelGuard("force", "force", 600.0, -10.0, "kN", "force"),),
@@ -67,12 +69,12 @@ def test_a_gap_is_counted_in_the_run_and_noted() -> None:
 
 def test_a_pass_is_bounded_and_the_rest_comes_in_the_next() -> None:
     acquisition, _, _ = acquire(pace=Pace(blocks_per_tick=4))
-    acquisition.clock.sleep(0.2)
+    acquisition.clock.sleep(0.6)
     acquisition.tick()
-    assert acquisition.latest.samples == 4 * 15
+    assert acquisition.latest.samples == 4 * BLOCK
     for _ in range(4):
         acquisition.tick()
-    assert acquisition.latest.samples == 200
+    assert acquisition.latest.samples == 600
 
 
 def test_the_watchdog_is_fed_through_a_long_wait() -> None:

@@ -7,27 +7,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from daq.controller_guard import (
+    ControllerGuard,
+    ControllerMemory,
+    evaluate_controller_silence,
+    evaluate_gap,
+    evaluate_status,
+)
 from daq.guards import (
     Action,
     AgreementGuard,
     AgreementMemory,
     ChannelGuard,
     ChannelMemory,
-    ControllerGuard,
-    ControllerMemory,
-    TemperatureGuard,
-    TemperatureMemory,
     Trip,
     evaluate_agreement,
     evaluate_channel,
-    evaluate_controller_silence,
-    evaluate_fault,
-    evaluate_gap,
-    evaluate_reading,
-    evaluate_silence,
-    evaluate_status,
 )
 from daq.scaling import ScaledBlock, scale
+from daq.temperature_guard import (
+    TemperatureGuard,
+    TemperatureMemory,
+    evaluate_fault,
+    evaluate_reading,
+    evaluate_silence,
+)
 from drivers.interfaces import ControllerStatus, EndReason, MotionState, SampleBlock, SensorFault
 from tests.daq.fake_stand import CONTROLLER_FACTS
 

@@ -6,9 +6,11 @@ import json
 
 import numpy as np
 
-from daq.guards import Action, ChannelGuard, ControllerGuard, TemperatureGuard, Trip
+from daq.controller_guard import ControllerGuard
+from daq.guards import Action, ChannelGuard, Trip
 from daq.panel import GuardPanel, GuardSet
 from daq.scaling import ScaledBlock
+from daq.temperature_guard import TemperatureGuard
 from drivers.interfaces import SensorFault
 
 GUARDS = GuardSet(
