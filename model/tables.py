@@ -51,7 +51,7 @@ class BandTables:
     width_scale_max : float
         Largest factor on the width that leaves F_u >= 0.
     energy_source_mm : float, optional
-        First stroke about which small loops of eq. (4) would create energy (``dp*/dx > a b / (a + b)``).
+        Stroke about which small loops of eq. (4) create most energy (``dp*/dx > a b / (a + b)``), if any.
     """
 
     step_mm: float
@@ -98,7 +98,7 @@ class BandTables:
             middle=(loading - 0.5 * width) * ramp,
             free_energy=_free_energy(step, width, pull, drift),
             depth=-np.expm1(-x / depth_mm),
-            energy_source_mm=_first(x, (width > WIDTH_FLOOR_kN) & (drift > pull + 1e-9)),
+            energy_source_mm=_worst(x, np.where(width > WIDTH_FLOOR_kN, drift - pull, 0.0)),
             width_scale_max=float(np.min(loading[width > 0.0] / width[width > 0.0], initial=np.inf)),
         )
 
@@ -138,5 +138,6 @@ def _free_energy(step: float, width: Floats, pull: Floats, drift: Floats) -> Flo
     return np.asarray(width / np.maximum(pull - smooth, least), dtype=np.float64)
 
 
-def _first(x: Floats, found: NDArray[np.bool_]) -> float | None:
-    return float(x[np.argmax(found)]) if np.any(found) else None
+def _worst(x: Floats, excess: Floats) -> float | None:
+    at = int(np.argmax(excess))
+    return float(x[at]) if excess[at] > 1e-9 else None

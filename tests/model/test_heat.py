@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from model.curves import Curves
 from model.paper import simulate_paper
 from model.prediction import heat_step
 from model.simulation import simulate
@@ -20,7 +21,7 @@ DEMO_LOOPS = [(20, 20), (40, 40), (50, 5), (50, 10), (50, 15), (50, 20), (50, 30
 SMALL_LOOPS = [(20, 0.5), (20, 2), (20, 5), (50, 0.5), (50, 2), (80, 0.5), (80, 5)]
 
 
-def last_cycle(model, mean_mm, amplitude_mm, temperature_C, *, cycles, points=2000):
+def last_cycle(model, mean_mm, amplitude_mm, temperature_C, *, cycles, points=400):
     """Heat and loop area of the last cycle, isothermal, at 80 mm/s."""
     time, stroke = sine(mean_mm, amplitude_mm, 80.0 / (2.0 * np.pi * amplitude_mm), cycles, points)
     result = simulate(model, time, stroke, temperature_C=temperature_C, isothermal=True, initial_band=0.5)
@@ -114,6 +115,33 @@ def test_the_energy_account_closes_at_every_instant():
     balance = result.work_J - result.heat_J - stored
     np.testing.assert_allclose(balance[1:], balance[1], atol=0.01 * contact_J + 0.5)
     assert result.heat_J[-1] > 4000.0
+
+
+def test_curves_on_which_equation_4_creates_energy_are_named():
+    """dp*/dx > a b / (a + b): where the loading transition sharpens fast, a small loop runs backwards."""
+    curves = Curves(
+        stroke_mm=(0.0, 10.0, 14.0, 20.0),
+        loading_kN=(50.0, 55.0, 75.0, 80.0),
+        unloading_kN=(48.0, 53.0, 56.0, 61.0),
+        transition_length_mm=20.0,
+    )
+    model = spring(curves)
+    at_mm = model.tables.energy_source_mm
+    assert at_mm is not None
+    heat, area = last_cycle(model, at_mm, 0.1, 25.0, cycles=300)
+    assert area < -1e-5
+    assert heat == 0.0
+    heat, area = last_cycle(model, 12.0, 0.1, 25.0, cycles=300)
+    assert heat == pytest.approx(area, rel=1e-3)
+    assert area > 0.0
+    (warning,) = model.warnings(25.0, 25.0)
+    assert f"{at_mm:.2f} mm create energy" in warning
+
+
+@pytest.mark.parametrize("make", [category_a, draw_hook])
+def test_the_shipped_curves_are_passive(make):
+    assert make().tables.energy_source_mm is None
+    assert make().warnings(25.0, 75.0) == ()
 
 
 def test_equation_8_overcounts_small_loops():
