@@ -58,7 +58,9 @@ def streaming(far: PtyAmplifier) -> Iterator[None]:
 
 
 @pytest.fixture
-def wires(profile: Profile, tmp_path: Path) -> Iterator[Wires]:
+def wires(profile: Profile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Wires]:
+    monkeypatch.setattr("drivers.check.ANSWER_WAIT_S", 0.5)
+    monkeypatch.setattr("drivers.check.SECOND_CHANCE_S", 0.2)
     for index, rom in enumerate(ROMS):
         put(tmp_path, rom, w1_text(scratchpad(336 + index)))
     device = RingDevice(profile)
