@@ -78,9 +78,9 @@ def _paint(axes: Axes, plot: Plot) -> list[Handle]:
     axes.set_ylabel(plot.y_label)
     _paint_spans(axes, plot)
     handles: list[Handle] = [_paint_curve(axes, curve) for curve in plot.curves]
-    handles += [_paint_fit(axes, fit) for fit in plot.fits]
     handles += [_paint_points(axes, points) for points in plot.points]
-    limit: dict[str, Any] = {"color": style.colour(1), "linestyle": style.dash(4), "linewidth": 1.3}
+    handles += [_paint_fit(axes, fit) for fit in plot.fits]
+    limit: dict[str, Any] = {"color": style.INK, "linestyle": style.dash(4), "linewidth": 1.8}
     handles += [axes.axhline(level.at, label=level.label, **limit) for level in plot.levels]
     stop_line: dict[str, Any] = {"color": style.INK, "linestyle": style.DOTTED, "linewidth": 1.6}
     handles += [axes.axvline(stop.at, label=stop.label, **stop_line) for stop in plot.stops]

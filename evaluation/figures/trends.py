@@ -71,7 +71,7 @@ def _trend(series: Sequence[TrendSeries], y_label: str) -> Plot:
         fits=fits,
         x_range=(0.0, 1.06 * reach),
         y_range=(max(0.0, low - spare) if low >= 0 else low - spare, high + spare),
-        height_mm=80.0,
+        height_mm=74.0,
     )
 
 

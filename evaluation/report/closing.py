@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Signature, Signatures, Table, Texts
 from evaluation.report.identification import operator
-from evaluation.report.numbers import fixed, usable
+from evaluation.report.numbers import fixed
 from evaluation.report.source import Source, runs_text
-from evaluation.report.verdicts import CONDITIONS, name_of
+from evaluation.report.verdicts import is_condition, name_of
 
 _RULES = {
     "simple": (
@@ -22,6 +22,7 @@ _RULES = {
 }
 
 
+_UNKNOWN_RULE = "The evaluation document does not state by which decision rule its verdicts were given."
 _UNCERTAINTY = (
     "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
     "the unit of the measured value. Where the record states no accuracy of its channels, none is given."
@@ -41,7 +42,9 @@ def deviations_section(source: Source) -> Section:
         rows = []
         for run in early:
             reason = str(run.metadata["run"].get("reason") or "")
-            events = "; ".join(f"{fixed(at, 1)} s: {text}" for at, _, text in run.events[-3:])
+            events = "; ".join(
+                text if at is None else f"{fixed(at, 1)} s: {text}" for at, _, text in run.events[-3:]
+            )
             rows.append(
                 (
                     Cell(str(run.number), "number"),
@@ -66,12 +69,12 @@ def _derived_deviations(source: Source) -> list[str]:
     items = []
     limited: dict[float, list[int]] = {}
     for run in source.runs:
-        limit = usable(run.fact("stand", "limits", "force_max_kN"))
+        limit, _ = run.limit("force_max_kN")
         short = any(r["id"] == "full-stroke" and r["verdict"] == "inconclusive" for r in run.requirements)
         if limit is not None and short:
             limited.setdefault(limit, []).append(run.number)
         for requirement in run.requirements:
-            if requirement["id"] in CONDITIONS and requirement["verdict"] in {"fail", "inconclusive"}:
+            if is_condition(requirement) and requirement["verdict"] in {"fail", "inconclusive"}:
                 why = str(requirement.get("why") or "").rstrip(".")
                 kind = "broken" if requirement["verdict"] == "fail" else "not shown by the record"
                 items.append(f"Run {run.number}: condition “{name_of(requirement)}” {kind}: {why}.")
@@ -104,9 +107,8 @@ def _capital(text: str) -> str:
 
 def rule_section(source: Source) -> Section:
     """Return the decision rule with its risk, and how uncertainties are stated."""
-    rule = str((source.document.get("options") or {}).get("decision_rule") or "simple")
     items = [
-        _RULES[rule],
+        _RULES.get(str(source.decision_rule), _UNKNOWN_RULE),
         _UNCERTAINTY,
         "A result that is missing, not reached or not shown by the record is never counted as passed.",
     ]

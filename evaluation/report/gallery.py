@@ -152,14 +152,15 @@ def _dynamic_pictures(source: Source) -> list[Unnumbered]:
                 continue
             chosen = [shown[number] for number in numbers]
             loops = [loop for _, _, loop in chosen]
-            conditions = _conditions(trend)
+            over_static = f",{over}" if over else ""
             if varies:
-                caption = f"Loops at constant prestress and several amplitudes, {conditions}{over}."
+                caption = (
+                    f"Loops at constant prestress and several amplitudes, {_conditions(trend)}{over_static}."
+                )
                 pictures.append(_loops_picture(chosen, caption, amplitude_loops(loops, static)))
             else:
-                caption = (
-                    f"Loops at constant prestress and amplitude and several frequencies, {conditions}{over}."
-                )
+                constant = "constant prestress and amplitude and several frequencies"
+                caption = f"Loops at {constant}, {_conditions(trend)}{over_static}."
                 pictures.append(_loops_picture(chosen, caption, frequency_loops(loops, static)))
     return pictures
 

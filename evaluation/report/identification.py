@@ -39,7 +39,7 @@ def laboratory(source: Source) -> str:
 
 def customer(source: Source) -> str:
     """Return the customer from ``report.toml``, else from the specimen's facts, else nothing."""
-    return source.fields.customer or _first(source, ("specimen", "customer"))
+    return source.fields.customer or _first(source, ("specimen", "customer"), ("campaign", "customer"))
 
 
 def operator(source: Source) -> str:
@@ -93,7 +93,7 @@ def head(source: Source, software: str) -> Sheet:
         "",
         (
             ("Specimen", source.common("specimen", "id")),
-            ("Campaign", source.common("run", "campaign")),
+            ("Campaign", _campaign(source)),
             ("Test stand", stand_text(source)),
             ("Operator", given(operator(source), NOT_RECORDED)),
             ("Tested", test_dates(source)),
@@ -101,6 +101,11 @@ def head(source: Source, software: str) -> Sheet:
             ("Evaluated with", Cell(software)),
         ),
     )
+
+
+def _campaign(source: Source) -> Cell:
+    titled = source.common("campaign", "title")
+    return source.common("run", "campaign") if titled.tone == "missing" or not titled.text else titled
 
 
 def _recording_software(source: Source) -> Cell:
@@ -162,13 +167,15 @@ def _stand(source: Source) -> Sheet:
         ("Frequency limit", "frequency_max_Hz", "Hz"),
         ("Speed limit", "speed_max_mm_per_s", "mm/s"),
     ):
-        values = {usable(run.fact("stand", "limits", key)) for run in source.runs} - {None}
-        text = "; ".join(
-            f"{significant(value)} {unit}" for value in sorted(v for v in values if v is not None)
-        )
-        facts.append((name, given(text, NOT_RECORDED)))
-    stops = {usable(run.fact("limits", "temperature_stop_C")) for run in source.runs} - {None}
-    text = "; ".join(f"{significant(stop)} °C" for stop in sorted(v for v in stops if v is not None))
+        found = dict.fromkeys(run.limit(key) for run in source.runs)
+        texts = [
+            f"{significant(value)} {unit}" + (f" (set by {by})" if by else "")
+            for value, by in found
+            if value is not None
+        ]
+        facts.append((name, given("; ".join(texts), NOT_RECORDED)))
+    stops = {run.temperature_stop_C for run in source.runs} - {None}
+    text = "; ".join(f"{significant(stop)} °C" for stop in sorted(s for s in stops if s is not None))
     facts.append(("Temperature stop", given(text, NOT_RECORDED)))
     return Sheet("Test stand and limits in force", tuple(facts))
 

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
+from matplotlib.ft2font import FT2Font
 
 from evaluation.report.content import Content
 from evaluation.report.numbers import moment_of
 from foundation.errors import BadInput
 
+_FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
+_OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -36,9 +40,9 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     Raises
     ------
     BadInput
-        If typst is not installed.
+        If typst is not installed, or the font lacks a letter: it would be printed as a box.
     RuntimeError
-        If the typesetter warns or fails: a report with a missing letter must not go out.
+        If the typesetter warns or fails.
     """
     try:
         import typst  # noqa: PLC0415 - an optional extra
@@ -47,11 +51,12 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
             "the PDF report needs typst, which is not installed",
             remedy="install the extra: pip install 'bufferstand[pdf]', or write the HTML report only",
         ) from None
+    document = json.dumps(content.document(), ensure_ascii=False, sort_keys=True)
+    _check_letters(document)
     with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
         folder = Path(name)
         template = files("evaluation.report").joinpath("templates", "report.typ").read_text(encoding="utf-8")
         (folder / "report.typ").write_text(template, encoding="utf-8")
-        document = json.dumps(content.document(), ensure_ascii=False, sort_keys=True)
         (folder / "report.json").write_text(document, encoding="utf-8")
         for number, svg in enumerate(figures, start=1):
             (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
@@ -59,10 +64,10 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
             pdf, warnings = typst.compile_with_warnings(
                 str(folder / "report.typ"),
                 root=str(folder),
-                font_paths=[str(Path(mpl.get_data_path()) / "fonts" / "ttf")],
-                ignore_system_fonts=True,
+                **_OPTIONS,
                 timestamp=(moment_of(content.ended) or _UNKNOWN_DATE).replace(microsecond=0),
                 format="pdf",
+                pdf_standards="a-2b",
             )
         except typst.TypstError as error:
             raise RuntimeError(f"typst could not set the report: {error.message}") from error
@@ -71,3 +76,16 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     if not isinstance(pdf, bytes):
         raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
     return pdf
+
+
+def _check_letters(document: str) -> None:
+    """Refuse a letter that the font lacks; typst would put a box in its place without a word."""
+    known = FT2Font(str(_FONTS / "DejaVuSans.ttf")).get_charmap()
+    if lacking := sorted(
+        {letter for letter in document if ord(letter) not in known and not letter.isspace()}
+    ):
+        named = ", ".join(f"“{letter}” (U+{ord(letter):04X})" for letter in lacking[:5])
+        raise BadInput(
+            f"the PDF report’s font has no {named}",
+            remedy="write the HTML report only, or spell the name in Latin, Greek or Cyrillic letters",
+        )

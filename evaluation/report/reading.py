@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from evaluation.record import Record, Temperature, make_record
+from evaluation.document import evaluate_file, evaluation_document
+from evaluation.load import load_run
+from evaluation.record import Record
 from evaluation.report.fields import load_fields
 from evaluation.report.source import ReportRun, Source
+from evaluation.results import DecisionRule, Options
 from foundation.canonical import file_hash
 from foundation.errors import BadInput
 from recording.runfile import Run, open_run
@@ -41,15 +45,63 @@ def run_files(path: Path) -> list[Path]:
     )
 
 
-def read_source(path: Path, document: Mapping[str, Any]) -> Source:
-    """Read the runs of a report and join each with its entry in the evaluation document.
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A run file as read: the run, its samples (None if it holds none), and what is wrong with them."""
+
+    run: Run
+    record: Record | None
+    problem: str
+
+
+def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
+    """Read the run files of a report, and say which could not be read.
+
+    Returns
+    -------
+    (list of Loaded, list of str)
+        Runs in the order of their start, and findings about the other files of the folder.
+
+    Raises
+    ------
+    BadInput
+        If there are no runs, or none can be read.
+    """
+    files = run_files(path)
+    findings = [
+        f"{left.name}: a journal that was never sealed; its run is not in this report"
+        for left in sorted(files[0].parent.glob("*.journal"))
+        if path.is_dir()
+    ]
+    loaded = []
+    for file in files:
+        try:
+            record, facts = load_run(file)
+            run = open_run(file)
+        except BadInput as error:
+            if len(files) == 1:
+                raise
+            findings.append(f"{file.name} could not be read and is not in this report: {error.problem}")
+            continue
+        loaded.append(Loaded(run, record if record.time_s.size else None, "; ".join(facts.problems)))
+    if not loaded:
+        raise BadInput("none of the run files can be read", file=path, remedy="see “bufferstand verify”")
+    return sorted(loaded, key=lambda one: _order(one.run)), findings
+
+
+def read_source(
+    path: Path, document: Mapping[str, Any] | None = None, decision_rule: DecisionRule = "simple"
+) -> Source:
+    """Read the runs of a report and join each with its evaluation.
 
     Parameters
     ----------
     path : Path
         A run file or a campaign folder.
-    document : mapping
-        The evaluation document of these runs (contracts § 4).
+    document : mapping, optional
+        The evaluation document of these runs (contracts § 4); without one they are evaluated here.
+    decision_rule : "simple" or "guard-band"
+        How to judge where they are evaluated here.
 
     Returns
     -------
@@ -61,28 +113,18 @@ def read_source(path: Path, document: Mapping[str, Any]) -> Source:
     BadInput
         If there are no runs, none can be read, the document lacks one of them or is of another content.
     """
-    files = run_files(path)
-    folder = path if path.is_dir() else path.parent
-    opened: list[Run] = []
-    findings = [
-        f"{left.name}: a journal that was never sealed; its run is not in this report"
-        for left in sorted(files[0].parent.glob("*.journal"))
-        if path.is_dir()
-    ]
-    for file in files:
-        try:
-            opened.append(open_run(file))
-        except BadInput as error:
-            if path.is_file() or len(files) == 1:
-                raise
-            findings.append(f"{file.name} could not be read and is not in this report: {error.problem}")
-    if not opened:
-        raise BadInput("none of the run files can be read", file=path, remedy="see “bufferstand verify”")
-    opened.sort(key=_order)
+    loaded, findings = load_files(path)
+    rule: str | None = decision_rule
+    if document is None:
+        options = Options(decision_rule=decision_rule)
+        document = evaluation_document([evaluate_file(one.run.path, options) for one in loaded])
+    else:
+        rule = document.get("decision_rule")
     entries = _entries(document)
-    runs = tuple(_report_run(number, run, entries) for number, run in enumerate(opened, start=1))
+    runs = tuple(_report_run(number, one, entries) for number, one in enumerate(loaded, start=1))
     name = path.stem if path.is_file() else path.resolve().name
-    return Source(name, runs, document, load_fields(folder), tuple(findings))
+    fields = load_fields(path if path.is_dir() else path.parent)
+    return Source(name, runs, document, fields, tuple(findings), rule)
 
 
 def _order(run: Run) -> tuple[datetime, int, str]:
@@ -103,7 +145,8 @@ def _entries(document: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     return {str(entry["run"]["id"]): entry for entry in document.get("runs") or []}
 
 
-def _report_run(number: int, run: Run, entries: Mapping[str, Mapping[str, Any]]) -> ReportRun:
+def _report_run(number: int, loaded: Loaded, entries: Mapping[str, Mapping[str, Any]]) -> ReportRun:
+    run = loaded.run
     evaluated = entries.get(run.id)
     if evaluated is None:
         raise BadInput(
@@ -118,21 +161,13 @@ def _report_run(number: int, run: Run, entries: Mapping[str, Mapping[str, Any]])
             file=run.path,
             remedy="evaluate the run file again",
         )
-    record, problem = _record(run)
-    events = tuple((event.time_s or 0.0, event.kind, event.text) for event in run.events)
     return ReportRun(
-        number, run.path.name, file_hash(run.path), run.metadata, events, evaluated, record, problem
+        number=number,
+        file=run.path.name,
+        sha256=file_hash(run.path),
+        metadata=run.metadata,
+        events=tuple((event.time_s, event.kind, event.text) for event in run.events),
+        evaluated=evaluated,
+        record=loaded.record,
+        problem=loaded.problem,
     )
-
-
-def _record(run: Run) -> tuple[Record | None, str]:
-    try:
-        s, f = run.series("stroke"), run.series("force")
-        t = [
-            Temperature(n, run.series(n).time_s, run.series(n).value, place=run.streams[n].channels[n].place)
-            for n in run.streams
-            if n.startswith("temp")
-        ]
-        return make_record(s.time_s, s.value, f.value, temperatures=t), ""
-    except BadInput as error:
-        return None, error.message()

@@ -29,8 +29,8 @@ class ReportRun:
         Hash of the file.
     metadata : mapping
         The run file's metadata document.
-    events : tuple of (float, str, str)
-        Seconds since the start, kind and text of what happened.
+    events : tuple of (float or None, str, str)
+        Seconds since the start (None where unknown), kind and text of what happened.
     evaluated : mapping
         The run's entry in the evaluation document.
     record : Record or None
@@ -43,7 +43,7 @@ class ReportRun:
     file: str
     sha256: str
     metadata: Mapping[str, Any]
-    events: tuple[tuple[float, str, str], ...]
+    events: tuple[tuple[float | None, str, str], ...]
     evaluated: Mapping[str, Any]
     record: Record | None
     problem: str = ""
@@ -118,6 +118,19 @@ class ReportRun:
             return 0.0
         return float(self.record.time_s[-1] - min(0.0, self.record.time_s[0]))
 
+    def limit(self, name: str) -> tuple[float | None, str]:
+        """Return a limit in force during the run and who set it, or None where none is on record."""
+        entry = self.fact("limits", "in_force", name)
+        if isinstance(entry, Mapping):
+            return usable(entry.get("value")), str(entry.get("source") or "")
+        return usable(self.fact("stand", "limits", name)), "the stand"
+
+    @property
+    def temperature_stop_C(self) -> float | None:  # noqa: N802 - the unit's own letter
+        """Specimen temperature at which the test is stopped [°C]."""
+        stop = self.fact("limits", "test", "temperature_stop_C")
+        return usable(stop if stop is not None else self.fact("limits", "temperature_stop_C"))
+
     def fact(self, *path: str) -> Any:
         """Return what the metadata holds at a path of keys, or None."""
         value: Any = self.metadata
@@ -169,6 +182,8 @@ class Source:
     document: Mapping[str, Any]
     fields: ReportFields
     findings: tuple[str, ...] = ()
+    decision_rule: str | None = None
+    """``simple`` or ``guard-band``; None where the document does not say."""
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""

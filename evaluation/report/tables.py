@@ -34,6 +34,10 @@ _ENERGY = (
 )
 
 
+_WITH_U = frozenset({"stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm"})
+"""What is printed with its uncertainty cycle by cycle."""
+
+
 def why_missing(run: ReportRun, cycle: Mapping[str, Any], name: str) -> str:
     """Return the reason for a missing value: what the evaluation warns of, or what the cycle is."""
     if name == "temperature_C" and (run.record is None or not run.record.temperatures):
@@ -45,7 +49,7 @@ def why_missing(run: ReportRun, cycle: Mapping[str, Any], name: str) -> str:
         if short.replace("_", " ") in text and (label in text or "cycle" not in text):
             return warning
     if not cycle.get("complete"):
-        return "the cycle is not complete"
+        return "; ".join(str(reason) for reason in cycle.get("why") or []) or "the cycle is not complete"
     if name in {"frequency_Hz", "dynamic_stiffness_kN_per_mm", "loss_factor"} and run.kind == "static":
         return "only a harmonic run has one"
     return "could not be had from the record; see the warnings of the run"
@@ -181,7 +185,8 @@ def cycles_section(source: Source) -> Section:
             *(Column(title, unit) for title, unit, _ in _ENERGY),
         ),
         tuple((*_head(run, cycle), *_values(run, cycle, _ENERGY)) for run, cycle in chosen),
-        note="Damping by EN 15551 is the absorbed over the stored energy; it is not the loss factor.",
+        note="With ± U where the record states the accuracy of its channels. Damping by EN 15551 is the "
+        "absorbed over the stored energy; it is not the loss factor.",
     )
     return Section("cycles", "Cycles", (motion, energy))
 
@@ -207,9 +212,15 @@ def _head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, ...]:
 def _values(
     run: ReportRun, cycle: Mapping[str, Any], columns: tuple[tuple[str, str, str], ...]
 ) -> tuple[Cell, ...]:
-    return tuple(
-        quantity_cell(name, cycle.get(name), why_missing(run, cycle, name)) for _, _, name in columns
-    )
+    expanded = cycle.get("expanded_uncertainty") or {}
+    cells = []
+    for _, _, name in columns:
+        why = why_missing(run, cycle, name)
+        if name in _WITH_U and usable(expanded.get(name)) is not None:
+            cells.append(measured_cell(cycle.get(name), expanded[name], why))
+        else:
+            cells.append(quantity_cell(name, cycle.get(name), why))
+    return tuple(cells)
 
 
 def _temperatures(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, ...]:

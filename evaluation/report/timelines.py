@@ -6,7 +6,7 @@ import numpy as np
 
 from evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot
 from evaluation.report.content import DASH, Cell, Column, Table
-from evaluation.report.numbers import duration_text, fixed, quantity_cell, usable
+from evaluation.report.numbers import duration_text, fixed, quantity_cell
 from evaluation.report.samples import campaign_clock, steps_of, stroke_trace, temperature_traces
 from evaluation.report.source import ReportRun, Source
 from evaluation.report.unnumbered import Unnumbered
@@ -22,7 +22,7 @@ def timeline_pictures(source: Source) -> list[Unnumbered]:
     pictures = []
     traces = temperature_traces(source.runs, clock)
     if traces:
-        limits = [usable(run.fact("limits", "temperature_stop_C")) for run in source.runs]
+        limits = [run.temperature_stop_C for run in source.runs]
         known = sorted({limit for limit in limits if limit is not None})
         limit_text = f", limit {known[0]:g} °C" if known else ", no temperature limit on record"
         pictures.append(
@@ -34,10 +34,11 @@ def timeline_pictures(source: Source) -> list[Unnumbered]:
             )
         )
     trace = stroke_trace(source.runs, clock)
+    highest = fixed(float(np.nanmax(trace.value)), 1)
     pictures.append(
         Unnumbered(
             caption=f"Stroke over the campaign. {note}",
-            alt=f"Stroke over time, up to {fixed(float(np.nanmax(trace.value)), 1)} mm.",
+            alt=f"Stroke of {len(source.runs)} runs over time, up to {highest} mm.",
             plot=stroke_plot([trace], steps),
             numbers=_stroke_table(source, steps),
         )

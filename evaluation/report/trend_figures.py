@@ -87,7 +87,7 @@ def _series(trend: Mapping[str, Any]) -> TrendSeries | None:
     uncertainty = _floats(trend.get("expanded_uncertainty"))
     u = np.array([(uncertainty[n] if n < len(uncertainty) else None) or 0.0 for n in pairs])
     slope, intercept = usable(trend.get("slope_per_Hz")), usable(trend.get("intercept"))
-    half = [(_floats(trend.get("band")) + [None] * len(frequency))[n] for n in pairs]
+    half = [(_floats(trend.get("confidence_band")) + [None] * len(frequency))[n] for n in pairs]
     band = None
     if slope is not None and intercept is not None and all(h is not None for h in half):
         width = np.array(half, dtype=np.float64)
@@ -132,7 +132,7 @@ def _fit_text(trend: Mapping[str, Any], unit: str) -> str:
     slope, intercept = usable(trend.get("slope_per_Hz")), usable(trend.get("intercept"))
     if slope is None or intercept is None:
         return "none"
-    u = usable(trend.get("slope_u_per_Hz"))
+    u = usable(trend.get("slope_standard_uncertainty_per_Hz"))
     spread = f" (u = {significant(u, 2)})" if u is not None else ""
     shown = "" if unit == "–" else f" {unit}"
     return f"{significant(intercept)}{shown}, slope {significant(slope, 3)}{shown} per Hz{spread}"

@@ -5,23 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table, Tone, VerdictLine
+from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone, VerdictLine
 from evaluation.report.numbers import limits_text, measured_cell, probability_text, usable
 from evaluation.report.source import ReportRun, Source
-
-CONDITIONS = frozenset(
-    {
-        "temperature-range",
-        "speed-limit",
-        "cycle-count",
-        "pause-limit",
-        "rest-after-assembly",
-        "immediate-unloading",
-        "full-release",
-        "full-stroke",
-    }
-)
-"""Requirements on the test, not on the specimen (contracts § 4)."""
 
 _NAMES = {
     "preload": "Preload",
@@ -48,6 +34,18 @@ _SYMBOLS: dict[str, tuple[str, Tone]] = {
 }
 _ORDER = ("invalid", "fail", "conditional-fail", "inconclusive", "not-tested", "conditional-pass", "pass")
 _NO_VERDICT = "nothing is required of a run of this kind"
+
+
+_CONDITIONS = frozenset(
+    name
+    for name in _NAMES
+    if name not in {"preload", "stored-energy", "absorbed-energy-ratio", "stored-energy-category"}
+)
+
+
+def is_condition(requirement: Mapping[str, Any]) -> bool:
+    """Say whether something is required of the test rather than of the specimen (contracts § 4)."""
+    return bool(requirement.get("condition", requirement["id"] in _CONDITIONS))
 
 
 def verdict_cell(verdict: object, why: str = _NO_VERDICT) -> Cell:
@@ -82,8 +80,8 @@ def verdict_line(run: ReportRun) -> VerdictLine:
 def _sentence(run: ReportRun, verdict: object) -> str:
     if verdict is None:
         return f"No verdict: {_NO_VERDICT}."
-    conditions = [r for r in run.requirements if r["id"] in CONDITIONS]
-    required = [r for r in run.requirements if r["id"] not in CONDITIONS]
+    conditions = [r for r in run.requirements if is_condition(r)]
+    required = [r for r in run.requirements if not is_condition(r)]
     if verdict == "pass":
         kept = f"all {len(conditions)} conditions of the test were kept"
         return f"All {len(required)} requirements are met and {kept}."
@@ -124,17 +122,16 @@ def requirements_section(source: Source) -> Section | None:
     for run in source.runs:
         ordered = sorted(run.requirements, key=_reading_order)
         for conditions in (False, True):
-            rows = [r for r in ordered if (r["id"] in CONDITIONS) is conditions]
+            rows = [r for r in ordered if is_condition(r) is conditions]
             if rows:
                 tables.append(_table(run, rows, conditions=conditions))
     if not tables:
         return None
-    standards = dict.fromkeys(
-        f"{r['standard']}:{r['edition']}" if r.get("edition") else str(r["standard"])
-        for run in source.runs
-        for r in run.requirements
-    )
-    return Section("requirements", f"Requirements of {', '.join(standards)}", tuple(tables))
+    judged = [requirement for run in source.runs for requirement in run.requirements]
+    standards = dict.fromkeys(str(r["standard"]) for r in judged)
+    editions = dict.fromkeys(f"{r['standard']}, edition: {r.get('edition') or 'not stated'}." for r in judged)
+    blocks: tuple[Texts | Table, ...] = (Texts(tuple(editions)), *tables)
+    return Section("requirements", f"Requirements of {', '.join(standards)}", blocks)
 
 
 def _reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:

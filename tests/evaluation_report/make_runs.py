@@ -425,6 +425,7 @@ def hand_made_document(runs: tuple[Made, ...] = PAPER_LIKE) -> dict[str, Any]:
     return {
         "schema": "bufferstand/evaluation/1",
         "software": {"version": "0.1.0"},
+        "decision_rule": "simple",
         "runs": entries,
         "trends": [
             trend("damping", 20.0, 20.0, [m for m in runs if m.prestress_mm == 20.0], 0.232, -0.006),
@@ -448,7 +449,7 @@ def trend(
         "temperature_C": [None if n == 0 else 22.0 + n for n, _ in enumerate(runs)],
         "slope_per_Hz": slope,
         "intercept": intercept,
-        "slope_u_per_Hz": 0.001,
-        "band": [0.01 * intercept for _ in runs],
+        "slope_standard_uncertainty_per_Hz": 0.001,
+        "confidence_band": [0.01 * intercept for _ in runs],
         "warnings": ["the amplitude varies among the runs"] if amplitude is None else [],
     }

@@ -1,0 +1,38 @@
+"""One campaign of eleven synthetic runs, and everything that is made from it, for all tests of the room."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from evaluation.figures.paint import draw
+from evaluation.report.build import build_content
+from evaluation.report.content import Content
+from evaluation.report.html import render_html
+from evaluation.report.pdf import render_pdf
+from evaluation.report.reading import read_source
+from evaluation.report.source import Source
+from tests.evaluation_report.make_runs import hand_made_document, write_campaign
+
+
+@dataclass(frozen=True)
+class Made:
+    """A report of the whole campaign."""
+
+    folder: Path
+    source: Source
+    content: Content
+    figures: tuple[str, ...]
+    html: str
+    pdf: bytes
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    folder = write_campaign(tmp_path_factory.mktemp("campaign"))
+    source = read_source(folder, hand_made_document())
+    content = build_content(source)
+    figures = tuple(draw(picture.plot) for picture in content.pictures())
+    return Made(folder, source, content, figures, render_html(content, figures), render_pdf(content, figures))

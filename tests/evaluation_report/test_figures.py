@@ -1,0 +1,184 @@
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from evaluation.figures import style
+from evaluation.figures.loops import Loop, amplitude_loops, dynamic_loops, frequency_loops, static_loops
+from evaluation.figures.paint import draw
+from evaluation.figures.plot import Plot, Window
+from evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot, time_unit
+from evaluation.figures.trends import TrendSeries, damping_trend, stiffness_trend
+from tests.evaluation_report.conftest import Made
+
+
+def loop(prestress: float = 50.0, amplitude: float = 20.0, frequency: float = 0.5, size: int = 4001) -> Loop:
+    phase = np.linspace(0.0, 2.0 * np.pi, size)
+    stroke = prestress - amplitude * np.cos(phase)
+    return Loop("1", 1, stroke, 4.0 * stroke + 20.0 * np.sin(phase), prestress, amplitude, frequency)
+
+
+def words(svg: str) -> set[str]:
+    """Return the lettering: matplotlib keeps each text as a comment beside its outlines."""
+    return set(re.findall(r"<!-- (.*?) -->", svg))
+
+
+def plots() -> dict[str, Plot]:
+    f, v = np.array([0.1, 0.5, 1.0]), np.array([0.23, 0.228, 0.225])
+    series = TrendSeries("20 ± 20 mm", f, v, 0.01 * v, -0.005, 0.23, (f, v - 0.01, v + 0.01))
+    steps = [Step("1", 0.0, 50.0), Step("2", 60.0, 100.0, "stopped")]
+    time = np.arange(0.0, 100.0)
+    trace = Trace("spring plate 3", time, 20.0 + time / 5.0)
+    window = Window(60.0, 100.0, 400.0, (240.0,), "pass", "100–400")
+    return {
+        "static": static_loops([loop()], [window]),
+        "dynamic": dynamic_loops([loop(20.0, 10.0), loop(50.0, 5.0)], loop()),
+        "frequency": frequency_loops([loop(frequency=0.1), loop(frequency=1.0)], loop()),
+        "amplitude": amplitude_loops([loop(amplitude=5.0), loop(amplitude=10.0)], None),
+        "damping": damping_trend([series]),
+        "stiffness": stiffness_trend([series]),
+        "temperature": temperature_plot([trace], steps, 40.0),
+        "stroke": stroke_plot([trace], steps),
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "y"),
+    [
+        ("static", "Stroke [mm]", "Force [kN]"),
+        ("dynamic", "Stroke [mm]", "Force [kN]"),
+        ("frequency", "Stroke [mm]", "Force [kN]"),
+        ("amplitude", "Stroke [mm]", "Force [kN]"),
+        ("damping", "Frequency of loading [Hz]", "Damping W$_a$/W$_s$ [–]"),
+        ("stiffness", "Frequency of loading [Hz]", "Tangent stiffness [kN/mm]"),
+        ("temperature", "Time since the start of the first step [s]", "Temperature [°C]"),
+        ("stroke", "Time since the start of the first step [s]", "Stroke [mm]"),
+    ],
+)
+def test_both_axes_name_quantity_and_unit(name: str, x: str, y: str) -> None:
+    plot = plots()[name]
+    assert {x, y} <= words(draw(plot))
+
+
+def test_every_figure_of_a_whole_report_has_units_on_its_axes(report: Made) -> None:
+    assert len(report.figures) == 8
+    for picture, svg in zip(report.content.pictures(), report.figures, strict=True):
+        for label in (picture.plot.x_label, picture.plot.y_label):
+            assert re.search(r"\[.+\]$", label)
+            assert label in words(svg)
+
+
+def test_the_same_data_give_the_same_bytes_and_no_date() -> None:
+    first, second = draw(plots()["dynamic"]), draw(plots()["dynamic"])
+    assert first == second
+    assert "<metadata>" not in first
+    assert "DOCTYPE" not in first
+
+
+def test_the_caller_s_matplotlib_settings_do_not_show() -> None:
+    import matplotlib as mpl
+
+    expected = draw(plots()["damping"])
+    with mpl.rc_context({"font.size": 30, "axes.grid": False, "svg.hashsalt": "other"}):
+        assert draw(plots()["damping"]) == expected
+        assert mpl.rcParams["font.size"] == 30
+
+
+def test_svg_is_whole_and_as_wide_as_the_text_of_a_page() -> None:
+    root = ET.fromstring(draw(plots()["static"]))
+    assert root.attrib["width"].endswith("pt")
+    assert float(root.attrib["width"].removesuffix("pt")) / 72.0 * 25.4 == pytest.approx(style.WIDTH_MM)
+
+
+def test_long_loops_are_thinned_to_1500_points() -> None:
+    (curve,) = static_loops([loop(size=50_000)]).curves
+    assert 1000 < curve.x.size <= 1500
+    assert curve.y.max() == loop(size=50_000).force_kN.max()
+
+
+def test_no_two_curves_of_a_figure_differ_by_colour_alone() -> None:
+    loops = [loop(p, a, f) for p in (20.0, 50.0, 80.0) for a, f in ((5.0, 2.5), (10.0, 1.2), (15.0, 0.8))]
+    frequencies = [loop(frequency=f) for f in (0.1, 0.2, 0.4, 0.8, 1.6)]
+    for plot in (frequency_loops(frequencies, None), static_loops([loop(), loop(), loop()])):
+        assert len({(curve.dash, curve.marker) for curve in plot.curves}) == len(plot.curves)
+    # All dynamic loops in one figure: within one prestress by dash; prestresses lie apart on the stroke axis.
+    curves = dynamic_loops(loops, None).curves
+    assert len({(curve.tone, curve.dash) for curve in curves}) == len(curves)
+    assert len(set(style.DASHES)) >= 6
+    assert len(set(style.COLOURS)) >= 6
+
+
+def luminance(colour: str) -> float:
+    parts = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_every_colour_stands_out_from_white_paper() -> None:
+    assert all(1.05 / (luminance(colour) + 0.05) > 2.0 for colour in style.COLOURS)
+
+
+def test_verdicts_differ_by_shape() -> None:
+    shape = {verdict: mark[0] for verdict, mark in style.VERDICT_MARKERS.items()}
+    assert shape["pass"] != shape["fail"] != shape["inconclusive"] != shape["pass"]
+
+
+def test_an_overlay_frames_the_loops_and_the_full_view_shows_the_static_curve() -> None:
+    static = loop(50.0, 50.0)
+    near = frequency_loops([loop(20.0, 10.0), loop(20.0, 10.0, 1.0)], static)
+    whole = dynamic_loops([loop(20.0, 10.0)], static)
+    assert near.x_range is not None
+    assert whole.x_range is not None
+    assert near.x_range[1] < 40.0
+    assert whole.x_range[1] > 100.0
+    assert near.curves[0].filled
+    assert near.curves[0].label == "quasi-static"
+
+
+def test_the_quasi_static_curve_is_dotted_black() -> None:
+    curve = dynamic_loops([loop()], loop()).curves[0]
+    assert style.colour(curve.tone) == style.INK
+    assert style.dash(curve.dash) == style.DOTTED
+
+
+def test_the_temperature_limit_and_the_stop_are_in_the_figure_even_if_never_reached() -> None:
+    plot = plots()["temperature"]
+    assert plot.y_range is not None
+    assert plot.y_range[1] > 40.0
+    lettering = words(draw(plot))
+    assert {"stop at 40 °C", "run 2 stopped", "spring plate 3", "1", "2"} <= lettering
+
+
+def test_without_a_known_limit_no_limit_is_drawn() -> None:
+    assert temperature_plot([Trace("a", np.array([0.0, 1.0]), np.array([20.0, 21.0]))], [], None).levels == ()
+
+
+def test_a_flat_trend_looks_flat() -> None:
+    f = np.array([0.1, 1.0])
+    plot = damping_trend([TrendSeries("a", f, np.array([0.230, 0.231]), np.zeros(2))])
+    assert plot.y_range is not None
+    assert plot.y_range[1] - plot.y_range[0] > 0.04
+
+
+def test_a_trend_without_a_fit_has_points_only() -> None:
+    f = np.array([0.1])
+    plot = damping_trend([TrendSeries("a", f, np.array([0.230]), np.zeros(1))])
+    assert plot.fits == ()
+    assert plot.points[0].label == "a"
+
+
+@pytest.mark.parametrize(
+    ("duration", "unit"), [(299.0, "s"), (301.0, "min"), (10_800.0, "min"), (10_801.0, "h")]
+)
+def test_time_is_in_a_unit_that_reads_well(duration: float, unit: str) -> None:
+    assert time_unit(duration)[0] == unit
+
+
+def test_facts_of_a_plot_are_json_without_nan() -> None:
+    curve = static_loops([Loop("1", 1, np.array([0.0, np.nan, 2.0]), np.array([1.0, np.nan, 3.0]))])
+    facts = curve.facts()
+    assert facts["curves"][0]["x"] == [0.0, None, 2.0]
+    assert facts["x_label"] == "Stroke [mm]"

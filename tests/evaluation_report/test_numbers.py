@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evaluation.report import numbers
+from evaluation.report.content import DASH
+
+
+@pytest.mark.parametrize(
+    ("value", "expanded", "text"),
+    [
+        (0.23216, 0.0071, "0.2322 ± 0.0071"),
+        (14623.4, 131.0, "14623 ± 131"),
+        (84.317, 1.26, "84.3 ± 1.3"),
+        (-3.14159, 0.25, "−3.14 ± 0.25"),
+        (5.0, 0.0, "5"),
+        (1234.5, 10.0, "1234 ± 10"),
+    ],
+)
+def test_uncertainty_sets_the_digits(value: float, expanded: float, text: str) -> None:
+    assert numbers.with_uncertainty(value, expanded) == text
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e5))
+def test_a_rounded_value_is_off_by_less_than_a_tenth_of_its_uncertainty(
+    value: float, expanded: float
+) -> None:
+    shown, spread = (
+        float(p.replace("−", "-")) for p in numbers.with_uncertainty(value, expanded).split(" ± ")
+    )
+    assert abs(shown - value) <= max(0.0501 * expanded, 1e-9 * abs(value))
+    assert abs(spread - expanded) <= 0.0501 * expanded
+
+
+@given(st.floats(-1e7, 1e7).filter(lambda v: v == 0 or abs(v) > 1e-6))
+def test_significant_digits_lose_at_most_half_of_the_last(value: float) -> None:
+    text = numbers.significant(value)
+    assert "e" not in text
+    assert "-" not in text
+    assert float(text.replace("−", "-")) == pytest.approx(value, rel=5.001e-4)
+
+
+def test_zero_has_no_sign() -> None:
+    assert numbers.fixed(-0.0001, 2) == "0.00"
+
+
+@pytest.mark.parametrize("value", [None, math.nan, math.inf, -math.inf, "12", True])
+def test_what_is_no_finite_number_is_a_dash_with_a_reason(value: object) -> None:
+    for cell in (
+        numbers.quantity_cell("force_max_kN", value, "no samples"),
+        numbers.measured_cell(value, 1.0, "no samples"),
+    ):
+        assert (cell.text, cell.tone, cell.why) == (DASH, "missing", "no samples")
+
+
+def test_an_unknown_uncertainty_is_left_out_and_not_zero() -> None:
+    assert numbers.measured_cell(12.0, None, "").text == "12"
+    assert numbers.measured_cell(12.0, math.nan, "").text == "12"
+
+
+def test_limits_read_as_ranges() -> None:
+    assert numbers.limits_text(10.0, 50.0) == "10 … 50"
+    assert numbers.limits_text(12500.0, None) == "≥ 12500"
+    assert numbers.limits_text(None, 50.0) == "≤ 50"
+    assert numbers.limits_text(None, None) == DASH
+
+
+def test_a_probability_is_never_rounded_to_certainty() -> None:
+    assert numbers.probability_text(1.0) == "> 99.9 %"
+    assert numbers.probability_text(0.0) == "< 0.1 %"
+    assert numbers.probability_text(0.6626) == "66.3 %"
+
+
+def test_moments_and_durations_read_as_people_write_them() -> None:
+    assert numbers.moment_text("2026-03-05T09:00:00+00:00") == "2026-03-05 09:00:00 UTC"
+    assert numbers.moment_text("2026-03-05T09:00:00+01:00") == "2026-03-05 09:00:00 UTC+01:00"
+    assert numbers.moment_text("yesterday") is None
+    assert numbers.moment_text(None) is None
+    assert numbers.duration_text(42.46) == "42.5 s"
+    assert numbers.duration_text(725.0) == "12 min 05 s"
+    assert numbers.duration_text(10_920.0) == "3 h 02 min"
