@@ -14,7 +14,7 @@ from drivers.simulated.controller import Controller
 from drivers.simulated.faults import FaultSchedule, ScheduledFault
 from drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
 from drivers.simulated.ring import SampleRing
-from drivers.simulated.sensors import CountedChannel, Delay, Resampler, WireErrors
+from drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
 from drivers.simulated.settings import SimulationSettings
 from drivers.simulated.truth import Truth
 from drivers.stand_file import SensorSettings, StandFile
@@ -23,7 +23,7 @@ RATE_HZ = 1000.0
 """Samples a second of the controller's own clock."""
 SLICE = 200
 """Most samples that are advanced before wall time and thermometers are looked at again."""
-DWELL = 50
+DWELL = 100
 """Most samples that are bridged by one step while nothing moves."""
 CONVERSION_S = 0.75
 """Time that a DS18B20 takes at 12 bit [s]."""
@@ -139,26 +139,32 @@ class SimulatedDevice:
     def _make_transducers(self, stand_file: StandFile, settings: SimulationSettings) -> None:
         channels = {channel.name: channel for channel in stand_file.controller.channel}
         sensors = stand_file.temperature.sensor if stand_file.temperature is not None else ()
-        seeds = np.random.SeedSequence(settings.seed).spawn(8 + len(sensors))
+        seeds = np.random.SeedSequence(settings.seed).spawn(2 + len(sensors))
         stroke = settings.stroke_noise_mm
         i4, u2, i2 = (-(1 << 31), (1 << 31) - 1), (0, 65535), (-32768, 32767)
-        self._force = CountedChannel(channels["force"], *i4, settings.force_noise_kN, seeds[0])
-        self._stroke_1 = CountedChannel(channels["stroke_1"], *u2, stroke, seeds[1])
-        self._stroke_2 = CountedChannel(channels["stroke_2"], *u2, stroke, seeds[2])
-        self._position = CountedChannel(channels["position"], *i2, stroke, seeds[3])
-        self._command = CountedChannel(channels["command"], *i2, 0.0, seeds[4])
-        self._wires = WireErrors(settings.wire_linearity_mm, tilt=settings.wire_tilt)
-        self._amplifier: tuple[Resampler, CountedChannel] | None = None
+        self._converters = Converters(
+            (
+                Converter(channels["force"], *i4, settings.force_noise_kN),
+                Converter(channels["stroke_1"], *u2, stroke),
+                Converter(channels["stroke_2"], *u2, stroke),
+                Converter(channels["position"], *i2, stroke),
+                Converter(channels["command"], *i2, 0.0),
+            ),
+            seeds[0],
+        )
+        self._wires = WirePair(settings.wire_linearity_mm, settings.wire_tilt)
+        self._amplifier: tuple[Resampler, Converters] | None = None
         self.frames: deque[Frames] = deque(maxlen=_KEPT_FRAMES)
         if stand_file.amplifier is not None:
             channel = stand_file.amplifier.channel
+            converter = Converter(channel, -FULL_SCALE, FULL_SCALE, settings.force_noise_kN)
             self._amplifier = (
                 Resampler(stand_file.amplifier.rate_Hz, channel.delay_s),
-                CountedChannel(channel, -FULL_SCALE, FULL_SCALE, settings.force_noise_kN, seeds[5]),
+                Converters((converter,), seeds[1]),
             )
         self.thermometers = tuple(
             Thermometer(sensor, settings.temperature_noise_C, seed)
-            for sensor, seed in zip(sensors, seeds[8:], strict=True)
+            for sensor, seed in zip(sensors, seeds[2:], strict=True)
         )
         self._look_at_thermometers()
 
@@ -204,10 +210,9 @@ class SimulatedDevice:
             self.time_s = self.ring.total * self.period_s
             self._look_at_thermometers()
 
-    @property
-    def tick_us(self) -> int:
-        """The controller's clock, 32 bits [µs]."""
-        return (self.settings.tick_start_us + int(self.time_s * self._clock_rate * _US)) % (1 << 32)
+    def tick_us(self, time_s: float) -> int:
+        """Return the controller's clock, 32 bits, at a stand time [µs]."""
+        return (self.settings.tick_start_us + int(time_s * self._clock_rate * _US)) % (1 << 32)
 
     def time_us(self, sequence: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the controller's time stamps of samples without wrapping [µs], same shape."""
@@ -260,7 +265,7 @@ class SimulatedDevice:
                 )
             )
         self.measured_force_kN = force_kN
-        self._publish(np.array(rows).T)
+        self._publish(np.array(rows))
 
     def _dwell(self, count: int) -> None:
         """Bridge samples in which neither command nor piston moves: only force and temperature relax."""
@@ -294,35 +299,35 @@ class SimulatedDevice:
                 spring.heat_J,
             )
         )
-        share = np.arange(1, count + 1) / count
-        self._publish(before[:, np.newaxis] + (after - before)[:, np.newaxis] * share)
+        share = np.arange(1, count + 1)[:, np.newaxis] / count
+        self._publish(before + (after - before) * share)
 
     def _publish(self, table: NDArray[np.float64]) -> None:
-        """Turn a slice of the truth into counts, frames and log, by column of ``_move``'s rows."""
-        force, stroke, position, command, true_force, temperature, work, heat = table
+        """Turn a slice of the truth, one of ``_move``'s rows a sample, into counts, frames and log."""
+        count = table.shape[0]
         first = self.ring.total
-        sequence = np.arange(first, first + force.shape[0])
+        sequence = np.arange(first, first + count)
         time_us = self.time_us(sequence)
-        stroke_1 = self._stroke_1.counts(self._wires.apply(stroke, 1))
-        stroke_2 = self._stroke_2.counts(self._wires.apply(stroke, 2))
-        self.ring.append(
-            {
-                "tick": time_us % (1 << 32),
-                "force": self._force.counts(force),
-                "stroke_1": stroke_1,
-                "stroke_2": stroke_2,
-                "position": self._position.counts(position),
-                "command": self._command.counts(command),
-            }
-        )
-        self.measured_stroke_mm = 0.5 * (
-            self._stroke_1.value(float(stroke_1[-1])) + self._stroke_2.value(float(stroke_2[-1]))
-        )
+        samples = np.empty((count, 6))
+        samples[:, 0] = time_us % (1 << 32)
+        felt = samples[:, 1:]
+        felt[:, 0] = table[:, 0]
+        felt[:, 1:3] = self._wires.feel(table[:, 1])
+        felt[:, 3:] = table[:, 2:4]
+        samples[:, 1:] = self._converters.counts(felt)
+        self.ring.append(samples)
+        last = self._converters.values(samples[-1, 1:])
+        self.measured_stroke_mm = 0.5 * (last[1].item() + last[2].item())
         if self._amplifier is not None:
-            resampler, channel = self._amplifier
-            due_s, value = resampler.take((sequence + 1) * self.period_s, true_force)
+            resampler, converters = self._amplifier
+            due_s, value = resampler.take((sequence + 1) * self.period_s, table[:, 4])
             if due_s.size:
-                self.frames.append(Frames(due_s, channel.counts(value).astype(np.int64)))
+                counts = converters.counts(value[:, np.newaxis])[:, 0]
+                self.frames.append(Frames(due_s, counts.astype(np.int64)))
         if self.truth is not None:
-            columns = (sequence, time_us, stroke, true_force, temperature, work, heat)
-            self.truth.add(np.stack([np.asarray(column, dtype=np.float64) for column in columns]))
+            truth = np.empty((count, 7))
+            truth[:, 0] = sequence
+            truth[:, 1] = time_us
+            truth[:, 2] = table[:, 1]
+            truth[:, 3:] = table[:, 4:]
+            self.truth.add(truth)

@@ -31,7 +31,8 @@ class ModbusStandServer:
     device_id : int
         Unit identifier that it answers to; others get exception 0x0B.
     catch_up : callable
-        Brings the device up to the present; called before each request.
+        Brings the device up to the present; called before each request, with whether the request acts on the
+        stand.
     cut : callable
         Whether the link is cut at present: then nothing is heard and nothing answered.
     """
@@ -41,7 +42,7 @@ class ModbusStandServer:
         bank: RegisterBank,
         profile: Profile,
         device_id: int,
-        catch_up: Callable[[], object],
+        catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
     ) -> None:
         self._bank = bank
@@ -89,7 +90,7 @@ class ModbusStandServer:
         registers: list[int],
         values: list[int] | list[bool] | None,
     ) -> ExcCodes | None:
-        self._catch_up()
+        self._catch_up(values is not None and not self._bank.is_acknowledgement(address, count))
         if values is not None:
             code = self._bank.write(address, [int(value) for value in values])
             if code:

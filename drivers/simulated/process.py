@@ -141,7 +141,7 @@ def start_process(
     inherited = os.environ.get("PYTHONPATH")
     environment = {**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{inherited}" if inherited else home}
     with log.open("wb") as errors:
-        # A session of its own: Ctrl-C in the terminal must stop the campaign, not pull the stand from under it.
+        # A session of its own: Ctrl-C must stop the campaign, not pull the stand from under it.
         process = subprocess.Popen(
             arguments,
             stdin=subprocess.PIPE,

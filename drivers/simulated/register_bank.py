@@ -5,7 +5,9 @@ Every read is one latched snapshot; what a write means is found by the names of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
+
+import numpy as np
 
 from drivers.profile import Profile
 from drivers.simulated.commands import Command
@@ -29,6 +31,8 @@ class RegisterBank:
     device : SimulatedDevice
     profile : Profile
         The register map; its names are those of ``ring``, its addresses and word order its own.
+    now_s : callable, optional
+        Present stand time [s], for the clock register; that of the newest sample without it.
 
     Raises
     ------
@@ -36,8 +40,11 @@ class RegisterBank:
         If the profile lacks a register, or its samples hold what this device does not measure.
     """
 
-    def __init__(self, device: SimulatedDevice, profile: Profile) -> None:
+    def __init__(
+        self, device: SimulatedDevice, profile: Profile, now_s: Callable[[], float] | None = None
+    ) -> None:
         self._device = device
+        self._now_s = now_s or (lambda: device.time_s)
         self._profile = profile
         needed = (*_NEEDED, "stroke_limit", *_STATUS, *_COMMAND, "device_type", "sample_rate")
         unknown = [name for name, _ in profile.ring.sample if name not in COLUMNS]
@@ -52,6 +59,13 @@ class RegisterBank:
         self._command = profile.block(*_COMMAND)
         self._header = profile.ring_header
         self._sample = profile.ring_sample
+        self._names = {
+            at: name
+            for name, register in profile.registers.items()
+            for at in range(register.address, register.address + register.words)
+        }
+        self._rows = np.zeros((device.ring.capacity, self._sample.words), dtype=np.uint16)
+        self._encoded = 0
         ring = profile.ring
         size = max(r.address + r.words for r in profile.registers.values())
         self._words = [0] * max(size, ring.address + ring.registers)
@@ -94,11 +108,7 @@ class RegisterBank:
         end = address + len(values)
         before = self._words[address:end]
         self._words[address:end] = values
-        touched = [
-            name
-            for name, register in self._profile.registers.items()
-            if register.address < end and register.address + register.words > address
-        ]
+        touched = dict.fromkeys(self._names[at] for at in range(address, end) if at in self._names)
         if not self._limits_accepted(touched):
             self._words[address:end] = before
             return ILLEGAL_VALUE
@@ -106,9 +116,14 @@ class RegisterBank:
             self._act(name)
         return 0
 
+    def is_acknowledgement(self, address: int, count: int) -> bool:
+        """Return whether a write only says which samples have been read: the stand does not care."""
+        register = self._profile.find("ring_acknowledge")
+        return address >= register.address and address + count <= register.address + register.words
+
     # --- writes -------------------------------------------------------------------------------------
 
-    def _limits_accepted(self, touched: Sequence[str]) -> bool:
+    def _limits_accepted(self, touched: Collection[str]) -> bool:
         """Set the limits that were written; they are judged before anything else is done."""
         controller = self._device.controller
         before = controller.force_limit_kN
@@ -172,15 +187,15 @@ class RegisterBank:
                 "stroke": device.measured_stroke_mm,
                 "position": device.actuator.position_mm,
                 "command": controller.command_mm,
-                "tick": device.tick_us,
+                "tick": device.tick_us(self._now_s()),
             }
         )
 
     def _latch_ring(self) -> None:
         ring, samples = self._profile.ring, self._device.ring
+        self._encode_new_samples()
         wanted = samples.absolute(int(self._value("ring_acknowledge")))
-        first, columns = samples.window(wanted, ring.samples_per_block)
-        count = columns["tick"].size
+        first, count = samples.locate(wanted, ring.samples_per_block)
         words = self._header.encode(
             {
                 "first_sequence": first % (1 << 32),
@@ -189,10 +204,25 @@ class RegisterBank:
                 "status_word": self._device.controller.status_word,
             }
         )
-        if count:
-            words += self._sample.encode_rows(columns)
+        start = first % samples.capacity
+        words += self._rows[start : start + count].ravel().tolist()
+        if start + count > samples.capacity:
+            words += self._rows[: start + count - samples.capacity].ravel().tolist()
         words += [0] * (ring.registers - len(words))
         self._words[ring.address : ring.address + ring.registers] = words
+
+    def _encode_new_samples(self) -> None:
+        """Lay the samples that have come since the last look out as registers, all at once."""
+        samples, words = self._device.ring, self._sample.words
+        encoded = max(self._encoded, samples.oldest)
+        while encoded < samples.total:
+            start = encoded % samples.capacity
+            most = min(samples.total - encoded, samples.capacity - start)
+            _, columns = samples.window(encoded, most)
+            picked = {place.name: columns[place.name] for place in self._sample.places}
+            self._rows[start : start + most] = np.reshape(self._sample.encode_rows(picked), (most, words))
+            encoded += most
+        self._encoded = encoded
 
     def _value(self, name: str) -> float:
         register = self._profile.find(name)

@@ -33,33 +33,44 @@ class SampleRing:
 
     def __init__(self, capacity: int = 65536) -> None:
         self._capacity = capacity
-        self._columns: dict[str, NDArray[Any]] = {
-            name: np.zeros(capacity, dtype=kind) for name, kind in COLUMNS.items()
-        }
+        self._table = np.zeros((capacity, len(COLUMNS)), dtype=np.int64)
         self.total = 0
         self.overruns = 0
+
+    @property
+    def capacity(self) -> int:
+        """Samples that it holds."""
+        return self._capacity
 
     @property
     def oldest(self) -> int:
         """Absolute sequence number of the oldest sample still held."""
         return max(0, self.total - self._capacity)
 
-    def append(self, columns: Mapping[str, NDArray[Any]]) -> None:
-        """Store samples, shape (n,) each with n at most the capacity; their values fit the columns' types."""
-        count = len(columns["tick"])
+    def append(self, table: NDArray[Any]) -> None:
+        """Store samples, shape (n, columns) in the order of ``COLUMNS``, whole numbers that fit their types.
+
+        ``n`` is at most the capacity.
+        """
+        count = table.shape[0]
         start = self.total % self._capacity
         first = min(count, self._capacity - start)
-        for name, store in self._columns.items():
-            values = columns[name]
-            store[start : start + first] = values[:first]
-            if first < count:
-                store[: count - first] = values[first:]
+        self._table[start : start + first] = table[:first]
+        if first < count:
+            self._table[: count - first] = table[first:]
         self.total += count
 
     def absolute(self, acknowledged: int) -> int:
         """Return the sequence number meant by 32 bits on the wire: the one closest to the newest sample."""
         distance = (acknowledged - self.total + _HALF) % _WHOLE - _HALF
         return self.total + distance
+
+    def locate(self, wanted: int, most: int) -> tuple[int, int]:
+        """Return from where and how many samples a window holds; see :meth:`window`."""
+        if wanted < self.oldest:
+            self.overruns += 1
+        first = min(max(wanted, self.oldest), self.total)
+        return first, min(most, self.total - first)
 
     def window(self, wanted: int, most: int) -> tuple[int, dict[str, NDArray[Any]]]:
         """Return samples from ``wanted`` on.
@@ -79,14 +90,12 @@ class SampleRing:
         columns : dict of str to NDArray
             Copies, shape (n,) each.
         """
-        if wanted < self.oldest:
-            self.overruns += 1
-        first = min(max(wanted, self.oldest), self.total)
-        count = min(most, self.total - first)
+        first, count = self.locate(wanted, most)
         start = first % self._capacity
         if start + count <= self._capacity:
-            picked = {name: store[start : start + count].copy() for name, store in self._columns.items()}
+            rows = self._table[start : start + count]
         else:
-            index = (start + np.arange(count)) % self._capacity
-            picked = {name: store[index] for name, store in self._columns.items()}
-        return first, picked
+            rows = self._table[(start + np.arange(count)) % self._capacity]
+        return first, {
+            name: rows[:, column].astype(kind) for column, (name, kind) in enumerate(COLUMNS.items())
+        }

@@ -10,23 +10,31 @@ from numpy.typing import NDArray
 COLUMNS = ("sequence", "time_us", "stroke_mm", "force_kN", "temperature_C", "work_J", "heat_J")
 """Columns of the truth: absolute sequence, device time [µs] without wrapping, and the true state."""
 
+FloatArray = NDArray[np.float64]
+
+_MERGE = 1000
+
 
 class Truth:
     """A growing log of the true state."""
 
     def __init__(self) -> None:
-        self._slices: list[NDArray[np.float64]] = []
+        self._slices: list[FloatArray] = []
+        self._merged = 0
 
-    def add(self, table: NDArray[np.float64]) -> None:
-        """Add a slice of samples, shape (columns, n) in the order of ``COLUMNS``."""
+    def add(self, table: FloatArray) -> None:
+        """Add a slice of samples, shape (n, columns) in the order of ``COLUMNS``."""
         self._slices.append(table)
+        if (
+            len(self._slices) - self._merged > _MERGE
+        ):  # thousands of small arrays take more room than they hold
+            self._slices[self._merged :] = [np.concatenate(self._slices[self._merged :])]
+            self._merged += 1
 
-    def arrays(self) -> dict[str, NDArray[np.float64]]:
+    def arrays(self) -> dict[str, FloatArray]:
         """Return the whole log, shape (n,) each; counters too are float64, which holds them exactly."""
-        if len(self._slices) > 1:
-            self._slices = [np.concatenate(self._slices, axis=1)]
-        table = self._slices[0] if self._slices else np.zeros((len(COLUMNS), 0))
-        return dict(zip(COLUMNS, table, strict=True))
+        table = np.concatenate(self._slices) if self._slices else np.zeros((0, len(COLUMNS)))
+        return {name: np.ascontiguousarray(table[:, column]) for column, name in enumerate(COLUMNS)}
 
     def write(self, path: Path) -> None:
         """Write the log: ``.npz`` with one array a column, anything else as CSV with a header.
@@ -47,7 +55,7 @@ class Truth:
         np.savetxt(path, table, fmt=formats, delimiter=",", header=",".join(COLUMNS), comments="")
 
 
-def read_truth(path: Path) -> dict[str, NDArray[np.float64]]:
+def read_truth(path: Path) -> dict[str, FloatArray]:
     """Read a truth file back, shape (n,) for each of ``COLUMNS``.
 
     Raises

@@ -64,6 +64,7 @@ class W1Tree:
         self._thermometers = thermometers
         self._faults = faults
         self._shown: dict[str, tuple[int, str | None]] = {}
+        self._texts: dict[Path, str] = {}
         if root.is_relative_to("/sys"):
             raise BadInput(
                 "this is the kernel's folder of real sensors",
@@ -95,8 +96,13 @@ class W1Tree:
                 data = scratchpad(counts, power_on=power_on)
                 slave, value = slave_text(data), f"{millidegrees(data)}\n"
             folder = self.root / settings.rom
-            _replace(folder / "w1_slave", slave)
-            _replace(folder / "temperature", value)
+            self._show(folder / "w1_slave", slave)
+            self._show(folder / "temperature", value)
+
+    def _show(self, path: Path, text: str) -> None:
+        if self._texts.get(path) != text:  # renaming is slow on many file systems
+            _replace(path, text)
+            self._texts[path] = text
 
     def close(self) -> None:
         """Take the tree away, and the folders that are empty then."""
