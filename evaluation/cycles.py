@@ -30,8 +30,8 @@ EDGE_CLOSURE = 0.01
 """A cycle that begins or ends with the record returns within this share of its range."""
 _HARMONICS = 10
 _LEAST_SAMPLES = 8
-_MOST_SAMPLES = 2000
-"""Harmonics are fitted to group means of at most so many samples of a cycle: 4e-7 less of the first."""
+_MOST_SAMPLES = 600
+"""Harmonics are fitted to group means of at most so many samples a cycle: 5e-6 less of the first one."""
 
 
 def find_cycles(record: Record) -> tuple[Cycle, ...]:

@@ -177,12 +177,13 @@ def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     width = np.gradient(loop.time_s) * turn
     drift = (loop.time_s - cycle.start_s) / cycle.duration_s
     closed = propagation.stroke - np.outer(propagation.stroke[:, -1] - propagation.stroke[:, 0], drift)
-    count = propagation.cycle.duration_s
-    amplitude_mm = abs(2.0 / count * (closed[0] @ width))
+    # Plain sums: threads of the linear algebra library would cost more than they save on so little.
+    force_integrals = np.sum(propagation.force * width, axis=1)
+    stroke_integrals = np.sum(closed * width, axis=1)
+    amplitude_mm = abs(2.0 / cycle.duration_s * stroke_integrals[0])
     samples = propagation.samples_a_point * loop.time_s.size
     scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
-    force = draws.force @ (propagation.force @ width)
-    stiffness = force / (draws.stroke @ (closed @ width))
+    stiffness = (draws.force @ force_integrals) / (draws.stroke @ stroke_integrals)
     noise_kN = np.hypot(propagation.noise.force_kN, np.mean(np.abs(stiffness)) * propagation.noise.stroke_mm)
     noise = noise_kN * np.sqrt(2.0 / samples) / amplitude_mm
     return np.asarray(stiffness + noise * (scatter[0] + 1j * scatter[1]))
