@@ -219,9 +219,19 @@ class _Handler(DataHandler):  # type: ignore[misc]
         return DataHandler.Return(exp_code=0)
 
 
+class _QuickServer(ModbusServer):  # type: ignore[misc]
+    def _serve(self) -> None:
+        """As the original, but a stop does not wait for half a second."""
+        self._evt_running.set()
+        try:
+            self._service.serve_forever(poll_interval=0.01)
+        finally:
+            self._evt_running.clear()
+
+
 @contextmanager
 def pymodbustcp_server(device: RingDevice) -> Iterator[int]:
-    server = ModbusServer(host="127.0.0.1", port=0, no_block=True, data_hdl=_Handler(device))
+    server = _QuickServer(host="127.0.0.1", port=0, no_block=True, data_hdl=_Handler(device))
     server.start()
     try:
         yield server._service.socket.getsockname()[1]

@@ -14,7 +14,7 @@ from tests.drivers import servers
 from tests.drivers.ring_device import RingDevice
 from tests.drivers.servers import RawServer, raw_server
 
-TIMEOUT_S = 0.1
+TIMEOUT_S = 0.25
 
 
 @pytest.fixture
@@ -54,13 +54,13 @@ def test_nodelay_is_set(link: ModbusLink) -> None:
 @pytest.mark.parametrize(
     ("reply", "doubt"),
     [
-        (servers.silent, "no reply within 0.1 s"),
-        (servers.late(3 * TIMEOUT_S), "no reply within 0.1 s"),
+        (servers.silent, "no reply within 0.25 s"),
+        (servers.late(3 * TIMEOUT_S), "no reply within 0.25 s"),
         (servers.dropped, "the device closed the connection"),
-        (servers.half_a_frame, "no reply within 0.1 s"),
+        (servers.half_a_frame, "no reply within 0.25 s"),
         (servers.one_register_less, "the reply has 1 registers instead of 2"),
         (servers.with_function(4), "the reply has function code 4 instead of 3"),
-        (servers.other_transaction, "no reply within 0.1 s"),
+        (servers.other_transaction, "no reply within 0.25 s"),
         (servers.garbled, "the reply cannot be decoded"),
     ],
 )

@@ -159,7 +159,7 @@ def server(device: RingDevice) -> Iterator[servers.RawServer]:
 
 @pytest.fixture
 def controller(server: servers.RawServer, profile: Profile) -> Iterator[RingController]:
-    one = controller_at(server.port, profile, timeout_s=0.1)
+    one = controller_at(server.port, profile, timeout_s=0.25)
     yield one
     one.close()
 
@@ -332,7 +332,7 @@ class TestCommands:
         self, controller: RingController, device: RingDevice
     ) -> None:
         device.judge = lambda: None  # type: ignore[method-assign]
-        with pytest.raises(DeviceFault, match=r"arming hold .*: not judged within 0\.1 s") as caught:
+        with pytest.raises(DeviceFault, match=r"arming hold .*: not judged within 0\.25 s") as caught:
             controller.start_hold()
         assert not isinstance(caught.value, CommandRejected)
 
@@ -374,7 +374,7 @@ class TestSwitch:
         device.set("fault_code", 4)
         device.obedient = False
         with pytest.raises(
-            DeviceFault, match=r"did not show reset of fault 4 \(actuator\) within 0.1 s"
+            DeviceFault, match=r"did not show reset of fault 4 \(actuator\) within 0.25 s"
         ) as caught:
             controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
         assert "it is “fault” (status word 0x0208), fault 4 (actuator)" in str(caught.value)
