@@ -134,7 +134,8 @@ def _framed(values: Sequence[Floats]) -> tuple[float, float]:
 
 
 def _by_condition(loop: Loop) -> tuple[float, float, float]:
-    return (loop.prestress_mm or 0.0, loop.amplitude_mm or 0.0, loop.frequency_Hz or 0.0)
+    """Order by prestress, amplitude and frequency; the measured strokes of equal steps differ a little."""
+    return (_rounded(loop.prestress_mm), _rounded(loop.amplitude_mm), loop.frequency_Hz or 0.0)
 
 
 def _rounded(value: float | None) -> float:

@@ -78,8 +78,9 @@ def _paint(axes: Axes, plot: Plot) -> list[Handle]:
     axes.set_ylabel(plot.y_label)
     _paint_spans(axes, plot)
     handles: list[Handle] = [_paint_curve(axes, curve) for curve in plot.curves]
-    handles += [_paint_points(axes, points) for points in plot.points]
-    handles += [_paint_fit(axes, fit) for fit in plot.fits]
+    for points in plot.points:
+        handles.append(_paint_points(axes, points))
+        handles += [_paint_fit(axes, fit) for fit in plot.fits if fit.tone == points.tone]
     limit: dict[str, Any] = {"color": style.INK, "linestyle": style.dash(4), "linewidth": 1.8}
     handles += [axes.axhline(level.at, label=level.label, **limit) for level in plot.levels]
     stop_line: dict[str, Any] = {"color": style.INK, "linestyle": style.DOTTED, "linewidth": 1.6}

@@ -6,6 +6,7 @@ Every number is already text, rounded and with its unit; a missing one is a dash
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 from evaluation.figures.plot import Plot
@@ -78,11 +79,12 @@ class Texts:
 
 @dataclass(frozen=True)
 class VerdictLine:
-    """A run's verdict and the sentence that says why."""
+    """A run's verdict, the sentence that says why, and the points that it rests on."""
 
     verdict: Cell
     subject: str
     sentence: str
+    points: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ class Content:
     ended: str
     software: str
 
-    @property
+    @cached_property
     def report_id(self) -> str:
         """The report's name: a hash of all that it says and shows, so that another content has another id."""
         return "BR-" + content_hash(_plain(self))[:12]
@@ -230,6 +232,7 @@ def _block(block: Block) -> dict[str, Any]:
                 "verdict": _Footnotes().cell(block.verdict),
                 "subject": block.subject,
                 "sentence": block.sentence,
+                "points": list(block.points),
             }
         case Picture():
             out |= {

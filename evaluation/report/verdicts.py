@@ -72,48 +72,49 @@ def name_of(requirement: Mapping[str, Any]) -> str:
 def verdict_line(run: ReportRun) -> VerdictLine:
     """Return a run's verdict with a sentence that a person who reads nothing else can act on."""
     verdict = run.evaluated.get("verdict")
-    return VerdictLine(
-        verdict_cell(verdict), f"Run {run.number} ({run.id}, {run.kind})", _sentence(run, verdict)
-    )
+    sentence, deciding = _sentence(run, verdict)
+    subject = f"Run {run.number} ({run.id}, {run.kind})"
+    return VerdictLine(verdict_cell(verdict), subject, sentence, _points(deciding))
 
 
-def _sentence(run: ReportRun, verdict: object) -> str:
+def _sentence(run: ReportRun, verdict: object) -> tuple[str, Sequence[Mapping[str, Any]]]:
+    """Return the sentence, and the requirements that decided."""
     if verdict is None:
-        return f"No verdict: {_NO_VERDICT}."
+        return f"No verdict: {_NO_VERDICT}.", ()
     conditions = [r for r in run.requirements if is_condition(r)]
     required = [r for r in run.requirements if not is_condition(r)]
     if verdict == "pass":
         kept = f"all {len(conditions)} conditions of the test were kept"
-        return f"All {len(required)} requirements are met and {kept}."
+        return f"All {len(required)} requirements are met and {kept}.", ()
     if verdict == "invalid":
         broken = [r for r in conditions if r["verdict"] == "fail"]
-        return f"The test does not count, because its conditions were broken. {_reasons(broken)}"
+        return "The test does not count, because its conditions were broken:", broken
     if verdict == "fail":
         failed = [r for r in required if r["verdict"] == "fail"]
-        return f"{len(failed)} of {len(required)} requirements are not met. {_reasons(failed)}"
+        return f"{len(failed)} of {len(required)} requirements are not met:", failed
     if verdict in {"inconclusive", "not-tested"}:
-        open_ = [r for r in run.requirements if r["verdict"] in {"inconclusive", "not-tested"}]
+        open_ = [r for r in [*conditions, *required] if r["verdict"] in {"inconclusive", "not-tested"}]
         met = sum(r["verdict"] in {"pass", "conditional-pass"} for r in required)
-        return (
-            f"Nothing failed; {met} of {len(required)} requirements are met, and {len(open_)} points "
-            f"could not be decided. {_reasons(open_)}"
-        )
+        return f"Nothing failed; {met} of {len(required)} requirements are met. Not decided:", open_
     near = [r for r in run.requirements if r["verdict"] == verdict]
-    return f"{len(near)} results lie closer to a limit than their uncertainty. {_reasons(near)}"
+    return f"{len(near)} results lie closer to a limit than their uncertainty:", near
 
 
-def _reasons(requirements: Sequence[Mapping[str, Any]]) -> str:
-    """Return each different reason once, with the cycles it concerns."""
-    cycles: dict[tuple[str, str], list[str]] = {}
+def _points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """Return one line a requirement, with its cycles and the reason in the first of them."""
+    reasons: dict[str, str] = {}
+    cycles: dict[str, list[str]] = {}
     for requirement in requirements:
-        key = (name_of(requirement), str(requirement.get("why") or "").rstrip(". "))
+        name = name_of(requirement)
+        reasons.setdefault(name, str(requirement.get("why") or "").rstrip(". "))
         cycle = requirement.get("cycle")
-        cycles.setdefault(key, []).extend([] if cycle is None else [str(cycle)])
-    parts = []
-    for (name, why), of in cycles.items():
+        cycles.setdefault(name, []).extend([] if cycle is None else [str(cycle)])
+    points = []
+    for name, why in reasons.items():
+        of = cycles[name]
         where = f" (cycle{'s' if len(of) > 1 else ''} {', '.join(of)})" if of else ""
-        parts.append(f"{name}{where}: {why}." if why else f"{name}{where}.")
-    return " ".join(parts)
+        points.append(f"{name}{where}: {why}" if why else f"{name}{where}")
+    return tuple(points)
 
 
 def requirements_section(source: Source) -> Section | None:

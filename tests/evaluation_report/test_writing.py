@@ -10,19 +10,23 @@ from pathlib import Path
 import pytest
 
 from evaluation.report import fields
+from evaluation.report.build import build_content
 from evaluation.report.reading import read_source, run_files
+from evaluation.report.verdicts import name_of
 from evaluation.report.writing import write_report
 from foundation.canonical import file_hash
 from foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 from tests.evaluation_report.make_runs import Made as MadeRun
+from tests.evaluation_report.test_content import strings
 
-FEW = (PAPER_LIKE[0], PAPER_LIKE[1], PAPER_LIKE[3])
+FEW = (PAPER_LIKE[0], PAPER_LIKE[3])
 
 IN_ANOTHER_PROCESS = """
 import sys
 from pathlib import Path
+from evaluation.report.verdicts import name_of
 from evaluation.report.writing import write_report
 from tests.evaluation_report.make_runs import hand_made_document
 from tests.evaluation_report.test_writing import FEW
@@ -148,3 +152,27 @@ def test_a_specimen_with_markup_in_its_name_goes_all_the_way(tmp_path: Path) -> 
     text = path.read_text()
     assert "<script" not in text
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in text
+
+
+def test_without_a_document_the_runs_are_evaluated_and_the_rule_is_stated(tmp_path: Path) -> None:
+    runs = (PAPER_LIKE[0], PAPER_LIKE[2], PAPER_LIKE[4])
+    folder = write_campaign(tmp_path / "campaign", runs, rate_Hz=100.0)
+    source = read_source(folder, decision_rule="guard-band")
+    text = "\n".join(strings(build_content(source).document()))
+    assert "Guard band (ILAC-G8:09/2019, w = U)" in text
+    static = source.runs[0]
+    assert static.evaluated["verdict"] == "inconclusive"
+    assert len(static.cycles) == 3
+    for requirement in static.requirements:
+        assert name_of(requirement) in text
+    damping = [run.result("damping") for run in source.runs]
+    # The loops of make_runs.py: unloading at 0.55 of the loading force.
+    assert damping[0] == pytest.approx(0.45, abs=0.005)
+    assert f"{damping[0]:.3f}" in text
+
+
+def test_a_document_without_a_rule_is_not_credited_with_one(report: Made) -> None:
+    document = {key: value for key, value in hand_made_document().items() if key != "decision_rule"}
+    text = "\n".join(strings(build_content(read_source(report.folder, document)).document()))
+    assert "does not state by which decision rule" in text
+    assert "Simple acceptance" not in text
