@@ -268,7 +268,7 @@ class Acquisition:
             self._keep_anchor(scaled)
         if len(scaled):
             self._values.update((name, float(value[-1])) for name, value in scaled.values.items())
-        self.panel.observe(scaled, self.clock.now_s(), self.clock.wall_s())
+        self.panel.observe(scaled, self.clock.wall_s())
 
     def _keep_anchor(self, block: ScaledBlock) -> None:
         """Keep the pair with the least delay on the wire."""

@@ -6,6 +6,8 @@ that its evaluation takes and returns. The latch lies in :mod:`daq.panel`.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
@@ -185,12 +187,18 @@ def _excess(guard: ChannelGuard, block: ScaledBlock, row: int) -> Trip:
 # --- two ways to the same force ----------------------------------------------------------------------
 
 
+WINDOWS_KEPT = 8
+"""So many windows wait at most for the other stream; it may be silent for good."""
+
+
 @dataclass(frozen=True)
 class AgreementGuard:
     """The force through the controller and through its own amplifier must agree in the mean.
 
-    Means over windows are compared, because the two clocks differ by the wire's latency: at 1500 kN/s
-    ten milliseconds are 15 kN that nothing is wrong with.
+    Means over windows of the samples' own time are compared, because the two clocks differ by the wire's
+    latency: at 1500 kN/s ten milliseconds are 15 kN that nothing is wrong with, and in the mean of 5 s
+    it is a five-hundredth of it. What is left changes its sign from window to window; a wrong calibration
+    does not.
 
     Parameters
     ----------
@@ -199,11 +207,11 @@ class AgreementGuard:
     window_s : float
         Length of a window [s of stand time].
     windows : int
-        So many windows in a row must disagree.
+        So many windows in a row must disagree, all in the same direction.
     """
 
     tolerance_kN: float
-    window_s: float = 2.0
+    window_s: float = 5.0
     windows: int = 3
 
 
@@ -214,52 +222,88 @@ class WindowSum:
     total: float = 0.0
     count: int = 0
 
-    def plus(self, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> WindowSum:
-        """Return the sum with more samples in it."""
-        return WindowSum(self.total + float(values.sum()), self.count + len(values))
-
 
 @dataclass(frozen=True)
 class AgreementMemory:
-    """The window under way, and how many in a row have disagreed."""
+    """Sums by signal and number of the window, the clocks' offset, and how many windows have disagreed.
 
-    opened_s: float
-    force: WindowSum = field(default_factory=WindowSum)
-    force_2: WindowSum = field(default_factory=WindowSum)
+    ``disagreed`` is negative where force is below force_2.
+    """
+
+    sums: Mapping[str, Mapping[int, WindowSum]] = field(default_factory=lambda: {"force": {}, "force_2": {}})
+    offset_s: float = math.inf
     disagreed: int = 0
 
 
 def evaluate_agreement(
-    guard: AgreementGuard, memory: AgreementMemory, block: ScaledBlock, at_s: float
+    guard: AgreementGuard, memory: AgreementMemory, block: ScaledBlock, *, device_clock: bool
 ) -> tuple[AgreementMemory, Trip | None]:
-    """Add a block of either stream; at the end of a window compare the means.
+    """Add a block of either stream; compare the means of a window that both have passed.
+
+    Parameters
+    ----------
+    guard, memory, block
+        What must hold, what was seen, what came.
+    device_clock : bool
+        Whether the block's time stamps are a device's own, to be mapped to the host's by the least delay
+        seen so far.
 
     Returns
     -------
     tuple of AgreementMemory and Trip or None
         A note when ``windows`` windows in a row have disagreed (then again after as many).
     """
-    if "force" in block.values:
-        memory = replace(memory, force=memory.force.plus(block.values["force"]))
-    if "force_2" in block.values:
-        memory = replace(memory, force_2=memory.force_2.plus(block.values["force_2"]))
-    if at_s - memory.opened_s < guard.window_s:
+    signal = "force" if "force" in block.values else "force_2"
+    if signal not in block.values or not len(block):
         return memory, None
-    one, two = memory.force, memory.force_2
-    if not one.count or not two.count:
-        return AgreementMemory(at_s), None
-    difference = one.total / one.count - two.total / two.count
-    disagreed = memory.disagreed + 1 if abs(difference) > guard.tolerance_kN else 0
-    if disagreed < guard.windows:
-        return AgreementMemory(at_s, disagreed=disagreed), None
-    return AgreementMemory(at_s), Trip(
+    time_s = block.time_us / 1e6
+    if device_clock:
+        memory = replace(memory, offset_s=min(memory.offset_s, block.received_s - float(time_s[-1])))
+        time_s = time_s + memory.offset_s
+    mine = dict(memory.sums[signal])
+    number = np.floor(time_s / guard.window_s).astype(np.int64)
+    for window in np.unique(number).tolist():
+        inside = block.values[signal][number == window]
+        before = mine.get(window, WindowSum())
+        mine[window] = WindowSum(before.total + float(inside.sum()), before.count + len(inside))
+    newest = dict(sorted(mine.items())[-WINDOWS_KEPT:])
+    memory = replace(memory, sums={**memory.sums, signal: newest})
+    if not memory.sums["force"] or not memory.sums["force_2"]:
+        return memory, None
+    return _compare_windows(guard, memory, block)
+
+
+def _compare_windows(
+    guard: AgreementGuard, memory: AgreementMemory, block: ScaledBlock
+) -> tuple[AgreementMemory, Trip | None]:
+    """Compare every window before the one that the slower stream is in, and forget it."""
+    one, two = memory.sums["force"], memory.sums["force_2"]
+    present = min(max(one), max(two))
+    disagreed, trip = memory.disagreed, None
+    for window in sorted(one.keys() & two.keys()):
+        if window >= present:
+            break
+        difference_kN = one[window].total / one[window].count - two[window].total / two[window].count
+        sign = 0 if abs(difference_kN) <= guard.tolerance_kN else int(math.copysign(1, difference_kN))
+        disagreed = sign if disagreed * sign <= 0 else disagreed + sign
+        if abs(disagreed) >= guard.windows:
+            trip, disagreed = _disagreement(guard, difference_kN, block), 0
+    kept = {
+        name: {window: total for window, total in sums.items() if window >= present}
+        for name, sums in memory.sums.items()
+    }
+    return replace(memory, sums=kept, disagreed=disagreed), trip
+
+
+def _disagreement(guard: AgreementGuard, difference_kN: float, block: ScaledBlock) -> Trip:
+    return Trip(
         "agreement",
         Action.NOTE,
-        f"force and force_2 (its own amplifier) differ by {difference:+.2f} kN in the mean of "
-        f"{guard.windows} × {guard.window_s:g} s (tolerance {guard.tolerance_kN:g} kN): "
+        f"force and force_2 (its own amplifier) differ by {difference_kN:+.2f} kN in the mean of "
+        f"{guard.window_s:g} s, {guard.windows} times in a row (tolerance {guard.tolerance_kN:g} kN): "
         "check both calibrations and zeros",
-        at_s,
-        value=difference,
+        block.received_s,
+        value=difference_kN,
         limit=guard.tolerance_kN,
         unit="kN",
         stream=block.stream,

@@ -82,11 +82,11 @@ class GuardPanel:
     ----------
     guards : GuardSet
         The guards; :meth:`change` replaces them between steps.
-    at_s, wall_s : float
-        Stand time and time of the wall at which it begins to listen [s].
+    wall_s : float
+        Time of the wall at which it begins to listen [s].
     """
 
-    def __init__(self, guards: GuardSet, *, at_s: float, wall_s: float) -> None:
+    def __init__(self, guards: GuardSet, *, wall_s: float) -> None:
         self.guards = guards
         self._trip: Trip | None = None
         self._action = Action.NOTE
@@ -95,7 +95,7 @@ class GuardPanel:
         self._wall_s = wall_s
         self._memories = _Memories()
         self._controller = ControllerMemory(wall_s, wall_s)
-        self._agreement = AgreementMemory(at_s)
+        self._agreement = AgreementMemory()
 
     @property
     def trip(self) -> Trip | None:
@@ -137,7 +137,7 @@ class GuardPanel:
         """Replace the guards (limits of another step); what was seen of the sensors is kept."""
         self.guards = guards
 
-    def observe(self, block: ScaledBlock, at_s: float, wall_s: float) -> None:
+    def observe(self, block: ScaledBlock, wall_s: float) -> None:
         """Judge every sample of a block of any stream."""
         if block.stream == CONTROLLER_STREAM:
             self._observe_controller(block, wall_s)
@@ -147,7 +147,12 @@ class GuardPanel:
                 self._memories.temperatures[guard.stream] = memory
                 self._take(trip)
         if self.guards.agreement and block.stream in (CONTROLLER_STREAM, FORCE_2_STREAM):
-            self._agreement, trip = evaluate_agreement(self.guards.agreement, self._agreement, block, at_s)
+            self._agreement, trip = evaluate_agreement(
+                self.guards.agreement,
+                self._agreement,
+                block,
+                device_clock=block.stream == CONTROLLER_STREAM,
+            )
             self._take(trip)
 
     def _observe_controller(self, block: ScaledBlock, wall_s: float) -> None:

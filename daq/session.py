@@ -141,7 +141,7 @@ class Session:
             ambient=self._facts.ambient(),
             settings=self._settings.guards,
         )
-        panel = GuardPanel(guards.valve_off(), at_s=self._clock.now_s(), wall_s=self._clock.wall_s())
+        panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
         acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
         driver = Driver(acquisition, self._request, self._tick, self._settings.patience)
         safe_stop = SafeStop(

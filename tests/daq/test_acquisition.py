@@ -26,7 +26,7 @@ def acquire(
 ) -> tuple[Acquisition, FakeController, ListRecorder]:
     clock = clock or FakeClock()
     opened, controller = fake_stand(clock, orders, **stand)  # type: ignore[arg-type]
-    guards = GuardPanel(GUARDS, at_s=0.0, wall_s=0.0)
+    guards = GuardPanel(GUARDS, wall_s=0.0)
     acquisition = Acquisition(opened, clock, guards, pace=pace, utc=lambda: "2026-01-01T00:00:00+00:00")
     recorder = ListRecorder()
     acquisition.attach(recorder)
@@ -200,11 +200,11 @@ def test_a_second_force_that_disagrees_is_a_note_in_the_run() -> None:
     amplifier = _Amplifier(clock, lambda _: 0.0, "force_2")
     amplifier.facts = type(amplifier.facts)("amplifier", "host", amplifier.facts.channels, 250.0, "fake")
     guards = GuardSet(GUARDS.channels, (), GUARDS.controller, AgreementGuard(6.0))
-    panel = GuardPanel(guards, at_s=0.0, wall_s=0.0)
+    panel = GuardPanel(guards, wall_s=0.0)
     acquisition = Acquisition(Stand(FakeController(clock), (amplifier,)), clock, panel)
     recorder = ListRecorder()
     acquisition.attach(recorder)
-    run(acquisition, 10.0)
+    run(acquisition, 16.5)
     assert panel.trip is None
     notes = [event[2] for event in recorder.events if event[1] == "note"]
     assert len(notes) == 1

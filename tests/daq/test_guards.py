@@ -313,32 +313,57 @@ def test_a_heartbeat_that_stands_and_samples_that_stop_are_silence() -> None:
     assert evaluate_controller_silence(guard, ControllerMemory(1.0, 1.0), 2.5, 2.5) is None
 
 
-def agree(difference_kN: float, seconds: int) -> list[Trip]:
+def agree(
+    differences_kN: list[float], *, latency_s: float = 0.0, force_kN: float = 100.0, sweep_kN: float = 0.0
+) -> list[Trip]:
+    """Give both streams for windows of 2 s, one difference each; the device's clock began 1000 s later."""
     guard = AgreementGuard(6.0, window_s=2.0, windows=3)
-    memory, trips = AgreementMemory(0.0), []
-    for second in range(seconds):
-        for stream, signal, value in (
-            ("controller", "force", 100.0),
-            ("amplifier", "force_2", 100.0 - difference_kN),
-        ):
-            scaled = ScaledBlock(stream, second, np.array([second]), {signal: np.full(10, value)}, 0, 0.0)
-            memory, trip = evaluate_agreement(guard, memory, scaled, float(second))
+    memory, trips = AgreementMemory(), []
+    for tenth in range(20 * len(differences_kN) + 1):
+        time_s = tenth / 10 + np.arange(10) / 100
+        force = force_kN + sweep_kN * np.sin(2 * np.pi * 1.7 * time_s)
+        wrong = differences_kN[min(len(differences_kN) - 1, tenth // 20)]
+        late_s = time_s + latency_s
+        blocks = (
+            ScaledBlock("controller", tenth, np.round((time_s - 1000) * 1e6).astype(np.int64),
+                        {"force": force + wrong}, 0, float(time_s[-1])),
+            ScaledBlock("amplifier", tenth, np.round(late_s * 1e6).astype(np.int64), {"force_2": force}, 0,
+                        float(late_s[-1])),
+        )  # fmt: skip
+        for scaled in blocks:
+            memory, trip = evaluate_agreement(
+                guard, memory, scaled, device_clock=scaled.stream == "controller"
+            )
             trips += [trip] if trip else []
     return trips
 
 
 def test_two_forces_that_disagree_for_long_are_a_note_with_the_sign() -> None:
-    assert agree(5.9, 30) == []
-    assert agree(6.1, 6) == []  # not yet three windows
-    first = agree(6.1, 12)[0]
+    assert agree([5.9] * 8) == []
+    assert agree([6.1] * 2 + [0.0] + [6.1] * 2) == []  # never three in a row
+    first = agree([6.1] * 3)[0]
     assert first.action is Action.NOTE
-    assert "differ by +6.10 kN" in first.reason
-    assert "differ by -7.00 kN" in agree(-7.0, 12)[0].reason
+    assert "differ by +6.10 kN in the mean of 2 s, 3 times in a row" in first.reason
+    assert "differ by -7.00 kN" in agree([-7.0] * 3)[0].reason
+    assert len(agree([7.0] * 7)) == 2  # said again, not at every window
+
+
+def test_differences_that_change_their_sign_are_the_clocks_not_the_calibration() -> None:
+    assert agree([9.0, -9.0] * 6) == []
+
+
+def test_the_latency_of_the_wire_is_no_disagreement() -> None:
+    assert agree([0.0] * 8, latency_s=0.02, sweep_kN=200.0) == []
+    assert len(agree([15.0] * 4, latency_s=0.02, sweep_kN=200.0)) == 1
 
 
 def test_a_window_in_which_one_of_them_is_missing_says_nothing() -> None:
     guard = AgreementGuard(1.0, window_s=1.0, windows=1)
-    memory = AgreementMemory(0.0)
-    for second in range(5):
-        memory, trip = evaluate_agreement(guard, memory, block([500.0]), float(second))
+    memory = AgreementMemory()
+    for second in range(1, 6):
+        scaled = block([500.0], first=second * 1000)
+        memory, trip = evaluate_agreement(guard, memory, scaled, device_clock=True)
         assert trip is None
+    for second in range(100):
+        memory, _ = evaluate_agreement(guard, memory, block([1.0], first=second * 1000), device_clock=True)
+    assert len(memory.sums["force"]) <= 8  # and is not waited for for ever

@@ -27,7 +27,7 @@ GUARDS = GuardSet(
 
 
 def panel(guards: GuardSet = GUARDS) -> GuardPanel:
-    return GuardPanel(guards, at_s=0.0, wall_s=0.0)
+    return GuardPanel(guards, wall_s=0.0)
 
 
 def samples(at_s: float, **signals: float) -> ScaledBlock:
@@ -44,8 +44,8 @@ def test_the_first_trip_is_latched_and_a_later_one_only_makes_the_action_stronge
     watched = panel()
     watched.latch(Trip("operator", Action.STOP_AFTER_CYCLE, "please", 1.0))
     assert watched.action is Action.STOP_AFTER_CYCLE
-    watched.observe(samples(2.0, force=700.0), 2.0, 2.0)
-    watched.observe(samples(2.001, force=0.0), 2.001, 2.001)
+    watched.observe(samples(2.0, force=700.0), 2.0)
+    watched.observe(samples(2.001, force=0.0), 2.001)
     assert watched.trip is not None
     assert watched.trip.guard == "operator"
     assert watched.action is Action.EMERGENCY
@@ -55,11 +55,11 @@ def test_the_first_trip_is_latched_and_a_later_one_only_makes_the_action_stronge
 def test_the_same_guard_is_said_once_a_latch_and_again_after_a_reset() -> None:
     watched = panel()
     for sample in range(3):
-        watched.observe(samples(sample / 1e3, force=700.0), 0.0, 0.0)
+        watched.observe(samples(sample / 1e3, force=700.0), 0.0)
     assert len(watched.said()) == 1
     watched.reset()
     assert (watched.trip, watched.action) == (None, Action.NOTE)
-    watched.observe(samples(0.004, force=700.0), 0.0, 0.0)
+    watched.observe(samples(0.004, force=700.0), 0.0)
     assert len(watched.said()) == 1
 
 
@@ -77,7 +77,7 @@ def test_an_excess_that_began_in_one_block_goes_on_in_the_next() -> None:
     )
     for sample in range(3):
         assert watched.trip is None
-        watched.observe(samples(sample / 1e3, e=2.0), 0.0, 0.0)
+        watched.observe(samples(sample / 1e3, e=2.0), 0.0)
     assert watched.trip is not None
     assert watched.trip.sequence == 2
 
@@ -85,13 +85,13 @@ def test_an_excess_that_began_in_one_block_goes_on_in_the_next() -> None:
 def test_silence_of_the_air_sensor_is_noted_once_and_that_of_the_specimens_stops() -> None:
     watched = panel()
     for second in range(1, 8):
-        watched.observe(samples(second, force=0.0), second, second)
-        watched.observe(temperature(second, 25.0), second, second)
+        watched.observe(samples(second, force=0.0), second)
+        watched.observe(temperature(second, 25.0), second)
         watched.listen(second, second)
     said = [trip for trip in watched.said() if trip.guard == "temperature_2"]
     assert [trip.action for trip in said] == [Action.NOTE]
     watched.complain(SensorFault("temperature_1", 8.0, "CRC wrong"))
-    watched.observe(samples(13.0, force=0.0), 13.0, 13.0)
+    watched.observe(samples(13.0, force=0.0), 13.0)
     watched.listen(13.0, 13.0)
     assert watched.trip is not None or watched.action is Action.EMERGENCY
     assert any("CRC wrong" in trip.reason for trip in watched.said())
@@ -100,19 +100,19 @@ def test_silence_of_the_air_sensor_is_noted_once_and_that_of_the_specimens_stops
 def test_resuming_needs_the_resume_threshold_not_only_the_stop() -> None:
     watched = panel()
     assert "no reading yet" in watched.warmer_than()
-    watched.observe(temperature(1.0, 35.0), 1.0, 1.0)
+    watched.observe(temperature(1.0, 35.0), 1.0)
     assert watched.trip is None
     assert watched.warmer_than() == (
         "temperature_1 (plate 3) is at 35.00 °C, to go on it must be at or below 30 °C"
     )
     assert watched.warmer_than(36.0) == ""
-    watched.observe(temperature(2.0, 30.0), 2.0, 2.0)
+    watched.observe(temperature(2.0, 30.0), 2.0)
     assert watched.warmer_than() == ""
 
 
 def test_while_cooling_heat_does_not_trip_but_silence_does() -> None:
     watched = panel(GUARDS.cooling())
-    watched.observe(temperature(1.0, 45.0), 1.0, 1.0)
+    watched.observe(temperature(1.0, 45.0), 1.0)
     assert watched.trip is None
     watched.listen(7.0, 7.0)
     assert watched.trip is not None
@@ -121,10 +121,10 @@ def test_while_cooling_heat_does_not_trip_but_silence_does() -> None:
 
 def test_with_the_valve_off_nothing_follows_a_command() -> None:
     watched = panel(GUARDS.valve_off())
-    watched.observe(samples(1.0, following_error=50.0, force=0.0), 1.0, 1.0)
+    watched.observe(samples(1.0, following_error=50.0, force=0.0), 1.0)
     assert watched.trip is None
     watched.change(GUARDS)
-    watched.observe(samples(1.001, following_error=50.0, force=0.0), 1.0, 1.0)
+    watched.observe(samples(1.001, following_error=50.0, force=0.0), 1.0)
     assert watched.trip is not None
 
 
