@@ -92,6 +92,7 @@ class Gsv2Amplifier:
         self._resyncs = 0
         self._last_frame_s = 0.0
         self._silent = False
+        self._failing = False
         self._bytes_since_frame = 0
 
     @property
@@ -209,7 +210,9 @@ class Gsv2Amplifier:
                 self._read_once(self._port or self._open())
             except (OSError, serial.SerialException, DeviceFault) as error:
                 self._let_go()
-                self._fault(f"its line failed ({_reason(error)}); look at plug and power; tried again")
+                if not self._failing:  # told once, not every second of an outage
+                    self._fault(f"its line failed ({_reason(error)}); look at plug and power; tried again")
+                self._failing = True
                 self._stop.wait(_RETRY_S)
 
     def _read_once(self, port: serial.Serial) -> None:
@@ -221,7 +224,7 @@ class Gsv2Amplifier:
         if frames:
             self._last_frame_s = self._clock.wall_s()
             self._bytes_since_frame = 0
-            self._silent = False
+            self._silent = self._failing = False
             received_s -= self._decoder.pending_frames / self._rate_Hz
             self._post([frame.count for frame in frames], [frame.lost for frame in frames], received_s)
         elif self._decoder.undecided:

@@ -260,6 +260,7 @@ def test_a_line_that_goes_away_and_comes_back(tmp_path: Path) -> None:
         assert second.sending.wait(PATIENCE_S)
         second.send(stream(noisy(20, 5)))
         until(lambda: len(got.take().counts) >= 19)
+        assert len(got.faults) == 1
     finally:
         amplifier.close()
         second.close()
