@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from evaluation.loops import cut_loop
@@ -18,6 +20,8 @@ from evaluation.motion import Cycle, Loop
 from evaluation.quantities import TANGENT_WINDOW
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
+
+AnyFloat = TypeVar("AnyFloat", np.float64, np.complex128)
 
 COVERAGE = 2.0
 """Coverage factor k of the expanded uncertainty U = k u."""
@@ -145,29 +149,37 @@ class CyclePropagation:
         )
 
 
+def _weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]:
+    """Return the sum of the terms of every draw, shape (N,).
+
+    Not by the linear algebra library, whose threads cost more than they save on so little.
+    """
+    return np.asarray(np.einsum("ni,i->n", errors, terms))
+
+
 def _bilinear(draws: Draws, integrals: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("ni,ni->n", draws.force @ integrals, draws.stroke))
+    return np.asarray(np.einsum("ni,ij,nj->n", draws.force, integrals, draws.stroke, optimize=False))
 
 
 def stroke_error_mm(draws: Draws, stroke_mm: float) -> FloatArray:
     """Return the error of the stroke at a stroke for every draw [mm], shape (N,)."""
     terms = stroke_terms(np.array([stroke_mm]))[:, 0]
-    return np.asarray(draws.stroke[:, 1:] @ terms[1:] + draws.stroke_zero_mm)
+    return _weighted(draws.stroke[:, 1:], terms[1:]) + draws.stroke_zero_mm
 
 
 def force_draws(draws: Draws, reading: LocalReading) -> FloatArray:
     """Return the force read at a stroke for every draw [kN], shape (N,)."""
     noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.value_gain
     moved = reading.slope * stroke_error_mm(draws, reading.stroke_mm)
-    return np.asarray(draws.force @ reading.value_terms + moved + noise)
+    return _weighted(draws.force, reading.value_terms) + moved + noise
 
 
 def slope_draws(draws: Draws, reading: LocalReading) -> FloatArray:
     """Return the slope read at a stroke for every draw [kN/mm], shape (N,)."""
     noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.slope_gain
-    stretch = draws.stroke @ stroke_term_slopes(reading.stroke_mm)
+    stretch = _weighted(draws.stroke, stroke_term_slopes(reading.stroke_mm))
     moved = reading.bend * stroke_error_mm(draws, reading.stroke_mm)
-    return np.asarray((draws.force @ reading.slope_terms) * (1.0 + stretch) + moved + noise)
+    return _weighted(draws.force, reading.slope_terms) * (1.0 + stretch) + moved + noise
 
 
 def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
@@ -177,13 +189,12 @@ def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     width = np.gradient(loop.time_s) * turn
     drift = (loop.time_s - cycle.start_s) / cycle.duration_s
     closed = propagation.stroke - np.outer(propagation.stroke[:, -1] - propagation.stroke[:, 0], drift)
-    # Plain sums: threads of the linear algebra library would cost more than they save on so little.
     force_integrals = np.sum(propagation.force * width, axis=1)
     stroke_integrals = np.sum(closed * width, axis=1)
     amplitude_mm = abs(2.0 / cycle.duration_s * stroke_integrals[0])
     samples = propagation.samples_a_point * loop.time_s.size
     scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
-    stiffness = (draws.force @ force_integrals) / (draws.stroke @ stroke_integrals)
+    stiffness = _weighted(draws.force, force_integrals) / _weighted(draws.stroke, stroke_integrals)
     noise_kN = np.hypot(propagation.noise.force_kN, np.mean(np.abs(stiffness)) * propagation.noise.stroke_mm)
     noise = noise_kN * np.sqrt(2.0 / samples) / amplitude_mm
     return np.asarray(stiffness + noise * (scatter[0] + 1j * scatter[1]))
@@ -199,6 +210,7 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
     high_mm = high_mm + cycle.top.u_stroke_mm * draws.generator.standard_normal(low_mm.size)
     stiffness = _harmonic_draws(draws, propagation)
     at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
+    rise = propagation.force[:, loop.top] - propagation.force[:, 0]
     figures = {
         "stored_energy_J": stored,
         "absorbed_energy_J": absorbed,
@@ -206,11 +218,9 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
         "stroke_max_mm": high_mm,
         "prestress_mm": 0.5 * (low_mm + high_mm),
         "amplitude_mm": 0.5 * (high_mm - low_mm),
-        "force_min_kN": draws.force @ propagation.force[:, at_min],
-        "force_max_kN": draws.force @ propagation.force[:, at_max],
-        "secant_stiffness_kN_per_mm": draws.force
-        @ (propagation.force[:, loop.top] - propagation.force[:, 0])
-        / (high_mm - low_mm),
+        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min]),
+        "force_max_kN": _weighted(draws.force, propagation.force[:, at_max]),
+        "secant_stiffness_kN_per_mm": _weighted(draws.force, rise) / (high_mm - low_mm),
         "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
         "storage_stiffness_kN_per_mm": np.real(stiffness),
         "loss_stiffness_kN_per_mm": np.imag(stiffness),
