@@ -152,7 +152,7 @@ class CampaignFolder:
         part, name = 1, base
         while name in taken:
             part += 1
-            name = f"{base}-part-{part}"
+            name = f"{base}_part-{part}"
         return name
 
     def copy_inputs(self, campaign_file: Path) -> str:

@@ -326,10 +326,10 @@ def test_resume_leaves_out_what_is_complete_and_repeats_what_was_stopped(tmp_pat
     again = Case(tmp_path, STATIC + HARMONIC)
     outcome = again.run()
     assert outcome.status == "complete"
-    assert [path.name for path in outcome.runs] == ["002-harmonic-10mm-5mm-1Hz-part-2.h5"]
+    assert [path.name for path in outcome.runs] == ["002-harmonic-10mm-5mm-1Hz_part-2.h5"]
     steps = again.record()["steps"]
     assert steps[1]["runs"] == [
-        "runs/002-harmonic-10mm-5mm-1Hz.h5", "runs/002-harmonic-10mm-5mm-1Hz-part-2.h5",
+        "runs/002-harmonic-10mm-5mm-1Hz.h5", "runs/002-harmonic-10mm-5mm-1Hz_part-2.h5",
     ]  # fmt: skip
     assert again.record()["started_utc"] == first.record()["started_utc"]
     third = Case(tmp_path, STATIC + HARMONIC)
