@@ -34,8 +34,8 @@ SPEED = 8.0
 def command(out: Path | None, speed: float) -> int:
     """Run the paper's campaign, shortened, on the simulated stand; evaluate it and write the report.
 
-    The stand is a process of its own on real wires (Modbus TCP, a serial line, a 1-Wire folder). The last step
-    means to run into the 40 °C stop.
+    The stand is a process of its own on real wires (Modbus TCP, a serial line, a 1-Wire folder). The last
+    step means to run into the 40 °C stop.
     """
     folder = out or Path("demo-output") / f"{datetime.now().astimezone():%Y-%m-%dT%H-%M-%S}"
     if load_record(folder) is not None:
