@@ -10,11 +10,13 @@ import numpy as np
 
 from evaluation.figures.decimate import kept_samples
 from evaluation.figures.plot import BLACK, Curve, Floats, Plot, Window
+from evaluation.figures.style import COLOURS
 
 STROKE_LABEL = "Stroke [mm]"
 FORCE_LABEL = "Force [kN]"
 _LOOP_POINTS = 1500
 _DOTTED = -1
+_SAME_PRESTRESS_MM = 2.0
 
 
 class _Ranges(TypedDict):
@@ -58,11 +60,11 @@ def static_loops(loops: Sequence[Loop], windows: Sequence[Window] = ()) -> Plot:
 
 def dynamic_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
     """Return all dynamic loops over the quasi-static cycle: a colour a prestress, a dash an amplitude."""
-    prestresses = _ranks(loop.prestress_mm for loop in loops)
+    tones = _tones(loop.prestress_mm or 0.0 for loop in loops)
     within: dict[int, int] = {}
     curves = []
     for loop in sorted(loops, key=_by_condition):
-        tone = prestresses[_rounded(loop.prestress_mm)]
+        tone = tones[loop.prestress_mm or 0.0]
         variant = within[tone] = within.get(tone, -1) + 1
         label = f"{_mm(loop.prestress_mm)} ± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}"
         curves.append(_curve(loop, label, tone=tone, dash=variant))
@@ -142,8 +144,16 @@ def _rounded(value: float | None) -> float:
     return round(value or 0.0)
 
 
-def _ranks(values: Iterable[float | None]) -> dict[float, int]:
-    return {value: rank for rank, value in enumerate(sorted({_rounded(value) for value in values}))}
+def _tones(prestresses_mm: Iterable[float]) -> dict[float, int]:
+    """Return a tone for each prestress; one that follows within 2 mm has the tone of the last."""
+    tones: dict[float, int] = {}
+    last, tone = -np.inf, -1
+    for value in sorted(prestresses_mm):
+        tone += value - last > _SAME_PRESTRESS_MM
+        last = value
+        # Beyond the last colour they begin again; the dashes of a colour go on, so no two curves are alike.
+        tones[value] = int(tone) % len(COLOURS)
+    return tones
 
 
 def _mm(value: float | None) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Signature, Signatures, Table, Texts
 from evaluation.report.identification import operator
-from evaluation.report.numbers import fixed
-from evaluation.report.source import Source, runs_text
-from evaluation.report.verdicts import is_condition, name_of
+from evaluation.report.numbers import fixed, significant, usable
+from evaluation.report.source import ReportRun, Source, runs_text
+from evaluation.report.verdicts import grouped_points, is_condition
 
 _RULES = {
     "simple": (
@@ -22,6 +22,12 @@ _RULES = {
 }
 
 
+_TOLERANCES = (
+    ("prestress_mm", "mean stroke", "mm", 5.0, 0.1),
+    ("amplitude_mm", "amplitude", "mm", 1.0, 0.1),
+    ("frequency_Hz", "frequency", "Hz", 0.0, 0.05),
+)
+"""How far a harmonic run may be from its step before the report says so: absolute, or relative if larger."""
 _UNKNOWN_RULE = "The evaluation document does not state by which decision rule its verdicts were given."
 _UNCERTAINTY = (
     "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
@@ -67,20 +73,19 @@ def deviations_section(source: Source) -> Section:
 
 def _derived_deviations(source: Source) -> list[str]:
     items = []
-    limited: dict[float, list[int]] = {}
+    limited: dict[tuple[float, str], list[int]] = {}
     for run in source.runs:
-        limit, _ = run.limit("force_max_kN")
+        limit, by = run.limit("force_max_kN")
         short = any(r["id"] == "full-stroke" and r["verdict"] == "inconclusive" for r in run.requirements)
         if limit is not None and short:
-            limited.setdefault(limit, []).append(run.number)
-        for requirement in run.requirements:
-            if is_condition(requirement) and requirement["verdict"] in {"fail", "inconclusive"}:
-                why = str(requirement.get("why") or "").rstrip(".")
-                kind = "broken" if requirement["verdict"] == "fail" else "not shown by the record"
-                items.append(f"Run {run.number}: condition “{name_of(requirement)}” {kind}: {why}.")
+            limited.setdefault((limit, by), []).append(run.number)
+        conditions = [requirement for requirement in run.requirements if is_condition(requirement)]
+        for verdict, words in (("fail", "broken"), ("inconclusive", "not shown by the record")):
+            concerned = [requirement for requirement in conditions if requirement["verdict"] == verdict]
+            items += [f"Run {run.number}: condition {words}: {p}." for p in grouped_points(concerned)]
     items += [
-        f"Force limited to {limit:g} kN by the stand ({runs_text(numbers)}): full stroke was not reached."
-        for limit, numbers in limited.items()
+        f"Force limited to {limit:g} kN by {by} ({runs_text(numbers)}): full stroke was not reached."
+        for (limit, by), numbers in limited.items()
     ]
     imported = [run.number for run in source.runs if run.status == "imported"]
     if imported:
@@ -97,8 +102,24 @@ def warnings_section(source: Source, further: list[str]) -> Section | None:
     for run in source.runs:
         for warning in ([run.problem] if run.problem else []) + run.warnings:
             of.setdefault(warning, []).append(run.number)
+    further = [*further, *(text for run in source.runs for text in _not_as_required(run))]
     items = [*source.findings, *further, *(f"{_capital(runs_text(n))}: {text}" for text, n in of.items())]
     return Section("warnings", "Warnings", (Texts(tuple(items), listed=True),)) if items else None
+
+
+def _not_as_required(run: ReportRun) -> list[str]:
+    """Say where a harmonic run is not the step that it was recorded for."""
+    texts = []
+    for name, words, unit, absolute, relative in _TOLERANCES:
+        required, measured = usable(run.fact("step", name)), run.result(name)
+        if run.kind != "harmonic" or required is None or measured is None:
+            continue
+        if abs(measured - required) > max(absolute, relative * abs(required)):
+            texts.append(
+                f"Run {run.number}: {words} {significant(measured, 3)} {unit} is not the required "
+                f"{significant(required, 3)} {unit} of the step."
+            )
+    return texts
 
 
 def _capital(text: str) -> str:

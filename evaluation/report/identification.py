@@ -9,6 +9,7 @@ from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table
 from evaluation.report.numbers import fixed, moment_text, significant, usable
 from evaluation.report.source import NOT_RECORDED, Source, runs_text
 
+_IDENTITY = ("device", "serial", "firmware", "profile")
 _TO_BE_GIVEN = "not given: add it to report.toml beside the runs"
 _SPECIMEN = (
     ("Identification", "id"),
@@ -185,7 +186,7 @@ def _identity(source: Source) -> Cell:
     for run in source.runs:
         identity = run.fact("stand", "identity")
         if isinstance(identity, Mapping):
-            found[", ".join(f"{key} {value}" for key, value in identity.items() if value)] = None
+            found[", ".join(f"{key} {identity[key]}" for key in _IDENTITY if identity.get(key))] = None
         elif identity:
             found[str(identity)] = None
     return given("; ".join(found), NOT_RECORDED)

@@ -31,6 +31,7 @@ _DECIMALS = {
     "end_s": 2,
 }
 _SIGNIFICANT = 4
+_MOST_DECIMALS = 4
 _MINUS = "−"
 
 
@@ -94,7 +95,8 @@ def measured_cell(value: object, expanded: object, why: str) -> Cell:
     if number is None:
         return Cell(DASH, "missing", why)
     if uncertainty is None:
-        return Cell(significant(number), "number")
+        # Without an uncertainty nothing says how many digits count; the sixth decimal surely does not.
+        return Cell(significant(round(number, _MOST_DECIMALS)), "number")
     return Cell(with_uncertainty(number, uncertainty), "number")
 
 

@@ -74,7 +74,7 @@ def verdict_line(run: ReportRun) -> VerdictLine:
     verdict = run.evaluated.get("verdict")
     sentence, deciding = _sentence(run, verdict)
     subject = f"Run {run.number} ({run.id}, {run.kind})"
-    return VerdictLine(verdict_cell(verdict), subject, sentence, _points(deciding))
+    return VerdictLine(verdict_cell(verdict), subject, sentence, grouped_points(deciding))
 
 
 def _sentence(run: ReportRun, verdict: object) -> tuple[str, Sequence[Mapping[str, Any]]]:
@@ -100,7 +100,7 @@ def _sentence(run: ReportRun, verdict: object) -> tuple[str, Sequence[Mapping[st
     return f"{len(near)} results lie closer to a limit than their uncertainty:", near
 
 
-def _points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+def grouped_points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     """Return one line a requirement, with its cycles and the reason in the first of them."""
     reasons: dict[str, str] = {}
     cycles: dict[str, list[str]] = {}

@@ -355,3 +355,13 @@ def test_windows_carry_the_gravest_verdict_of_the_cycles(report: Made) -> None:
 )
 def test_runs_are_named_in_ranges(numbers: list[int], text: str) -> None:
     assert runs_text(numbers) == text
+
+
+def test_a_run_that_is_not_its_step_is_warned_of(report: Made) -> None:
+    assert "is not the required" not in everything(report.content)
+    (run,) = [r for r in report.source.runs if r.number == 9]
+    step = {"prestress_mm": 20.0, "amplitude_mm": 20.0, "frequency_Hz": 1.27}
+    text = everything(build_content(with_run(report.source, 9, metadata={**run.metadata, "step": step})))
+    assert "Run 9: mean stroke 50 mm is not the required 20 mm of the step." in text
+    assert "Run 9: amplitude 30 mm is not the required 20 mm of the step." in text
+    assert "Run 9: frequency 0.42 Hz is not the required 1.27 Hz of the step." in text
