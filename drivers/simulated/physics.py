@@ -157,6 +157,8 @@ class Contact:
         """Move the piston to a position within ``steps`` sample periods; return the force [kN]."""
         if position_mm <= 0.0:
             target = 0.0
+        elif self._spring_stroke_mm == 0.0:
+            target = TOUCH_MM  # learn the preload before it is compared with the frame's force
         else:
             spring_stroke = self._spring_stroke_mm
             gap = position_mm - spring_stroke - self._spring_force_kN / self._frame

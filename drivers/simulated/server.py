@@ -20,7 +20,7 @@ from drivers import stand_file as stands
 from drivers.simulated.build import make_device
 from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.modbus_server import ModbusStandServer
+from drivers.simulated.modbus_server import ModbusStandServer, RequestHandler
 from drivers.simulated.register_bank import RegisterBank
 from drivers.simulated.serial_pty import AmplifierPty
 from drivers.simulated.truth import Truth
@@ -128,10 +128,8 @@ class StandServer:
         )
         profile = stand_file.profile()
         self._modbus = ModbusStandServer(
-            RegisterBank(self.device, profile, clock.now_s),
-            profile,
+            RequestHandler(RegisterBank(self.device, profile, clock.now_s), profile, self._catch_up),
             stand_file.controller.device_id,
-            self._catch_up,
             lambda: self.device.faults.at("controller", self.device.time_s) is not None,
         )
         self._amplifier: AmplifierPty | None = None
@@ -162,8 +160,8 @@ class StandServer:
             w1_root = w1_root.absolute()
             self._w1 = W1Tree(w1_root, self.device.thermometers, self.device.faults)
         port = file.controller.port if self._options.port is None else self._options.port
-        host = file.controller.host
-        if host not in {"127.0.0.1", "localhost", "::1"}:
+        host = "127.0.0.1" if file.controller.host == "localhost" else file.controller.host
+        if host not in {"127.0.0.1", "::1"}:
             raise BadInput(
                 f"the simulated stand serves this machine only, not {host}",
                 file=file.path,

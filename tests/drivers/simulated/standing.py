@@ -104,17 +104,17 @@ class LinearSpring:
         self.heat_J = 0.0
         self.steps = 0
 
-    def step(self, stroke_mm: float, dt_s: float) -> float:
+    def step(self, stroke_mm: float, dt_s: float) -> float:  # noqa: ARG002
         self.steps += 1
         self.force_kN = self._preload + self._stiffness * stroke_mm if stroke_mm > 0.0 else 0.0
         return self.force_kN
 
-    def tangent_kN_per_mm(self, loading: bool) -> float:  # noqa: N802
+    def tangent_kN_per_mm(self, loading: bool) -> float:  # noqa: N802, ARG002
         return self._stiffness
 
 
 class FrictionSpring:
-    """A band of constant half-width about a line, crossed with a steep transition: the model's shape, in short.
+    """A band of constant half-width about a line, crossed steeply: the model's shape, in short.
 
     ``F = k x + f p`` with p in [-1, 1] moving by ``dx / reach`` against saturation; the closed loop between
     two turning points further apart than a few ``reach`` has the area ``2 f (range - reach)`` nearly.
@@ -128,7 +128,7 @@ class FrictionSpring:
         self.temperature_C = self.sensor_temperature_C = 21.0
         self.heat_J = 0.0
 
-    def step(self, stroke_mm: float, dt_s: float) -> float:
+    def step(self, stroke_mm: float, dt_s: float) -> float:  # noqa: ARG002
         dx = max(0.0, stroke_mm) - self._stroke
         self._stroke += dx
         self._p = min(1.0, max(-1.0, self._p + 2.0 * dx / self._reach))
@@ -159,7 +159,9 @@ def stand_file(folder: Path, text: str = STAND) -> StandFile:
     return load_stand(path)
 
 
-def device(folder: Path, spring: object = None, wall: HandClock | None = None, **settings: object) -> SimulatedDevice:
+def device(
+    folder: Path, spring: object = None, wall: HandClock | None = None, **settings: object
+) -> SimulatedDevice:
     file = stand_file(folder)
     chosen = simulation_settings(file).model_copy(update=settings)
     return SimulatedDevice(file, chosen, spring or LinearSpring(), wall or HandClock(), Truth())
