@@ -62,7 +62,6 @@ def facts_of(path: Path) -> RunFacts:
         return RunFacts(path, problem=error.problem)
     run = _table(document, "run")
     step = _table(document, "step")
-    motion = {**step, **_table(step, "motion")}
     return RunFacts(
         path=path,
         id=str(run.get("id", "")),
@@ -71,9 +70,9 @@ def facts_of(path: Path) -> RunFacts:
         started_utc=run.get("started_utc"),
         specimen_id=_table(document, "specimen").get("id"),
         step=str(step.get("name", "")),
-        prestress_mm=_number(motion.get("prestress_mm")),
-        amplitude_mm=_number(motion.get("amplitude_mm")),
-        frequency_Hz=_number(motion.get("frequency_Hz")),
+        prestress_mm=_number(step.get("prestress_mm")),
+        amplitude_mm=_number(step.get("amplitude_mm")),
+        frequency_Hz=_number(step.get("frequency_Hz")),
         sha256=str(document["content_sha256"]),
     )
 

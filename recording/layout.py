@@ -17,10 +17,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.canonical import canonical_json, content_hash
+from foundation.canonical import canonical_json
 from foundation.errors import BadInput
 from recording.content import Anchor, Event, StreamContent
-from recording.metadata import FORMAT, FORMAT_VERSION, StreamHead
+from recording.metadata import FORMAT, FORMAT_VERSION, StreamHead, content_hash_of
 
 USER_BLOCK_BYTES = 512
 CHUNK_ROWS = 131_072
@@ -104,8 +104,7 @@ def complete_document(metadata: Mapping[str, Any], columns: Sequence[Column]) ->
     """Return the document with the hashes of all datasets, and the hash of itself that covers them."""
     document = {**metadata, "format": FORMAT, "format_version": FORMAT_VERSION}
     document["datasets"] = {column.place: column.facts() for column in columns}
-    document.pop("content_sha256", None)
-    document["content_sha256"] = content_hash(document)
+    document["content_sha256"] = content_hash_of(document)
     return document
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from foundation.canonical import canonical_json
+from foundation.canonical import canonical_json, content_hash
 from foundation.channel import Channel
 from foundation.errors import BadInput
 from foundation.units import INSIDE_UNIT
@@ -59,6 +59,27 @@ def check_format(document: Any, file: Path) -> None:
             place="metadata: format_version",
             remedy="update bufferstand",
         )
+
+
+def content_hash_of(document: Mapping[str, Any]) -> str:
+    """Return the hash of a document without the hash that it states of itself.
+
+    As it lists the hash of every dataset, it stands for the whole content of the run.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it has no canonical JSON form.
+    """
+    return content_hash({key: value for key, value in document.items() if key != "content_sha256"})
+
+
+def is_unaltered(document: Mapping[str, Any]) -> bool:
+    """Tell whether a document is the one whose hash it states."""
+    try:
+        return bool(document.get("content_sha256") == content_hash_of(document))
+    except (ValueError, TypeError):  # what no writer of ours can have written
+        return False
 
 
 def check_document(document: Mapping[str, Any], file: Path) -> dict[str, StreamHead]:

@@ -34,7 +34,7 @@ def open_tree(path: Path) -> Iterator[Any]:
         raise BadInput(f"no HDF5 file, or damaged ({_short(error)})", file=path, remedy=RESTORE) from None
     try:
         yield tree
-    except (OSError, RuntimeError) as error:  # HDF5 reports broken structure and checksums this way
+    except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:  # h5py on broken structure
         raise BadInput(f"damaged: {_short(error)}", file=path, remedy=RESTORE) from None
     finally:
         tree.close()

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from foundation.canonical import content_hash
 from foundation.errors import BadInput
 from recording.content import Anchor, Event, StreamContent
 from recording.durable import give_final_name, write_under_temporary_name
@@ -21,7 +20,7 @@ from recording.layout import (
     file_is_as_sealed,
     stream_columns,
 )
-from recording.metadata import FORMAT, FORMAT_VERSION, check_document, check_format
+from recording.metadata import FORMAT, FORMAT_VERSION, check_document, check_format, is_unaltered
 from recording.reading import RESTORE, open_tree, read_document
 from recording.run import Columns, Run, Series, StreamData
 from recording.verify import content_faults
@@ -110,8 +109,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
     with open_tree(path) as tree:
         document = read_document(tree, path)
     check_format(document, path)
-    stated = document.get("content_sha256")
-    if stated != content_hash({key: value for key, value in document.items() if key != "content_sha256"}):
+    if not is_unaltered(document):
         raise BadInput("the metadata were altered", file=path, place="metadata", remedy=RESTORE)
     return document
 

@@ -10,11 +10,10 @@ from typing import Any, Literal
 import h5py
 import numpy as np
 
-from foundation.canonical import content_hash
 from foundation.errors import BadInput
 from recording.content import Segment, gaps_of
 from recording.layout import ENTRY, file_is_as_sealed, sha256_of
-from recording.metadata import check_document, check_format
+from recording.metadata import check_document, check_format, is_unaltered
 from recording.reading import open_tree, read_column, read_document
 
 
@@ -67,8 +66,7 @@ def content_faults(path: Path) -> list[Finding]:
         document = read_document(tree, path)
         check_format(document, path)
         faults = []
-        stated = document.get("content_sha256")
-        if stated != content_hash({key: value for key, value in document.items() if key != "content_sha256"}):
+        if not is_unaltered(document):
             faults.append(Finding("fault", "metadata", "the metadata were altered"))
         datasets = document.get("datasets")
         if not isinstance(datasets, dict):

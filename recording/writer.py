@@ -253,10 +253,11 @@ class RunRecorder:
             except Empty:
                 pass
             running = not isinstance(items[-1], _Stop)
-            if not self._file_full:
-                self._write_batch([item for item in items if not isinstance(item, _Stop)])
+            self._write_batch([item for item in items if not isinstance(item, _Stop)])
 
     def _write_batch(self, items: list[DataRecord | Anchor | Event]) -> None:
+        if self._file_full:
+            return
         mark = self._frames.mark()
         try:
             frames = b"".join([self._frame(item) for item in items])
@@ -264,8 +265,12 @@ class RunRecorder:
                 self._file.append(frames)
         except Exception as error:  # noqa: BLE001 - whatever it is, it must be seen, not lost in a thread
             self._frames = mark
-            self._file_full = True
             self._fail(error)
+            if len(items) > 1:  # those that still fit must not be lost with the one that does not
+                for item in items:
+                    self._write_batch([item])
+            else:
+                self._file_full = True
             return
         self.written += sum(
             len(item.time_us) for item in items if isinstance(item, DataRecord) and item.stream == MAIN_STREAM

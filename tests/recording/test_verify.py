@@ -1,0 +1,107 @@
+"""Verifying finds every altered bit and says what a recording lacks; the catalogue lists what there is."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+from pathlib import Path
+
+import h5py
+import pytest
+
+from foundation.errors import BadInput
+from recording.catalogue import list_runs
+from recording.content import Segment, StreamContent
+from recording.runfile import open_run, write_run
+from recording.verify import verify
+
+from . import samples
+
+
+def written(path: Path, **run: str) -> Path:
+    metadata = samples.metadata(path.stem, **({"status": "complete"} | run))
+    return write_run(path, metadata, samples.content(), samples.EVENTS, samples.ANCHORS)
+
+
+def test_a_whole_run_has_no_findings(tmp_path: Path) -> None:
+    assert verify(written(tmp_path / "run-1.h5")) == []
+
+
+def test_every_flipped_bit_is_found_and_none_gives_other_values(tmp_path: Path) -> None:
+    path = written(tmp_path / "run-1.h5")
+    good = path.read_bytes()
+    force = open_run(path).series("force").value.tobytes()
+    dice = random.Random(20)
+    bits = [*(dice.randrange(8 * len(good)) for _ in range(70)), *range(0, 8 * 90, 29)]
+    for bit in bits:
+        path.chmod(0o644)
+        path.write_bytes(good)
+        samples.flipped(path, bit)
+        if 8 * good.index(b"check:") <= bit < 8 * 512:
+            continue  # the remark in the user block, and its padding, say nothing
+        findings = verify(path)
+        assert any(finding.level == "fault" for finding in findings), bit
+        with contextlib.suppress(BadInput):
+            assert open_run(path).series("force").value.tobytes() == force, bit
+    path.write_bytes(good)
+    assert verify(path) == []
+
+
+def test_an_altered_dataset_is_named(tmp_path: Path) -> None:
+    path = written(tmp_path / "run-1.h5")
+    path.chmod(0o644)
+    with h5py.File(path, "r+") as tree:
+        tree["entry/controller/stroke_1"][3] = 9
+        tree["entry/more"] = [1.0]
+    places = {finding.place for finding in verify(path)}
+    assert places == {"entry/controller/stroke_1", "entry/more", "file"}
+
+
+def test_what_a_recording_lacks_is_a_note(tmp_path: Path) -> None:
+    full = samples.content()["controller"]
+    stamps = full.time.copy()
+    stamps[50] = stamps[49]
+    stream = StreamContent(stamps, full.counts, (Segment(0, 0, 0), Segment(40, 43, 3)))
+    metadata = samples.metadata(status="recovered", reason="power cut")
+    path = write_run(tmp_path / "run-1.h5", metadata, {"controller": stream})
+    findings = verify(path)
+    assert {finding.level for finding in findings} == {"note"}
+    assert [finding.text for finding in findings] == [
+        "recovered: power cut",
+        "1 gap(s), 3 sample(s) lost; the first after row 39",
+        "1 time stamp(s) do not advance, the first after row 49",
+        "not one sample was recorded",
+    ]
+
+
+def test_verify_refuses_what_is_no_run(tmp_path: Path) -> None:
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as tree:
+        tree["x"] = 1
+    with pytest.raises(BadInput, match="not a run file"):
+        verify(path)
+    with pytest.raises(BadInput, match="cannot be read: No such file"):
+        verify(tmp_path / "none.h5")
+    path.write_bytes(b"rubbish")
+    assert [finding.level for finding in verify(path)] == ["fault"]
+
+
+def test_catalogue_lists_all_and_says_which_are_damaged(tmp_path: Path) -> None:
+    (tmp_path / "deep" / "er").mkdir(parents=True)
+    written(tmp_path / "a.h5", status="stopped")
+    written(tmp_path / "deep" / "er" / "b.h5")
+    (tmp_path / "deep" / "c.h5").write_bytes(b"rubbish")
+    a, b, c = list_runs(tmp_path)
+    assert (a.id, a.status, a.kind, a.specimen_id, a.step) == ("a", "stopped", "harmonic", "B-17", "sine")
+    assert (a.prestress_mm, a.amplitude_mm, a.frequency_Hz) == (40.0, 10.0, 1.5)
+    assert a.started_utc == "2026-03-01T08:00:00+00:00"
+    assert (b.path.name, b.problem) == ("c.h5", c.problem) or b.path.name == "c.h5"
+    assert b.problem is not None
+    assert "no HDF5 file" in b.problem
+    assert c.id == "b"
+    assert list_runs(tmp_path / "a.h5") == [a]
+    with pytest.raises(BadInput, match="no such file or folder"):
+        list_runs(tmp_path / "none")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(BadInput, match="no run file"):
+        list_runs(tmp_path / "empty")
