@@ -5,6 +5,7 @@ from __future__ import annotations
 from evaluation.report.closing import (
     data_section,
     deviations_section,
+    not_as_required,
     rule_section,
     statements_section,
     warnings_section,
@@ -22,7 +23,7 @@ from evaluation.report.identification import (
     overdue,
     simulated,
 )
-from evaluation.report.source import Source
+from evaluation.report.source import Source, runs_text
 from evaluation.report.tables import cycles_section, runs_section
 from evaluation.report.verdicts import requirements_section, verdict_line
 
@@ -82,6 +83,12 @@ def _notices(source: Source) -> tuple[str, ...]:
     if simulated(source):
         notices.append("Simulated stand: nothing in this report was measured on a specimen.")
     notices += [f"Run {run.number} {run.status}: {run.reason}." for run in source.runs if run.ended_early]
+    if others := [run.number for run in source.runs if not_as_required(run)]:
+        named = runs_text(others)
+        notices.append(
+            f"{named[:1].upper()}{named[1:]}: not the motion that the step required; see Warnings before "
+            "using any result of them."
+        )
     return tuple(notices)
 
 

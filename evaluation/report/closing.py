@@ -102,12 +102,12 @@ def warnings_section(source: Source, further: list[str]) -> Section | None:
     for run in source.runs:
         for warning in ([run.problem] if run.problem else []) + run.warnings:
             of.setdefault(warning, []).append(run.number)
-    further = [*further, *(text for run in source.runs for text in _not_as_required(run))]
+    further = [*further, *(text for run in source.runs for text in not_as_required(run))]
     items = [*source.findings, *further, *(f"{_capital(runs_text(n))}: {text}" for text, n in of.items())]
     return Section("warnings", "Warnings", (Texts(tuple(items), listed=True),)) if items else None
 
 
-def _not_as_required(run: ReportRun) -> list[str]:
+def not_as_required(run: ReportRun) -> list[str]:
     """Say where a harmonic run is not the step that it was recorded for."""
     texts = []
     for name, words, unit, absolute, relative in _TOLERANCES:

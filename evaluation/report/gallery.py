@@ -13,7 +13,7 @@ from evaluation.report.content import DASH, Cell, Column, Picture, Section, Tabl
 from evaluation.report.numbers import fixed, quantity_cell, significant, usable
 from evaluation.report.samples import at_strokes, loop_of
 from evaluation.report.source import ReportRun, Source, runs_text
-from evaluation.report.tables import why_missing
+from evaluation.report.tables import cycle_head, why_missing
 from evaluation.report.timelines import timeline_pictures
 from evaluation.report.trend_figures import runs_of_trend, trend_pictures
 from evaluation.report.unnumbered import Unnumbered
@@ -190,14 +190,19 @@ def _loops_picture(
         values = (
             quantity_cell(name, cycle.get(name), why_missing(run, cycle, name)) for *_, name in _LOOP_COLUMNS
         )
-        rows.append((Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"), *values))
+        rows.append((*cycle_head(run, cycle), *values))
     return Unnumbered(
         caption=caption,
         alt=f"{len(chosen)} force–stroke loops, up to {fixed(highest, 1)} kN; the numbers are tabulated.",
         plot=plot,
         numbers=Table(
             "The cycles drawn",
-            (Column("Run"), Column("Cycle"), *(Column(title, unit) for title, unit, _ in _LOOP_COLUMNS)),
+            (
+                Column("Run"),
+                Column("Cycle"),
+                Column("State"),
+                *(Column(title, unit) for title, unit, _ in _LOOP_COLUMNS),
+            ),
             tuple(rows),
         ),
     )

@@ -144,12 +144,15 @@ class ReportRun:
         return required if required is not None else self.result(name)
 
     def result(self, name: str) -> float | None:
-        """Return a result of the run: from the summary, or the last cycle used."""
-        entry = self.summary.get(name)
-        value = usable(entry.get("value")) if isinstance(entry, Mapping) else usable(entry)
-        if value is None and (cycle := self.shown_cycle()) is not None:
-            value = usable(cycle.get(name))
-        return value
+        """Return a result of the run: from the summary, or the last cycle used where it has no such entry.
+
+        Never that of a cycle which was not used: it is not representative.
+        """
+        if name in self.summary:
+            entry = self.summary[name]
+            return usable(entry.get("value")) if isinstance(entry, Mapping) else usable(entry)
+        cycle = self.shown_cycle() if self.cycles_used else None
+        return None if cycle is None else usable(cycle.get(name))
 
     def shown_cycle(self) -> Mapping[str, Any] | None:
         """Return the cycle that stands for the run: the last one used, else the last complete one."""

@@ -114,14 +114,16 @@ def _done(run: ReportRun) -> tuple[Cell, ...]:
 
 def _result(run: ReportRun) -> tuple[Cell, ...]:
     shown = run.shown_cycle()
-    nothing = run.problem or "no complete cycle in the run"
+    nothing = run.problem or (
+        "no complete cycle in the run" if shown is None else "no cycle of the run is complete and steady"
+    )
     cells = [Cell(str(run.number), "number")]
     for name in ("prestress_mm", "amplitude_mm", "frequency_Hz", "force_max_kN"):
-        why = nothing if shown is None else why_missing(run, shown, name)
+        why = why_missing(run, shown, name) if shown is not None and run.cycles_used else nothing
         cells.append(quantity_cell(name, run.result(name), why))
     for name in ("stored_energy_J", "damping", "tangent_stiffness_kN_per_mm"):
         entry = run.summary.get(name)
-        why = nothing if shown is None else why_missing(run, shown, name)
+        why = why_missing(run, shown, name) if shown is not None and run.cycles_used else nothing
         if isinstance(entry, Mapping):
             cells.append(measured_cell(entry.get("value"), entry.get("expanded_uncertainty"), why))
         else:
@@ -171,7 +173,7 @@ def cycles_section(source: Source) -> Section:
             Column("Temp. max.", "°C"),
         ),
         tuple(
-            (*_head(run, cycle), *_values(run, cycle, _MOTION), *_temperatures(run, cycle))
+            (*cycle_head(run, cycle), *_values(run, cycle, _MOTION), *_temperatures(run, cycle))
             for run, cycle in chosen
         ),
         note=note,
@@ -184,7 +186,7 @@ def cycles_section(source: Source) -> Section:
             Column("State"),
             *(Column(title, unit) for title, unit, _ in _ENERGY),
         ),
-        tuple((*_head(run, cycle), *_values(run, cycle, _ENERGY)) for run, cycle in chosen),
+        tuple((*cycle_head(run, cycle), *_values(run, cycle, _ENERGY)) for run, cycle in chosen),
         note="With ± U where the record states the accuracy of its channels. Damping by EN 15551 is the "
         "absorbed over the stored energy; it is not the loss factor.",
     )
@@ -199,7 +201,8 @@ def _printed(run: ReportRun) -> list[Mapping[str, Any]]:
     return upto[-MOST_HARMONIC_CYCLES:]
 
 
-def _head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, ...]:
+def cycle_head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, Cell, Cell]:
+    """Return the cells that name a cycle: its run, its number, and whether the results are from it."""
     if not cycle.get("complete"):
         state = "incomplete"
     elif cycle["index"] in run.cycles_used:

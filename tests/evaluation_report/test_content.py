@@ -365,3 +365,13 @@ def test_a_run_that_is_not_its_step_is_warned_of(report: Made) -> None:
     assert "Run 9: mean stroke 50 mm is not the required 20 mm of the step." in text
     assert "Run 9: amplitude 30 mm is not the required 20 mm of the step." in text
     assert "Run 9: frequency 0.42 Hz is not the required 1.27 Hz of the step." in text
+    assert "Run 9: not the motion that the step required; see Warnings" in text
+
+
+def test_a_run_without_a_steady_cycle_has_no_result_though_it_has_cycles(report: Made) -> None:
+    summary = {"cycles_used": [], "damping": {"value": None, "expanded_uncertainty": None}}
+    source = with_evaluated(report.source, 2, summary=summary)
+    assert source.runs[1].shown_cycle() is not None
+    (table,) = [t for t in tables(build_content(source)) if t.title == "What came out"]
+    for cell in table.rows[1][1:8]:
+        assert (cell.text, cell.why) == (DASH, "no cycle of the run is complete and steady")
