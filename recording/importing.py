@@ -274,7 +274,7 @@ def _value_findings(channels: Sequence[Column], numbers: Numbers) -> list[str]:
 
 def _mostly_negative(value: NDArray[np.float64]) -> bool:
     known = value[np.isfinite(value)]
-    return bool(len(known)) and bool(known.min() < 0 and -known.min() > _MOSTLY * max(known.max(), 0.0))
+    return bool(len(known)) and bool(known.min() < 0 and -known.min() / _MOSTLY > max(known.max(), 0.0))
 
 
 def _run_id(path: Path) -> str:

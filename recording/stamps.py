@@ -12,9 +12,10 @@ from recording.content import Segment
 LONG = 1.5
 """An interval is a gap if it is longer than this many usual ones: half-way to one lost sample."""
 LONG_IF_UNEVEN = 3.0
-"""The same, where stamps are so uneven (rounded to the logger's clock) that many intervals look long."""
-_UNEVEN_SHARE = 0.01
+"""The same, where stamps are uneven by themselves, so that many intervals look long."""
+_FEW_SHARE, _FEW = 0.01, 5
 _SURELY_GAP = 5.0
+_WHOLE = 0.1
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,11 @@ class Stamps:
 def examine(time_s: NDArray[np.float64], line: NDArray[np.int64]) -> Stamps:
     """Find gaps, repeated, backward and missing time stamps. Nothing is changed or interpolated.
 
-    The usual interval is the mean of those that are positive and no longer than five times their median,
-    which is right for stamps that are rounded, too. A gap of one interval of length t counts
-    ``round(t / usual) − 1`` samples lost.
+    The usual interval is the mean of the positive ones up to 1.5 times their median. What is longer than 1.5
+    usual ones is a gap, of ``round(length / usual) − 1`` samples. If that holds for more than 1 % of them,
+    the stamps may be uneven by themselves: rounded to the logger's clock (they then keep within one interval
+    of a regular grid), or irregular (the long ones then are no whole multiples of the usual one). Only what
+    is longer than three mean intervals is a gap then.
 
     Parameters
     ----------
@@ -49,14 +52,13 @@ def examine(time_s: NDArray[np.float64], line: NDArray[np.int64]) -> Stamps:
     if not len(forward):
         findings = _counted("time stamp(s) do not advance", np.flatnonzero(~(steps > 0)) + 1, line)
         return Stamps(None, _segments(len(time_s), np.flatnonzero(~(steps > 0)), {}), tuple(findings))
-    usual = float(forward[forward <= _SURELY_GAP * np.median(forward)].mean())
+    usual = float(forward[forward <= LONG * np.median(forward)].mean())
     long = steps > LONG * usual
     findings = []
-    if long.sum() > _UNEVEN_SHARE * len(steps):
-        findings.append(
-            f"uneven time stamps: {int(long.sum())} intervals exceed {LONG} × the usual {usual:.6g} s"
-        )
+    if _is_uneven(steps, long, usual):
+        usual = float(forward[forward <= _SURELY_GAP * usual].mean())
         long = steps > LONG_IF_UNEVEN * usual
+        findings.append(f"uneven time stamps, {usual:.6g} s apart in the mean")
     gaps = np.flatnonzero(long)
     lost = {int(row): max(1, round(float(steps[row]) / usual) - 1) for row in gaps}
     if len(gaps):
@@ -70,6 +72,18 @@ def examine(time_s: NDArray[np.float64], line: NDArray[np.int64]) -> Stamps:
     findings += _counted("backward time stamp(s)", np.flatnonzero(steps < 0) + 1, line)
     breaks = np.flatnonzero(long | ~(steps > 0))
     return Stamps(1.0 / usual, _segments(len(time_s), breaks, lost), tuple(findings))
+
+
+def _is_uneven(steps: NDArray[np.float64], long: NDArray[np.bool_], usual: float) -> bool:
+    """Tell whether many long intervals come from uneven stamps rather than from samples that are missing."""
+    if long.sum() < _FEW or long.sum() <= _FEW_SHARE * len(steps):
+        return False
+    kept = steps[(steps > 0) & (steps <= _SURELY_GAP * usual)]
+    grid = np.cumsum(kept - kept.mean())
+    if np.ptp(grid) <= 2.0 * kept.mean():  # one interval to either side
+        return True
+    ratio = steps[long] / usual
+    return bool(np.median(abs(ratio - np.round(ratio))) > _WHOLE)
 
 
 def _segments(rows: int, breaks: NDArray[np.int64], lost: dict[int, int]) -> tuple[Segment, ...]:
