@@ -156,6 +156,7 @@ class Acquisition:
         self._status: ControllerStatus | None = None
         self._device_us: int | None = None
         self._samples = self._lost = 0
+        self._drained = False
         self._fed_s = -np.inf
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
@@ -182,6 +183,11 @@ class Acquisition:
     def recorder(self) -> Recorder | None:
         """Return the recorder of the run under way."""
         return self._recorder
+
+    @property
+    def drained(self) -> bool:
+        """Return whether the last pass came to the end of the ring: nothing sampled before it is unread."""
+        return self._drained
 
     def say(self, kind: str, text: str, **data: object) -> None:
         """Put an event into the run under way, if there is one."""
@@ -235,9 +241,11 @@ class Acquisition:
 
     def _read_controller(self) -> None:
         """Read until the ring is drained, with a bound, so that the rest gets its turn."""
+        self._drained = False
         for _ in range(self.pace.blocks_per_tick):
             block = self.stand.controller.read_block()
             if block is None:
+                self._drained = True
                 break
             self._take(block)
         self._record_anchor()

@@ -27,6 +27,8 @@ from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, Static
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
 """Makes the recorder of a run in a folder, under an id, with its metadata document."""
 
+CATCH_UP_S = 20.0
+"""So long at most the reader may take to come to the end of the ring between two steps [s of the wall]."""
 FIRST_LOOK_S = 0.5
 """So long at least every device is watched before anything moves [s of stand time]."""
 
@@ -221,12 +223,13 @@ class Session:
         steps = len(self._plan.steps)
         self._progress.message(f"step {step.index} of {steps}: {step.name} (about {step.duration_s:.0f} s)")
         try:
+            self._catch_up()  # what was sampled before belongs to no run, or to the one before
             alive.driver.obey()
             if where is not None:
                 alive.acquisition.attach(self._make_recorder(*where, self._document(where[1], step)))
             alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
             self._motions(step, motions)
-            self._tick()  # what was sampled until the last motion's end
+            self._catch_up()  # what was sampled until the last motion's end
             alive.driver.obey()
         except BaseException as error:
             halt = error if isinstance(error, Halt) else self._halt_of(error)
@@ -259,7 +262,10 @@ class Session:
 
     def _close_run(self, status: str, reason: str) -> Trip | None:
         """Seal in a thread, because the watchdog wants to be fed meanwhile; return why it failed, if so."""
-        recorder = self._need().acquisition.detach()
+        alive = self._need()
+        if alive.acquisition.recorder is not None and status != "failed":
+            self._catch_up(stopped=True)  # what led to the stop belongs into the run
+        recorder = alive.acquisition.detach()
         if recorder is None:
             return None
         with ThreadPoolExecutor(1) as pool:
@@ -313,6 +319,20 @@ class Session:
             self._warnings.append(trip.reason)
             self._progress.message(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
         self._throttle.offer(self._snapshot)
+
+    def _catch_up(self, *, stopped: bool = False) -> None:
+        """Make passes until the ring is drained: on a busy machine the reader can be behind the stand.
+
+        A trip ends it at once, unless the stand is ``stopped`` already and the wire is whole.
+        """
+        acquisition = self._need().acquisition
+        until_s = self._clock.wall_s() + CATCH_UP_S
+        self._tick()
+        while not acquisition.drained and self._clock.wall_s() < until_s:
+            trip = acquisition.panel.trip
+            if trip is not None and (trip.device_fault or not stopped):
+                return
+            self._tick()
 
     def _tick_safely(self) -> None:
         try:
