@@ -15,7 +15,7 @@ import numpy as np
 
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.record import FloatArray, Record, describe
-from evaluation.reversals import find_reversals, noise_sigma
+from evaluation.reversals import find_reversals, held_samples, noise_sigma
 from evaluation.turning import fit_turning_point
 
 STEADY_STROKE = 0.02
@@ -26,7 +26,7 @@ STEADY_DISTORTION = 0.02
 """… and its stroke distortion within this much (absolute)."""
 REST_CLOSURE = 0.05
 """A cycle that begins or ends at rest returns within this share of its range."""
-EDGE_CLOSURE = 0.01
+EDGE_CLOSURE = 0.02
 """A cycle that begins or ends with the record returns within this share of its range."""
 _HARMONICS = 10
 _LEAST_SAMPLES = 8
@@ -70,6 +70,7 @@ def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPo
     turns = []
     breaks = np.array(record.breaks, dtype=np.intp)
     stroke = record.stroke_mm
+    held = held_samples(stroke)
     for position, at in enumerate(index):
         before = index[position - 1] if position > 0 else 0
         after = index[position + 1] if position + 1 < len(index) else stroke.size - 1
@@ -81,7 +82,13 @@ def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPo
             int(right_breaks[0]) - 1 if right_breaks.size else after,
         )
         kind: Literal["lower", "upper"] = "upper" if stroke[at] > stroke[other] else "lower"
-        turns.append(fit_turning_point(record.time_s, stroke, at, limits, kind, sigma))
+        at_end = (
+            position <= 1 or bool(left_breaks.size),
+            position >= len(index) - 2 or bool(right_breaks.size),
+        )
+        turns.append(
+            fit_turning_point(record.time_s, stroke, at, limits, kind, sigma, at_end=at_end, held=held)
+        )
     return turns
 
 

@@ -54,6 +54,14 @@ def quantum(values: FloatArray) -> float:
     return float(np.quantile(moving, 0.02))
 
 
+def held_samples(values: FloatArray) -> int:
+    """Return for how many samples a value usually stays the same: 1, or more where samples are held."""
+    changes = np.flatnonzero(np.diff(values) != 0.0)
+    if changes.size < 2:
+        return 1
+    return int(np.median(np.diff(changes)))
+
+
 def _remove_small(values: FloatArray, index: IndexArray, threshold: float) -> IndexArray:
     """Drop pairs of neighbouring extremes that are closer than ``threshold``, smallest first.
 

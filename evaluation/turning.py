@@ -11,32 +11,30 @@ from typing import Literal
 
 import numpy as np
 
-from evaluation.motion import TurningPoint, TurnMethod
+from evaluation.motion import TurningPoint
 from evaluation.record import FloatArray
+from evaluation.turn_fits import Fit, flank_fit, grouped, maximum, powers, smooth_fit, value_at
 
 _LEVELS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""
+_LEAST_POINTS = 5
 _MOST_POINTS = 400
 """Samples of a window are averaged in groups down to this many points."""
 _CONSISTENT = 1.3
 """A fit is consistent when its residual is within this factor of the noise."""
-_EDGE_SHARES = (0.1, 0.2, 0.3, 0.5)
-_EDGE_BEYOND = 0.1
+_ONE_SIDED = 0.01
+"""A turn this close to the record's end (share of the stroke on its other side) is seen from one side."""
+_EDGE_SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
+_STRAIGHT = 1e-3
+_EDGE_MISSING = 0.003
+"""A turn belongs to the record when no more than this share of the stroke is missing at its end."""
 _PLATEAU_BANDS = (0.001, 0.003, 0.01)
 """Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""
 _PLATEAU_NOISE = 6.5
+_DWELL_SAMPLES = 5
 _PLATEAU_WIDER = 9.0
 _PLATEAU_RATIO = 1.8
 """Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
-
-
-@dataclass(frozen=True)
-class _Fit:
-    method: TurnMethod
-    time_s: float
-    value: float
-    residual: float
-    u: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,120 +50,8 @@ class _Side:
     open_left: bool
     open_right: bool
     sigma: float
-
-
-def _grouped(time_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray, int]:
-    group = max(1, -(-time_s.size // _MOST_POINTS))
-    if group == 1:
-        return time_s, value, 1
-    whole = (time_s.size // group) * group
-    shape = (-1, group)
-    return time_s[:whole].reshape(shape).mean(axis=1), value[:whole].reshape(shape).mean(axis=1), group
-
-
-def _value(coefficients: list[float], z: float) -> float:
-    total = 0.0
-    for coefficient in reversed(coefficients):
-        total = total * z + coefficient
-    return total
-
-
-def _slope(coefficients: list[float]) -> list[float]:
-    return [k * c for k, c in enumerate(coefficients)][1:]
-
-
-def _powers(z: FloatArray, degree: int) -> FloatArray:
-    matrix = np.empty((z.size, degree + 1))
-    matrix[:, 0] = 1.0
-    for k in range(degree):
-        matrix[:, k + 1] = matrix[:, k] * z
-    return matrix
-
-
-def _maximum(coefficients: list[float], guess: float) -> float | None:
-    """Return where a polynomial has its maximum near ``guess`` inside ±0.9, by Newton's method."""
-    slope = _slope(coefficients)
-    bend = _slope(slope)
-    z = guess
-    for _ in range(12):
-        curvature = _value(bend, z)
-        if curvature >= 0.0:
-            return None
-        step = _value(slope, z) / curvature
-        z -= step
-        if abs(z) > 0.9:
-            return None
-        if abs(step) < 1e-12:
-            break
-    return z
-
-
-def _smooth_fit(time_s: FloatArray, value: FloatArray, degree: int) -> _Fit | None:
-    """Fit a polynomial and return its maximum inside the window."""
-    spare = time_s.size - degree - 1
-    if spare < 1:
-        return None
-    middle, half = 0.5 * float(time_s[0] + time_s[-1]), 0.5 * float(time_s[-1] - time_s[0])
-    matrix = _powers((time_s - middle) / half, degree)
-    normal = matrix.T @ matrix
-    inverse = np.linalg.inv(normal)
-    coefficients = inverse @ (matrix.T @ value)
-    fitted = matrix @ coefficients
-    error = value - fitted
-    residual = float(np.sqrt(error @ error / spare))
-    top = _maximum(coefficients.tolist(), float(matrix[np.argmax(fitted), 1]))
-    if top is None:
-        return None
-    row = top ** np.arange(degree + 1)
-    gain = float(np.sqrt(row @ inverse @ row))
-    height = _value(coefficients.tolist(), top)
-    return _Fit("polynomial", middle + half * top, height, residual, residual * gain)
-
-
-def _flank(z: FloatArray, value: FloatArray, degree: int) -> tuple[list[float], float, FloatArray] | None:
-    if z.size < degree + 2:
-        return None
-    scale = float(np.max(np.abs(z)))
-    stretch = scale ** -np.arange(degree + 1.0)
-    matrix = _powers(z / scale, degree)
-    inverse = np.linalg.inv(matrix.T @ matrix)
-    coefficients = inverse @ (matrix.T @ value)
-    error = value - matrix @ coefficients
-    return (coefficients * stretch).tolist(), float(error @ error), inverse * np.outer(stretch, stretch)
-
-
-def _meeting(left: list[float], right: list[float]) -> float | None:
-    """Return where two flanks of first or second degree meet, closest to 0."""
-    c0, c1, c2 = ([a - b for a, b in zip(left, right, strict=True)] + [0.0])[:3]
-    if c1 == 0.0:
-        return None
-    straight = -c0 / c1
-    discriminant = 1.0 - 4.0 * c0 * c2 / c1**2
-    if discriminant < 0.0:
-        return None
-    return 2.0 * straight / (1.0 + float(np.sqrt(discriminant)))
-
-
-def _flank_fit(time_s: FloatArray, value: FloatArray, degree: int) -> _Fit | None:
-    """Fit both flanks and return where they meet."""
-    spare = time_s.size - 1 - 2 * (degree + 1)
-    at = int(np.argmax(value))
-    half = 0.5 * float(time_s[-1] - time_s[0])
-    z = (time_s - time_s[at]) / half
-    left, right = _flank(z[:at], value[:at], degree), _flank(z[at + 1 :], value[at + 1 :], degree)
-    if left is None or right is None or spare < 1:
-        return None
-    meet = _meeting(left[0], right[0])
-    near = 1.5 * float(np.max(np.diff(z[max(0, at - 2) : at + 3])))
-    if meet is None or abs(meet) > near:
-        return None
-    if _value(_slope(left[0]), meet) <= 0.0 or _value(_slope(right[0]), meet) >= 0.0:
-        return None
-    residual = float(np.sqrt((left[1] + right[1]) / spare))
-    row = meet ** np.arange(degree + 1)
-    gain = 0.5 * float(np.sqrt(row @ left[2] @ row + row @ right[2] @ row))
-    peak = _value(left[0], meet)
-    return _Fit("lines", float(time_s[at]) + half * meet, peak, residual, residual * gain)
+    least_samples: int
+    """Samples that a dwell needs to be one."""
 
 
 def _window(side: _Side, share: float) -> slice:
@@ -179,26 +65,30 @@ def _window(side: _Side, share: float) -> slice:
     return slice(first, last)
 
 
-def _candidates(side: _Side) -> list[_Fit]:
-    fits: list[_Fit] = []
-    previous = slice(-1, -1)
-    for share in _LEVELS:
-        window = _window(side, share)
-        if window == previous or window.stop - window.start < 5:
-            continue
-        previous = window
-        time_s, value, group = _grouped(side.time_s[window], side.value[window])
-        scale = np.sqrt(group)
-        tried = [_smooth_fit(time_s, value, 2), _smooth_fit(time_s, value, 4)]
-        tried += [_flank_fit(time_s, value, 1), _flank_fit(time_s, value, 2)]
-        fits += [_Fit(f.method, f.time_s, f.value, f.residual * scale, f.u) for f in tried if f is not None]
+def _candidates(side: _Side) -> list[Fit]:
+    windows = dict.fromkeys((w.start, w.stop) for w in (_window(side, share) for share in _LEVELS))
+    wide_enough = [w for w in windows if w[1] - w[0] >= _LEAST_POINTS]
+    if not wide_enough:  # few samples, or a turn near the end of the record
+        near = (max(0, side.peak - _LEAST_POINTS + 1), min(side.value.size, side.peak + _LEAST_POINTS))
+        wide_enough = [near] if near[1] - near[0] >= _LEAST_POINTS else []
+    fits: list[Fit] = []
+    for first, last in wide_enough:
+        time_s, value, group = grouped(side.time_s[first:last], side.value[first:last], _MOST_POINTS)
+        scale = float(np.sqrt(group))
+        noise = side.sigma / scale
+        tried = [smooth_fit(time_s, value, 2, noise), smooth_fit(time_s, value, 4, noise)]
+        tried += [flank_fit(time_s, value, 1, noise), flank_fit(time_s, value, 2, noise)]
+        fits += [Fit(f.method, f.time_s, f.value, f.residual * scale, f.u) for f in tried if f is not None]
     return fits
 
 
-def _best(side: _Side) -> _Fit | None:
+def _best(side: _Side) -> Fit | None:
     fits = _candidates(side)
-    if not fits:
-        return None
+    return _chosen(fits, side) if fits else None
+
+
+def _chosen(fits: list[Fit], side: _Side) -> Fit:
+    """Return the surest of the fits whose residual is no more than noise."""
     noise = max(side.sigma, min(fit.residual for fit in fits), 1e-6 * side.height)
     consistent = [fit for fit in fits if fit.residual <= _CONSISTENT * noise]
     return min(consistent, key=lambda fit: fit.u)
@@ -224,7 +114,7 @@ def _plateau(side: _Side) -> _Dwell | None:
         level = float(np.median(near))
         inner = _run_above(side.value, side.peak, level - band)
         outer = _run_above(side.value, side.peak, level - _PLATEAU_WIDER * band)
-        if inner.stop - inner.start < 5:
+        if inner.stop - inner.start < side.least_samples:
             continue
         inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
         outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
@@ -270,32 +160,47 @@ def _run_above(value: FloatArray, peak: int, level: float) -> slice:
     return slice(first, max(last, first + 1))
 
 
-def _edge_fit(side: _Side) -> _Fit:
+def _edge_fit(side: _Side) -> Fit:
     """Return the turning point at an end of the record, from the one side that is there.
 
-    Where a polynomial over the last part of the stroke has its maximum at that end, or so little outside that
-    no more than a tenth of the window is missing, the maximum is the
-    turning point. Further outside, the turn is cut off. Without any (triangle), the end itself is it.
+    Where a polynomial over the last part of the stroke has its maximum on record, or so little beyond that
+    no more than 0.3 % of the stroke is missing, the maximum is the turning point. Further beyond, the turn
+    is cut off. Without any maximum (triangle), the end itself is the turning point.
     """
-    end_s, end_value = float(side.time_s[side.peak]), float(side.value[side.peak])
-    window = next((w for w in (_window(side, share) for share in _EDGE_SHARES) if w.stop - w.start > 7), None)
-    if window is None:
-        window = _window(side, _EDGE_SHARES[-1])
-    time_s, value, _ = _grouped(side.time_s[window], side.value[window])
-    if time_s.size < 4:
-        return _Fit("edge", end_s, end_value, side.sigma, side.sigma)
+    fits = []
+    for share in _EDGE_SHARES:
+        window = _window(side, share)
+        time_s, value, group = grouped(side.time_s[window], side.value[window], _MOST_POINTS)
+        if time_s.size < 4:
+            continue
+        fits += [_one_sided(side, time_s, value, k, group) for k in (2, 4) if time_s.size > k + 2]
+    if not fits:
+        end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
+        return Fit("edge", end_s, end, side.sigma, side.sigma)
+    return _chosen(fits, side)
+
+
+def _one_sided(side: _Side, time_s: FloatArray, value: FloatArray, degree: int, group: int) -> Fit:
+    end_s = float(side.time_s[side.peak])
     span = float(time_s[-1] - time_s[0])
-    matrix = _powers((time_s - end_s) / span, min(4, time_s.size - 2))
+    z = (time_s - end_s) / span
+    matrix = powers(z, degree)
     inverse = np.linalg.inv(matrix.T @ matrix)
     coefficients = inverse @ (matrix.T @ value)
     error = value - matrix @ coefficients
-    residual = float(np.sqrt(error @ error / max(1, time_s.size - matrix.shape[1])))
-    u = residual * float(np.sqrt(inverse[0, 0]))
-    vertex = _maximum(coefficients.tolist(), 0.0)
-    if vertex is not None:
-        method: TurnMethod = "edge" if abs(vertex) < _EDGE_BEYOND else "cut"
-        return _Fit(method, end_s + span * vertex, _value(coefficients.tolist(), vertex), residual, u)
-    return _Fit("edge", end_s, float(coefficients[0]), residual, u)
+    residual = float(np.sqrt(error @ error / (time_s.size - degree - 1)))
+    u = max(residual, side.sigma / float(np.sqrt(group))) * float(np.sqrt(inverse[0, 0]))
+    residual *= float(np.sqrt(group))
+    vertex = maximum(coefficients.tolist(), 0.0)
+    if vertex is None:
+        bend, steep = float(coefficients[2]), abs(float(coefficients[1]))
+        u_bend = residual / float(np.sqrt(group)) * float(np.sqrt(inverse[2, 2]))
+        turning = bend < -max(3.0 * u_bend, _STRAIGHT * steep)
+        return Fit("cut" if turning else "edge", end_s, float(coefficients[0]), residual, u)
+    top = value_at(coefficients.tolist(), vertex)
+    on_record = float(z[0]) <= vertex <= float(z[-1])
+    reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + 3.0 * u
+    return Fit("edge" if reached else "cut", end_s + span * vertex, top, residual, u)
 
 
 def fit_turning_point(
@@ -305,6 +210,9 @@ def fit_turning_point(
     limits: tuple[int, int],
     kind: Literal["lower", "upper"],
     sigma_mm: float,
+    *,
+    at_end: tuple[bool, bool] = (True, True),
+    held: int = 1,
 ) -> TurningPoint:
     """Fit one reversal of the stroke.
 
@@ -318,13 +226,17 @@ def fit_turning_point(
     kind : "lower" or "upper"
     sigma_mm : float
         Noise of the stroke.
+    at_end : (bool, bool)
+        Whether the record (or an unbroken stretch of it) begins and ends at the limits.
+    held : int
+        Samples for which a value is held (:func:`evaluation.reversals.held_samples`).
 
     Returns
     -------
     TurningPoint
         ``edge`` or ``cut`` when only one side of the turn is on record.
     """
-    side = _side(time_s, stroke_mm, index, limits, kind, sigma_mm)
+    side = _side(time_s, stroke_mm, index, limits, kind, sigma_mm, at_end, held)
     sign = 1.0 if kind == "upper" else -1.0
     dwell = _plateau(side)
     if dwell is not None:
@@ -354,6 +266,8 @@ def _side(
     limits: tuple[int, int],
     kind: Literal["lower", "upper"],
     sigma_mm: float,
+    at_end: tuple[bool, bool],
+    held: int,
 ) -> _Side:
     first, last = limits
     sign = 1.0 if kind == "upper" else -1.0
@@ -362,7 +276,8 @@ def _side(
     left = float(value[peak] - np.min(value[: peak + 1]))
     right = float(value[peak] - np.min(value[peak:]))
     least = 20.0 * sigma_mm + 1e-12
-    open_left, open_right = left <= least, right <= least
+    open_left = left <= max(least, _ONE_SIDED * right if at_end[0] else 0.0)
+    open_right = right <= max(least, _ONE_SIDED * left if at_end[1] else 0.0)
     heights = [height for height, is_open in ((left, open_left), (right, open_right)) if not is_open]
     return _Side(
         time_s=time_s[first : last + 1],
@@ -373,4 +288,5 @@ def _side(
         open_left=open_left,
         open_right=open_right,
         sigma=sigma_mm,
+        least_samples=_DWELL_SAMPLES * held,
     )
