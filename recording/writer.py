@@ -162,7 +162,7 @@ class RunRecorder:
         for name, column in columns.items():
             if column.shape != stamps.shape or column.dtype.kind not in "iuf":
                 raise ValueError(f"channel {name}: {column.dtype}{column.shape} beside {stamps.shape} stamps")
-        self._hand_over(DataRecord(stream, sequence, lost, stamps, columns))
+        self._hand_over(DataRecord(stream, int(sequence), int(lost), stamps, columns))
 
     def anchor(self, device_us: int, host_s: float, utc: str) -> None:
         """Record one moment on the device's, the host's and the world's clock.
@@ -171,8 +171,12 @@ class RunRecorder:
         ------
         RuntimeError
             If the recording was closed.
+        ValueError
+            If a number is not finite.
         """
-        self._hand_over(Anchor(device_us, host_s, utc))
+        anchor = Anchor(int(device_us), float(host_s), str(utc))
+        canonical_json(vars(anchor)).encode()
+        self._hand_over(anchor)
 
     def event(self, at_s: float, kind: str, text: str, **data: Any) -> None:
         """Record what happened at ``at_s`` of the host's stand time [s].
@@ -182,10 +186,11 @@ class RunRecorder:
         RuntimeError
             If the recording was closed.
         ValueError, TypeError
-            If ``data`` has no JSON form.
+            If ``data`` has no JSON form, or a number is not finite.
         """
-        canonical_json(data)
-        self._hand_over(Event(at_s, kind, text, data))
+        event = Event(float(at_s), kind, text, data)
+        canonical_json(vars(event)).encode()  # here, where the caller sees what is wrong with it
+        self._hand_over(event)
 
     def close(self, status: str, reason: str = "") -> Path:
         """End the recording and seal it. Waits for the disk: bring the stand to rest first.
@@ -270,7 +275,7 @@ class RunRecorder:
                 for item in items:
                     self._write_batch([item])
             else:
-                self._file_full = True
+                self._file_full = isinstance(error, OSError)
             return
         self.written += sum(
             len(item.time_us) for item in items if isinstance(item, DataRecord) and item.stream == MAIN_STREAM

@@ -137,6 +137,15 @@ def test_what_does_not_fit_the_metadata_is_refused_at_once(tmp_path: Path) -> No
         recorder.append(name, first, stamps, {"force": counts["force"]})
     with pytest.raises(ValueError, match="stroke_1"):
         recorder.append(name, first, stamps, {**counts, "stroke_1": counts["stroke_1"][:5]})
+    for at_s, text in ((float("nan"), "fine"), (1.0, "\ud800")):
+        with pytest.raises(ValueError, match=r"JSON|surrogates"):
+            recorder.event(at_s, "note", text)
+    with pytest.raises(TypeError):
+        recorder.event(1.0, "note", "text", path=tmp_path)
+    with pytest.raises(ValueError, match="JSON"):
+        recorder.anchor(0, float("inf"), "")
+    recorder.anchor(np.int64(5), np.float64(1.0), "")  # type: ignore[arg-type]
+    assert recorder.failure is None
     with pytest.raises(ValueError, match="status 'recovered' is none of"):
         recorder.close("recovered")
     assert verify(recorder.close("complete"))[0].text == "not one sample was recorded"
@@ -203,6 +212,28 @@ def test_a_full_disk_keeps_what_was_written_and_cuts_off_the_torn_record(tmp_pat
     assert run.status == "failed"
     assert run.reason == "recording failed: [Errno 28] No space left on device"
     assert recorder.written == recorder.durable == check_rows(run.path, 20)
+
+
+def test_what_still_fits_on_a_full_disk_is_kept(tmp_path: Path) -> None:
+    """Blocks that wait together are written together; where one no longer fits, those before it do."""
+    free, room = threading.Event(), 20_000
+    free.set()
+
+    def full(handle: int, data: memoryview, offset: int) -> int:
+        free.wait()
+        if offset + len(data) > room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return os.pwrite(handle, data, offset)
+
+    recorder = RunRecorder(tmp_path, "run-1", samples.metadata(), journal_file=failing(pwrite=full))
+    free.clear()
+    record(recorder, 100)
+    free.set()
+    path = recorder.close("complete")
+    assert check_rows(path, 20) == recorder.durable == recorder.written
+    a_block = 24 + 24 + 20 * (8 + 4 + 2 + 2)
+    sealed_from = open_run(path).metadata["sealed_from"]
+    assert sealed_from["bytes"] > room - a_block
 
 
 def test_a_failed_sync_is_final(tmp_path: Path) -> None:
