@@ -212,7 +212,7 @@ class SimulatedDevice:
 
     def tick_us(self, time_s: float) -> int:
         """Return the controller's clock, 32 bits, at a stand time [µs]."""
-        return (self.settings.tick_start_us + int(time_s * self._clock_rate * _US)) % (1 << 32)
+        return (self.settings.tick_start_us + round(time_s * self._clock_rate * _US)) % (1 << 32)
 
     def time_us(self, sequence: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the controller's time stamps of samples without wrapping [µs], same shape."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
-from drivers.profile import Profile
+from drivers.profile import RING_REGISTERS, Profile
 from drivers.simulated.commands import Command
 from drivers.simulated.device import RATE_HZ, SimulatedDevice
 from drivers.simulated.ring import COLUMNS
@@ -20,7 +20,7 @@ ILLEGAL_VALUE = 3
 
 _STATUS = ("status_word", "tick")
 _COMMAND = ("command_sequence", "static_pause")
-_NEEDED = ("ring_acknowledge", "execute", "control_word", "watchdog_feed", "watchdog_time", "force_limit")
+_HEADER = ("first_sequence", "count", "overruns", "status_word")
 
 
 class RegisterBank:
@@ -37,7 +37,7 @@ class RegisterBank:
     Raises
     ------
     BadInput
-        If the profile lacks a register, or its samples hold what this device does not measure.
+        If the profile names what this device does not have.
     """
 
     def __init__(
@@ -46,19 +46,18 @@ class RegisterBank:
         self._device = device
         self._now_s = now_s or (lambda: device.time_s)
         self._profile = profile
-        needed = (*_NEEDED, "stroke_limit", *_STATUS, *_COMMAND, "device_type", "sample_rate")
-        unknown = [name for name, _ in profile.ring.sample if name not in COLUMNS]
-        missing = [name for name in needed if name not in profile.registers]
-        if missing or unknown:
-            raise BadInput(
-                f"the simulated controller has no register {', '.join(missing + unknown)}",
-                file=profile.facts.id,
-                remedy="use the shipped profile “ring”, or one with its names at other addresses",
-            )
         self._status = profile.block(*_STATUS)
         self._command = profile.block(*_COMMAND)
         self._header = profile.ring_header
         self._sample = profile.ring_sample
+        known = {**COLUMNS, **dict.fromkeys(RING_REGISTERS), **dict.fromkeys(_HEADER)}
+        for part in (self._status, self._command, self._header, self._sample):
+            if unknown := [place.name for place in part.places if place.name not in known]:
+                raise BadInput(
+                    f"the simulated controller has no “{unknown[0]}”",
+                    file=profile.facts.id,
+                    remedy="use the shipped profile “ring”, or one with its names at other addresses",
+                )
         self._names = {
             at: name
             for name, register in profile.registers.items()
@@ -79,8 +78,7 @@ class RegisterBank:
             ("force_limit", controller.force_limit_kN),
             ("stroke_limit", controller.stroke_limit_mm),
         ):
-            if name in profile.registers:
-                self._store(name, value)
+            self._store(name, value)
 
     @property
     def size(self) -> int:
