@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.blocks import join_blocks
 from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.scaling import ScaledBlock, scale
@@ -242,12 +243,17 @@ class Acquisition:
     def _read_controller(self) -> None:
         """Read until the ring is drained, with a bound, so that the rest gets its turn."""
         self._drained = False
-        for _ in range(self.pace.blocks_per_tick):
-            block = self.stand.controller.read_block()
-            if block is None:
-                self._drained = True
-                break
-            self._take(block)
+        blocks: list[SampleBlock] = []
+        try:
+            for _ in range(self.pace.blocks_per_tick):
+                block = self.stand.controller.read_block()
+                if block is None:
+                    self._drained = True
+                    break
+                blocks.append(block)
+        finally:
+            for joined in join_blocks(blocks):  # what was read before a fault is kept, too
+                self._take(joined)
         self._record_anchor()
         for text in self.stand.controller.events():
             self.say("wire", text)

@@ -262,8 +262,10 @@ def evaluate_agreement(
         time_s = time_s + memory.offset_s
     mine = dict(memory.sums[signal])
     number = np.floor(time_s / guard.window_s).astype(np.int64)
-    for window in np.unique(number).tolist():
+    for window in range(int(number[0]), int(number[-1]) + 1):  # time never steps back within a block
         inside = block.values[signal][number == window]
+        if not inside.size:
+            continue
         before = mine.get(window, WindowSum())
         mine[window] = WindowSum(before.total + float(inside.sum()), before.count + len(inside))
     newest = dict(sorted(mine.items())[-WINDOWS_KEPT:])
