@@ -221,11 +221,11 @@ class Controller:
         self.cycles_done = 0
 
     def _finish(self, why: EndReason) -> None:
-        """Note that the running motion has ended."""
+        """Note that the running motion has ended; why a commanded one did outlasts the fallback after it."""
         if self._running:
             self._running = False
-            self.end_reason = why
             if self._motion.sequence:
+                self.end_reason = why
                 self.done_sequence = self._motion.sequence
 
     def _arrive(self, motion: Motion) -> None:

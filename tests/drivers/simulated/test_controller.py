@@ -420,6 +420,7 @@ def test_watchdog_runs_on_wall_time_and_falls_back_to_zero_force(tmp_path: Path)
     assert (controller.done_sequence, controller.end_reason) == (sequence, EndReason.WATCHDOG)
     stand.advance(6000)
     assert (controller.state, controller.valve_on) == (MotionState.FAULT, False)
+    assert (controller.done_sequence, controller.end_reason) == (sequence, EndReason.WATCHDOG)
     assert stand.contact.force_kN < 0.2
     assert stand.actuator.position_mm == pytest.approx(0.0, abs=0.1)
 

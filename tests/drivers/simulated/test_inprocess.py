@@ -207,6 +207,13 @@ def test_reading_too_late_counts_what_is_lost(tmp_path: Path) -> None:
     assert block.lost == block.first_sequence == made.device.ring.total - 65536
 
 
+def test_the_truth_need_not_be_kept(tmp_path: Path) -> None:
+    made = open_in_process(stand_file(tmp_path), spring=FrictionSpring(), log_truth=False)
+    made.clock.sleep(1.0)
+    assert made.device.ring.total == 1000
+    assert made.truth.arrays()["force_kN"].size == 0
+
+
 def test_virtual_clock_never_steps_back() -> None:
     clock = VirtualClock()
     seen: list[float] = []
