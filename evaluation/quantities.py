@@ -145,7 +145,7 @@ def evaluate_cycle(record: Record, cycle: Cycle, loop: Loop | None = None) -> Cy
     warnings += _energy_warnings(stored, absorbed, force_min, force_max)
     if not is_two_sided(force_min, force_max):
         warnings += _slope_warnings(loop, span)
-    warnings += _consistency(first, cycle, absorbed)
+    warnings += consistency_warnings(first, cycle, absorbed)
     storage, loss = first.real, first.imag
     quantities = Quantities(
         stroke_min_mm=cycle.stroke_min_mm,
@@ -252,7 +252,7 @@ def _slope_warnings(loop: Loop, span: float) -> list[str]:
     return warnings
 
 
-def _consistency(first: complex, cycle: Cycle, absorbed: float) -> list[str]:
+def consistency_warnings(first: complex, cycle: Cycle, absorbed: float) -> list[str]:
     """Compare the loop area with π K″ x_a², which it equals for a sine stroke whatever the force."""
     distortion = cycle.stroke_distortion
     if distortion is None or distortion > SINE_DISTORTION or absorbed == 0.0:

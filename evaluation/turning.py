@@ -18,6 +18,7 @@ from evaluation.turn_fits import Fit, flank_fit, grouped, maximum, powers, smoot
 _LEVELS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""
 _LEAST_POINTS = 5
+_MANY_POINTS = 12
 _MOST_POINTS = 400
 """Samples of a window are averaged in groups down to this many points."""
 _CONSISTENT = 1.3
@@ -65,6 +66,11 @@ def _window(side: _Side, share: float) -> slice:
     return slice(first, last)
 
 
+def _smooth_degree(points: int) -> int:
+    """Return 4 where there are points for it: a parabola's misfit hides in noise and shifts the turn."""
+    return 4 if points > _LEAST_POINTS else 2
+
+
 def _candidates(side: _Side) -> list[Fit]:
     windows = dict.fromkeys((w.start, w.stop) for w in (_window(side, share) for share in _LEVELS))
     wide_enough = [w for w in windows if w[1] - w[0] >= _LEAST_POINTS]
@@ -76,8 +82,10 @@ def _candidates(side: _Side) -> list[Fit]:
         time_s, value, group = grouped(side.time_s[first:last], side.value[first:last], _MOST_POINTS)
         scale = float(np.sqrt(group))
         noise = side.sigma / scale
-        tried = [smooth_fit(time_s, value, 2, noise), smooth_fit(time_s, value, 4, noise)]
-        tried += [flank_fit(time_s, value, 1, noise), flank_fit(time_s, value, 2, noise)]
+        tried = (
+            smooth_fit(time_s, value, _smooth_degree(time_s.size), noise),
+            flank_fit(time_s, value, 2 if time_s.size >= _MANY_POINTS else 1, noise),
+        )
         fits += [Fit(f.method, f.time_s, f.value, f.residual * scale, f.u) for f in tried if f is not None]
     return fits
 
@@ -171,9 +179,9 @@ def _edge_fit(side: _Side) -> Fit:
     for share in _EDGE_SHARES:
         window = _window(side, share)
         time_s, value, group = grouped(side.time_s[window], side.value[window], _MOST_POINTS)
-        if time_s.size < 4:
+        if time_s.size < _LEAST_POINTS:
             continue
-        fits += [_one_sided(side, time_s, value, k, group) for k in (2, 4) if time_s.size > k + 2]
+        fits.append(_one_sided(side, time_s, value, _smooth_degree(time_s.size), group))
     if not fits:
         end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
         return Fit("edge", end_s, end, side.sigma, side.sigma)

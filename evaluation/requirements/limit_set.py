@@ -39,7 +39,6 @@ class Conditions(Settings):
     rest_systems: Names
     dwell_max_s: float = Field(ge=0)
     residual_stroke_max_mm: float = Field(ge=0)
-    residual_force_max_kN: float = Field(ge=0)
 
 
 class ForceWindow(Settings):
