@@ -46,7 +46,7 @@ def load_run(path: Path) -> tuple[Record, RunFacts]:
         if any(stream.rows > 1 for stream in run.streams.values()):
             raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
         problem = f"nothing to evaluate: the run holds no samples (status {run.status}) {run.reason}".rstrip()
-        return Record(_EMPTY, _EMPTY, _EMPTY), replace(facts, problems=(problem,))
+        return Record(_EMPTY, _EMPTY, _EMPTY), replace(facts, problems=(*facts.problems, problem))
 
 
 def _record(run: Run) -> Record:
@@ -144,6 +144,7 @@ def _facts(run: Run) -> RunFacts:
         started=_moment(run.metadata["run"].get("started_utc")),
         status=run.status,
         step=run.step,
+        problems=tuple(str(text) for text in (run.metadata.get("original") or {}).get("findings") or ()),
         force_uncertainty=_stated(channels["force"]) if "force" in channels else None,
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
     )

@@ -119,7 +119,8 @@ def make_record(
     speed_mm_per_s : array_like, shape (N,), optional
     temperatures : iterable of Temperature
     lost_before : sequence of (index, samples)
-        Losses that the recording counted itself: ``samples`` are missing before sample ``index``.
+        Interruptions that the recording knows of itself: ``samples`` are missing before sample ``index``
+        (0: it does not know how many).
 
     Returns
     -------
@@ -151,19 +152,19 @@ def make_record(
     break_at = [int(np.searchsorted(kept_index, i)) for i in np.flatnonzero(~keep)]
     limit_s = usual_step_s(time_kept)
     known = set(break_at)
+    steps = {int(i) + 1 for i in np.flatnonzero(np.diff(time_kept) > limit_s)}
     for raw_index, samples in lost_before:
         at = int(np.searchsorted(kept_index, raw_index))
-        if 0 < at < time_kept.size:
+        if 0 < at < time_kept.size and (samples > 0 or at not in known | steps):
             a, b = float(time_kept[at - 1]), float(time_kept[at])
-            defects.append(Defect("lost", a, b, f"{samples} samples lost after {a:.6g} s"))
+            what = f"{samples} samples lost" if samples > 0 else "interruption"
+            defects.append(Defect("lost", a, b, f"{what} after {a:.6g} s"))
             known.add(at)
-    for i in np.flatnonzero(np.diff(time_kept) > limit_s):
-        a, b = float(time_kept[i]), float(time_kept[i + 1])
-        if int(i) + 1 not in known:
-            defects.append(Defect("gap", a, b, f"gap of {b - a:.4g} s after {a:.6g} s"))
-            known.add(int(i) + 1)
-    break_at = list(known)
-    inner = sorted({at for at in break_at if 0 < at < time_kept.size})
+    for at in sorted(steps - known):
+        a, b = float(time_kept[at - 1]), float(time_kept[at])
+        defects.append(Defect("gap", a, b, f"gap of {b - a:.4g} s after {a:.6g} s"))
+    known |= steps
+    inner = sorted(at for at in known if 0 < at < time_kept.size)
     return Record(
         time_s=time_kept,
         stroke_mm=stroke[kept_index],

@@ -81,6 +81,14 @@ def test_counted_loss_is_not_also_a_gap() -> None:
     assert record.breaks == (40,)
 
 
+def test_interruption_of_unknown_size() -> None:
+    record = make_record(TIME, STROKE, STROKE, lost_before=[(40, 0)])
+    assert [d.text for d in record.defects] == ["interruption after 0.39 s"]
+    keep = np.r_[0:40, 50:100]
+    record = make_record(TIME[keep], STROKE[keep], STROKE[keep], lost_before=[(40, 0)])
+    assert [d.text for d in record.defects] == ["gap of 0.11 s after 0.39 s"]
+
+
 def test_has_break() -> None:
     record = make_record(TIME[np.r_[0:40, 50:100]], np.zeros(90), np.zeros(90))
     assert record.has_break(39, 40)

@@ -1,0 +1,194 @@
+"""From run files to records and facts: delays, units, roles, gaps, runs without samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evaluation.document import evaluate_paths
+from evaluation.load import load_run
+from foundation.channel import Calibration, Channel, ChannelUncertainty
+from foundation.errors import BadInput
+from recording.content import Anchor, Segment, StreamContent
+from recording.importing import ImportOptions, import_csv
+from recording.runfile import write_run
+from tests.evaluation.signals import Ellipse, Floats, StaticTest
+
+ELLIPSE = Ellipse()
+RATE = 500.0
+SKEW_S = 0.0008
+STROKE_U = ChannelUncertainty(linearity=0.25, zero=0.05)
+
+
+def channel(name: str, quantity: str, unit: str, **facts: Any) -> Channel:
+    facts.setdefault("calibration", Calibration(coefficients=(0.0, 1e-4)))
+    return Channel(name=name, quantity=quantity, unit=unit, **facts)  # type: ignore[arg-type]
+
+
+FORCE = channel(
+    "force", "force", "kN", delay_s=SKEW_S,
+    uncertainty=ChannelUncertainty(accuracy_percent=0.5, reversibility_percent=0.5, zero=0.3, u_delay_s=2e-5),
+)  # fmt: skip
+WIRES = [channel(name, "stroke", "mm", uncertainty=STROKE_U) for name in ("stroke_1", "stroke_2")]
+
+
+def write(
+    path: Path, *, kept: Floats | None = None, channels: list[Channel] | None = None, rows: bool = True
+) -> Path:
+    """Write a harmonic run of the stand: the force channel is late by its delay, as filters make it."""
+    time, stroke, _ = ELLIPSE.columns(2.0, RATE, 6.5)
+    late = ELLIPSE.columns(2.0, RATE, 6.5, phase=1.0 - 2.0 * np.pi * 2.0 * SKEW_S)[2]
+    kept = np.arange(time.size) if kept is None else kept
+    segments = [Segment(0, 0, 0)]
+    for row in np.flatnonzero(np.diff(kept) > 1):
+        segments.append(Segment(int(row) + 1, int(kept[row + 1]), int(kept[row + 1] - kept[row] - 1)))  # noqa: PERF401
+    counts = {
+        "force": np.round(late[kept] * 1e4).astype(np.int32),
+        "stroke_1": np.round((stroke[kept] + 1.0) * 1e4).astype(np.int32),
+        "stroke_2": np.round((stroke[kept] - 1.0) * 1e4).astype(np.int32),
+    }
+    used = [FORCE, *WIRES] if channels is None else channels
+    sensors = {
+        name: [channel(name, "temperature", "°C", calibration=Calibration(), place="plate")]
+        for name in ("temperature_1", "temperature_2")
+    }
+    heads = {"controller": ("device", used), **{name: ("host", own) for name, own in sensors.items()}}
+    metadata = {
+        "format": "bufferstand/run",
+        "format_version": 1,
+        "run": {
+            "id": path.stem, "kind": "harmonic", "status": "complete", "campaign": "c", "step_index": 1,
+            "started_utc": "2026-03-01T08:00:00+00:00", "operator": "o",
+        },
+        "software": {"name": "bufferstand", "version": "0"},
+        "specimen": {"id": "B-17", "kind": "buffer"},
+        "stand": {
+            "temperature": {
+                "sensor": [
+                    {"name": "temperature_1", "role": "specimen"},
+                    {"name": "temperature_2", "role": "ambient"},
+                ]
+            }
+        },
+        "step": {"name": "sine"},
+        "streams": {
+            name: {
+                "clock": clock, "rate_Hz": 1.0, "device": "d",
+                "channels": [c.model_dump(mode="json") for c in own],
+            }
+            for name, (clock, own) in heads.items()
+        },
+    }  # fmt: skip
+    stamps = (np.round(time[kept] * 1e6) + 7e9).astype(np.int64)
+    slow = 100_000_000 + 1_000_000 * np.arange(5, dtype=np.int64)
+    content: Mapping[str, StreamContent] = {
+        "controller": StreamContent(stamps, {c.name: counts[c.name] for c in used}, tuple(segments)),
+        "temperature_1": StreamContent(slow, {"temperature_1": 22.0 + 0.5 * np.arange(5)}),
+        "temperature_2": StreamContent(slow, {"temperature_2": np.full(5, 50.0)}),
+    }
+    anchors = [
+        Anchor(7_000_000_000 + 1_000_000 * k, 100.0 + k, f"2026-03-01T08:00:0{k}+00:00") for k in range(4)
+    ]
+    return write_run(path, metadata, content if rows else {}, (), anchors)
+
+
+def test_record_and_facts(tmp_path: Path) -> None:
+    record, facts = load_run(write(tmp_path / "r1.h5"))
+    assert record.breaks == ()
+    assert record.defects == ()
+    # The mean of both wires, and the force at the stroke's own instants: the delay is undone.
+    time, stroke, force = ELLIPSE.columns(2.0, RATE, 6.5)
+    np.testing.assert_allclose(record.time_s, time, atol=1e-9)
+    np.testing.assert_allclose(record.stroke_mm, stroke, atol=1e-4)
+    np.testing.assert_allclose(record.force_kN, force, atol=2e-3)
+    assert (facts.id, facts.kind, facts.status) == ("r1", "harmonic", "complete")
+    assert facts.sha256 is not None
+    assert facts.specimen["id"] == "B-17"
+    assert facts.started is not None
+    assert facts.force_uncertainty == FORCE.uncertainty
+    assert facts.stroke_uncertainty == (STROKE_U, STROKE_U)
+    assert [(s.name, s.role) for s in record.temperatures] == [
+        ("temperature_1", "specimen"),
+        ("temperature_2", "ambient"),
+    ]
+
+
+def test_delay_matters_and_is_undone(tmp_path: Path) -> None:
+    """0.8 ms at 2 Hz would change the loss factor by ω τ = 0.01 of 0.15."""
+    document = evaluate_paths([write(tmp_path / "r1.h5")], draws=100)
+    (run,) = document["runs"]
+    assert run["summary"]["loss_factor"]["value"] == pytest.approx(0.15, rel=1e-3)
+    assert run["summary"]["damping"]["value"] == pytest.approx(ELLIPSE.absorbed / ELLIPSE.stored, rel=1e-3)
+    assert run["summary"]["damping"]["expanded_uncertainty"] > 0.0
+    late = FORCE.model_copy(update={"delay_s": 0.0})
+    wrong = evaluate_paths([write(tmp_path / "r2.h5", channels=[late, *WIRES])], draws=100)["runs"][0]
+    assert wrong["summary"]["loss_factor"]["value"] == pytest.approx(0.15 - 4.0 * np.pi * SKEW_S, rel=0.02)
+
+
+def test_temperature_is_the_specimens(tmp_path: Path) -> None:
+    (run,) = evaluate_paths([write(tmp_path / "r1.h5")], draws=100)["runs"]
+    first = run["cycles"][1]["temperature_C"]
+    assert first["start"] == pytest.approx(22.0 + 0.5 * run["cycles"][1]["start_s"], abs=0.01)
+
+
+def test_lost_samples_break_the_record(tmp_path: Path) -> None:
+    size = ELLIPSE.columns(2.0, RATE, 6.5)[0].size
+    kept = np.delete(np.arange(size), slice(700, 720))
+    record, _ = load_run(write(tmp_path / "r1.h5", kept=kept))
+    assert record.breaks == (700,)
+    assert [d.text for d in record.defects] == ["20 samples lost after 1.398 s"]
+    (run,) = evaluate_paths([tmp_path / "r1.h5"], draws=100)["runs"]
+    assert sum(not c["complete"] for c in run["cycles"]) >= 1
+    assert run["summary"]["loss_factor"]["value"] == pytest.approx(0.15, rel=1e-3)
+
+
+def test_uncertainty_that_nobody_states(tmp_path: Path) -> None:
+    silent = [c.model_copy(update={"uncertainty": ChannelUncertainty()}) for c in (FORCE, *WIRES)]
+    _, facts = load_run(write(tmp_path / "r1.h5", channels=silent))
+    assert facts.force_uncertainty is None
+    assert facts.stroke_uncertainty == ()
+
+
+def test_run_without_samples(tmp_path: Path) -> None:
+    (run,) = evaluate_paths([write(tmp_path / "r1.h5", rows=False)], draws=100)["runs"]
+    assert run["cycles"] == []
+    assert any("nothing to evaluate" in w for w in run["warnings"])
+
+
+def test_run_without_force_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "r1.h5", channels=WIRES)
+    with pytest.raises(BadInput, match=r"r1.h5: .*no samples of the channel “force”"):
+        load_run(path)
+
+
+def test_what_is_no_run_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "x.h5").write_text("no")
+    with pytest.raises(BadInput, match=r"x\.h5"):
+        load_run(tmp_path / "x.h5")
+
+
+def test_imported_static_test(tmp_path: Path) -> None:
+    """The whole way of a foreign record: import, cycles, requirements that it can and cannot show."""
+    time, stroke, force = StaticTest(rate_Hz=50.0).columns()
+    table = np.column_stack((time, stroke, force, np.full(time.size, 20.0)))
+    source = tmp_path / "static.csv"
+    np.savetxt(
+        source, table, delimiter=",", fmt="%.6f", comments="",
+        header="time [s],stroke [mm],force [kN],temperature [°C]", encoding="utf-8",
+    )  # fmt: skip
+    (tmp_path / "static.toml").write_text(
+        '[specimen]\nid = "B"\nmax_stroke_mm = 105.0\nelastic_system = "elastomer"\n'
+        'assembled = 2026-01-01T00:00:00Z\n[test]\nkind = "static"\nstarted = 2026-02-01T00:00:00Z\n',
+        encoding="utf-8",
+    )
+    imported = import_csv(source, tmp_path / "out", ImportOptions())
+    (run,) = evaluate_paths([imported.path], draws=100)["runs"]
+    assert run["run"]["kind"] == "static"
+    assert [c["complete"] for c in run["cycles"]] == [True] * 3
+    assert run["verdict"] == "pass"
+    assert all(row["expanded_uncertainty"] is None for row in run["requirements"] if row["unit"] == "kN")
+    assert any("no expanded uncertainties" in w for w in run["warnings"])
