@@ -11,17 +11,16 @@ import click
 from cli.options import figure, show_table
 
 COLUMNS = [
-    ("run", "left"),
-    ("cycles used", "right"),
-    ("prestress mm", "right"),
-    ("amplitude mm", "right"),
-    ("frequency Hz", "right"),
-    ("stored J", "right"),
-    ("absorbed J", "right"),
-    ("damping", "right"),
-    ("tangent kN/mm", "right"),
-    ("max °C", "right"),
-    ("verdict", "left"),
+    ("run", "whole"),
+    ("cycles\nused", "right"),
+    ("prestress ±\namplitude mm", "right"),
+    ("frequency\nHz", "right"),
+    ("stored\nJ", "right"),
+    ("absorbed\nJ", "right"),
+    ("damping ± U\n", "right"),
+    ("tangent\nkN/mm", "right"),
+    ("max\n°C", "right"),
+    ("verdict\n", "whole"),
 ]
 
 
@@ -40,35 +39,23 @@ def show_evaluation(document: Mapping[str, Any], *, warnings: bool = True) -> No
 
 
 def _row(entry: Mapping[str, Any]) -> tuple[str, ...]:
-    summary = entry["summary"]
+    summary, cycles = entry["summary"], entry["cycles"]
 
-    def mean(name: str) -> float | None:
-        value = summary.get(name)
-        return None if value is None else value["value"]
+    def mean(name: str, digits: int) -> str:
+        return figure((summary.get(name) or {}).get("value"), digits)
 
-    def measured(name: str, digits: int) -> str:
-        value = summary.get(name) or {}
-        text = figure(value.get("value"), digits)
-        expanded = value.get("expanded_uncertainty")
-        return text if expanded is None or value.get("value") is None else f"{text} ± {expanded:.{digits}f}"
-
-    used = [cycle for cycle in entry["cycles"] if cycle["index"] in summary["cycles_used"]]
-    hottest = [
-        cycle["temperature_C"]["max"]
-        for cycle in entry["cycles"]
-        if cycle["temperature_C"]["max"] is not None
-    ]
+    expanded = (summary.get("damping") or {}).get("expanded_uncertainty")
+    reached = [cycle["temperature_C"]["max"] for cycle in cycles]
     return (
         entry["run"]["id"],
-        f"{len(used)} of {len(entry['cycles'])}",
-        figure(mean("prestress_mm"), 2),
-        figure(mean("amplitude_mm"), 2),
-        figure(mean("frequency_Hz"), 3),
-        measured("stored_energy_J", 0),
-        measured("absorbed_energy_J", 0),
-        measured("damping", 3),
-        measured("tangent_stiffness_kN_per_mm", 2),
-        figure(max(hottest, default=None), 1),
+        f"{len(summary['cycles_used'])} of {len(cycles)}",
+        f"{mean('prestress_mm', 2)} ± {mean('amplitude_mm', 2)}" if summary["cycles_used"] else "—",
+        mean("frequency_Hz", 3),
+        mean("stored_energy_J", 0),
+        mean("absorbed_energy_J", 0),
+        mean("damping", 3) + (f" ± {expanded:.3f}" if expanded is not None else ""),
+        mean("tangent_stiffness_kN_per_mm", 2),
+        figure(max((value for value in reached if value is not None), default=None), 1),
         entry["verdict"] or "—",
     )
 

@@ -6,6 +6,7 @@ import difflib
 import importlib
 import keyword
 import sys
+import traceback
 from importlib.metadata import version
 from typing import NoReturn
 
@@ -27,6 +28,9 @@ COMMANDS = {
     "runs": "List recorded runs with their key facts.",
     "verify": "Check that run files are whole and unaltered.",
 }
+
+BUG_STATUS = 70
+"""Exit status of a fault of this software (EX_SOFTWARE): none of the contract's, so that none is mistaken."""
 
 
 class LazyGroup(click.Group):
@@ -96,6 +100,10 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except BrokenPipeError:
         sys.stderr.close()
         status = ExitStatus.DONE
+    except Exception:  # noqa: BLE001 - a bug of ours must not pass for a failed specimen (status 1)
+        traceback.print_exc()
+        _say("the lines above are a bug of bufferstand; please report them", ExitStatus.DEVICE_FAULT)
+        raise SystemExit(BUG_STATUS) from None
     except DeviceFault as error:
         status = _say(str(error), ExitStatus.DEVICE_FAULT)
     raise SystemExit(int(status))

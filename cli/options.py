@@ -67,18 +67,30 @@ def warn(message: str) -> None:
 
 
 def show_table(columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], *, title: str = "") -> None:
-    """Print a table on standard output; ``columns`` are (heading, ``left`` or ``right``)."""
+    """Print a table on standard output.
+
+    Parameters
+    ----------
+    columns : sequence of (heading, side)
+        Side is ``left``, ``right``, or ``whole`` for a left column that is never broken.
+    rows : sequence of sequence of str
+        Cells.
+    title : str
+        Above it.
+    """
     from rich.console import Console  # noqa: PLC0415 - only where a table is shown
     from rich.table import Table  # noqa: PLC0415
 
     table = Table(title=title or None, title_justify="left", header_style="bold", pad_edge=False, box=None)
     for heading, side in columns:
-        table.add_column(heading, justify="right" if side == "right" else "left", overflow="fold")
+        table.add_column(
+            heading, justify="right" if side == "right" else "left", overflow="fold", no_wrap=side == "whole"
+        )
     for row in rows:
         table.add_row(*row)
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=160, no_color=True)
+        console = Console(highlight=False, markup=False, width=200, no_color=True)
     console.print(table)
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from cli.campaigns import Prepared
+from cli.options import warn
 from cli.simulation import simulated_stand
 from daq.metadata import CampaignFacts
 from daq.runner import CampaignOutcome, run_campaign
@@ -65,5 +67,8 @@ def perform(
         finally:
             stand.close()
     if outcome.error is not None:
-        raise outcome.error  # a bug of ours; the stand is safe and the runs are closed
+        # A bug of ours; the stand is safe and the runs are closed. Its place is kept for the one who mends it.
+        text = "".join(traceback.format_exception(outcome.error))
+        (out / "internal-error.txt").write_text(text, encoding="utf-8")
+        warn(f"a bug of bufferstand ended this; please report it with {out / 'internal-error.txt'}")
     return outcome

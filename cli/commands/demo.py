@@ -10,7 +10,7 @@ import click
 from cli.campaigns import Prepared, prepare
 from cli.commands.run import finish
 from cli.evaluation_view import show_evaluation
-from cli.options import FOLDER, write_json
+from cli.options import FILE, FOLDER, write_json
 from cli.running import perform
 from cli.samples import sample
 from daq.folder import load_record
@@ -31,7 +31,8 @@ SPEED = 8.0
     default=SPEED,
     help=f"Stand time in multiples of real time (default {SPEED:g}).",
 )
-def command(out: Path | None, speed: float) -> int:
+@click.option("--truth", metavar="FILE", type=FILE, help="Write what really happened in the specimen (.npz).")
+def command(out: Path | None, speed: float, truth: Path | None) -> int:
     """Run the paper's campaign, shortened, on the simulated stand; evaluate it and write the report.
 
     The stand is a process of its own on real wires (Modbus TCP, a serial line, a 1-Wire folder). The last
@@ -49,7 +50,7 @@ def command(out: Path | None, speed: float) -> int:
         "The last step means to run into the 40 °C stop. Ctrl-C stops safely at any time.",
         err=True,
     )
-    outcome = perform(prepared, folder, simulate=True, speed=speed)
+    outcome = perform(prepared, folder, simulate=True, speed=speed, truth=truth)
     if not _stopped_as_intended(prepared, folder):
         return finish(outcome, folder)
     click.echo(f"The stop was meant: {outcome.safe_stop.line if outcome.safe_stop else ''}", err=True)
