@@ -69,10 +69,14 @@ class LazyGroup(click.Group):
     cls=LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Start with:  bufferstand demo",
+    invoke_without_command=True,
 )
 @click.version_option(version("bufferstand"), prog_name="bufferstand")
-def bufferstand() -> None:
+@click.pass_context
+def bufferstand(context: click.Context) -> None:
     """Test-stand data acquisition and evaluation for railway buffers and draw gear."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

@@ -67,7 +67,7 @@ def perform(
         finally:
             stand.close()
     if outcome.error is not None:
-        # A bug of ours; the stand is safe and the runs are closed. Its place is kept for the one who mends it.
+        # A bug of ours; the stand is safe, the runs are closed. Its place is kept for whoever mends it.
         text = "".join(traceback.format_exception(outcome.error))
         (out / "internal-error.txt").write_text(text, encoding="utf-8")
         warn(f"a bug of bufferstand ended this; please report it with {out / 'internal-error.txt'}")
