@@ -215,9 +215,18 @@ def _difference(cycle: Cycle, other: Cycle, tolerance_mm: float) -> str:
         return ""  # a neighbour that is itself cut or ramped says nothing on shape and frequency
     if abs(other.stroke_min_mm - cycle.stroke_min_mm) > tolerance_mm:
         return f"its lower turning point differs from that of cycle {other.index}"
-    if abs(cycle.duration_s / other.duration_s - 1.0) > STEADY_FREQUENCY:
+    # A short dwell that is recognised at one turn and not at the next shifts the first, pauses of
+    # different length the second: one of the two must agree.
+    without_rest, with_rest = cycle.duration_s / other.duration_s, _period_s(cycle) / _period_s(other)
+    if min(abs(without_rest - 1.0), abs(with_rest - 1.0)) > STEADY_FREQUENCY:
         return f"its frequency differs from that of cycle {other.index}"
     mine, its = cycle.stroke_distortion, other.stroke_distortion
     if mine is not None and its is not None and abs(mine - its) > STEADY_DISTORTION:
         return f"its stroke is distorted otherwise than that of cycle {other.index}"
     return ""
+
+
+def _period_s(cycle: Cycle) -> float:
+    """Return the time from the middle of the lower dwell at the start to the middle of that at the end."""
+    begin = 0.5 * (cycle.start.time_s + cycle.start.leave_s)
+    return 0.5 * (cycle.end.time_s + cycle.end.leave_s) - begin

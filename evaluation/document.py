@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from evaluation.load import load_run
+from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import (
     CycleResult,
@@ -23,6 +27,7 @@ from evaluation.trends import find_trends
 from foundation.errors import BadInput
 
 SCHEMA = "bufferstand/evaluation/1"
+_NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
 _TEMPERATURES = ("temperature_start_C", "temperature_max_C")
 CYCLE_QUANTITIES = tuple(n for n in Quantities.__dataclass_fields__ if n not in _TEMPERATURES)
 
@@ -52,13 +57,40 @@ def evaluate_paths(
         If a path does not exist, holds no run file, or a run file cannot be evaluated.
     """
     options = Options(decision_rule=decision_rule, draws=draws)
-    return evaluation_document(evaluate_files(paths, options, limit_set))
+    return assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])
+
+
+def evaluate_entry(
+    path: Path, options: Options | None = None, limit_set: LimitSet | None = None
+) -> tuple[dict[str, Any], RunEvaluation]:
+    """Evaluate one run file into its entry of the document, and a result without samples for the trends.
+
+    Small enough to be kept for ten thousand runs, or to be sent from another process.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read or evaluated.
+    """
+    run = evaluate_file(path, options, limit_set)
+    return run_entry(run), replace(run, record=_NO_SAMPLES, cycles=())
+
+
+def assemble(parts: Iterable[tuple[dict[str, Any], RunEvaluation]]) -> dict[str, Any]:
+    """Return the evaluation document of entries made by :func:`evaluate_entry`, in their order."""
+    parts = list(parts)
+    return {
+        "schema": SCHEMA,
+        "software": {"version": version("bufferstand")},
+        "runs": [entry for entry, _ in parts],
+        "trends": [_trend(trend) for trend in find_trends([run for _, run in parts])],
+    }
 
 
 def evaluate_files(
     paths: Sequence[Path], options: Options | None = None, limit_set: LimitSet | None = None
 ) -> list[RunEvaluation]:
-    """Evaluate run files one after the other.
+    """Evaluate run files one after the other, and keep records and cycles of all of them.
 
     Raises
     ------
@@ -109,12 +141,7 @@ def run_files(paths: Iterable[Path]) -> list[Path]:
 
 def evaluation_document(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
     """Return the evaluation document of runs that were evaluated."""
-    return {
-        "schema": SCHEMA,
-        "software": {"version": version("bufferstand")},
-        "runs": [run_entry(run) for run in runs],
-        "trends": [_trend(trend) for trend in find_trends(runs)],
-    }
+    return assemble([(run_entry(run), run) for run in runs])
 
 
 def run_entry(run: RunEvaluation) -> dict[str, Any]:

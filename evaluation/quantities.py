@@ -213,8 +213,7 @@ def _energy_warnings(stored: float, absorbed: float, force_min: float, force_max
     warnings = []
     if is_two_sided(force_min, force_max):
         warnings.append(
-            f"two-sided loop ({force_min:.3g} to {force_max:.3g} kN): "
-            "damping (absorbed over stored energy) is not meaningful for it"
+            "two-sided loop (the force changes sign): damping (absorbed over stored energy) is not meaningful"
         )
     if absorbed < 0.0:
         warnings.append(

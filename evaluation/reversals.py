@@ -19,30 +19,41 @@ _LEAST_CYCLE_SHARE = 0.05
 """Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
 _REPEATED_SHARE = 0.02
 _NOISE_SAMPLES = 20_000
-"""Fifth differences are taken at about so many places, spread evenly over the record."""
-_FIFTH_DIFFERENCE = (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0)
-_FIFTH_DIFFERENCE_GAIN = float(np.sqrt(252.0))
+"""Differences are taken at about so many places, spread evenly over the record."""
+_DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
+_LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
+"""A fifth of all normal deviates lie within 0.2533 standard deviations."""
 
 
 def noise_sigma(values: FloatArray) -> float:
-    """Return the standard deviation of white noise on a smooth signal, from its fifth differences.
+    """Return the standard deviation of white noise on a record, from its third and fifth differences.
 
-    Fifth differences vanish for anything smooth over six samples; the median makes the estimate blind to
-    turning points, gaps and jumps. Quantisation counts as a twelfth of its step squared.
+    They vanish for what is smooth over four or six samples. The lower of the two counts, read at its lower
+    fifth: so corners, turning points, gaps and jumps do not count as noise, even with 20 samples a cycle. Of
+    samples that are held, one each counts. Quantisation adds a twelfth of its step squared.
     """
-    if values.size < 16:
+    distinct = values
+    if held_samples(values) > 1:
+        distinct = values[np.concatenate(([0], np.flatnonzero(np.diff(values) != 0.0) + 1))]
+    if distinct.size < 16:
         return 0.0
-    stride = max(1, values.size // _NOISE_SAMPLES)
-    rows = np.arange(0, values.size - 5, stride)
-    difference = sum(weight * values[rows + k] for k, weight in enumerate(_FIFTH_DIFFERENCE))
-    spread = float(np.median(np.abs(difference))) / 0.6745 / _FIFTH_DIFFERENCE_GAIN
+    spread = min(_difference_sigma(distinct, weights) for weights in _DIFFERENCES)
     return max(spread, quantum(values) / float(np.sqrt(12.0)))
+
+
+def _difference_sigma(values: FloatArray, weights: tuple[float, ...]) -> float:
+    stride = max(1, values.size // _NOISE_SAMPLES)
+    rows = np.arange(0, values.size - len(weights) + 1, stride)
+    difference = sum(weight * values[rows + k] for k, weight in enumerate(weights))
+    gain = float(np.sqrt(sum(weight**2 for weight in weights)))
+    return float(np.quantile(np.abs(difference), _LOWER_FIFTH)) / _NORMAL_LOWER_FIFTH / gain
 
 
 def quantum(values: FloatArray) -> float:
     """Return the converter step of a record that repeats values while it moves, else 0 (unit of ``values``).
 
-    Rest alone is no sign of it: there, equal values come in few long rows.
+    Rest alone is no sign of it: there, equal values come in few long rows. All steps are whole multiples of
+    the converter's, and there are steps of several sizes or rests between most of them.
     """
     step = np.abs(np.diff(values))
     moves = step > 0.0
@@ -51,7 +62,12 @@ def quantum(values: FloatArray) -> float:
     if rows < max(8, _REPEATED_SHARE * moving.size):
         return 0.0
     # A low quantile, not the least: rounding of the input's decimals makes steps near zero.
-    return float(np.quantile(moving, 0.02))
+    least = float(np.quantile(moving, 0.02))
+    multiples = moving / least
+    off = float(np.quantile(np.abs(multiples - np.round(multiples)), 0.9))
+    if off > 0.1 or not (rows > 0.25 * moving.size or np.max(multiples) >= 2.5):
+        return 0.0
+    return least
 
 
 def held_samples(values: FloatArray) -> int:

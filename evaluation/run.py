@@ -67,7 +67,7 @@ def evaluate_run(
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *_record_warnings(record, facts, results, used)]
     warnings += missing_facts(facts.force_uncertainty, facts.stroke_uncertainty) if complete else []
-    warnings += [f"cycle {r.cycle.index}: {text}" for r in results for text in r.warnings]
+    warnings += _cycle_warnings(results)
 
     requirements: list[RequirementResult] = []
     unfit = limits.why_not_for(facts.specimen)
@@ -150,6 +150,27 @@ def _record_warnings(
     elif results and all(r.quantities.temperature_max_C is None for r in results):
         warnings.append("no temperature: the sensors on the specimen have no reading within 30 s of a cycle")
     return warnings
+
+
+def _cycle_warnings(results: Sequence[CycleResult]) -> list[str]:
+    """Return the warnings of all cycles, each text once with the numbers of its cycles."""
+    where: dict[str, list[int]] = {}
+    for result in results:
+        for text in result.warnings:
+            where.setdefault(text, []).append(result.cycle.index)
+    return [f"{_numbered(numbers)}: {text}" for text, numbers in where.items()]
+
+
+def _numbered(numbers: Sequence[int]) -> str:
+    """Return cycle numbers in words; more than two in a row as from – to."""
+    parts: list[tuple[int, int]] = []
+    for number in numbers:
+        if parts and number == parts[-1][1] + 1:
+            parts[-1] = (parts[-1][0], number)
+        else:
+            parts.append((number, number))
+    texts = [f"{a}" if a == b else f"{a}, {b}" if b == a + 1 else f"{a} to {b}" for a, b in parts]
+    return ("cycle " if len(numbers) == 1 else "cycles ") + ", ".join(texts)
 
 
 def _assumed(facts: RunFacts, limits: LimitSet) -> list[str]:
