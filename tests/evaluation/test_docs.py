@@ -1,0 +1,63 @@
+"""The documents say what the code does: names, windows and criteria."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from evaluation import cycles, quantities, trends
+from evaluation.document import CYCLE_QUANTITIES
+from evaluation.requirements import static
+from evaluation.requirements.limit_set import shipped_limit_set
+from evaluation.results import Options
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+EVALUATION = (DOCS / "evaluation.md").read_text(encoding="utf-8")
+SYMBOLS = (DOCS / "symbols.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", CYCLE_QUANTITIES)
+def test_every_figure_has_a_symbol_line(name: str) -> None:
+    assert f"`{name}`" in SYMBOLS
+
+
+@pytest.mark.parametrize(
+    "identity",
+    [
+        *(w.id for w in shipped_limit_set().force if w.stroke_mm in (0.0, 25.0)),
+        "stored-energy", "absorbed-energy-ratio", "cycle-count", "rest-after-assembly", "temperature-range",
+        "speed-limit", "pause-limit", "immediate-unloading", "full-release", "full-stroke",
+        "stored-energy-category",
+    ],
+)  # fmt: skip
+def test_every_requirement_is_explained(identity: str) -> None:
+    assert f"`{identity}`" in EVALUATION
+
+
+CONDITIONS = shipped_limit_set().conditions
+STATED = [
+    f"within {100 * cycles.STEADY_STROKE:g} % of its range",
+    f"frequency within {100 * cycles.STEADY_FREQUENCY:g} %",
+    f"distortion within {cycles.STEADY_DISTORTION}",
+    f"returns within {100 * cycles.REST_CLOSURE:g} % of the range ({100 * cycles.EDGE_CLOSURE:g} %",
+    f"over ±{100 * quantities.TANGENT_WINDOW:g} % of the range",
+    f"parabola over {100 * quantities.SPEED_WINDOW:g} % of the branch",
+    f"parabola over {100 * quantities.FORCE_WINDOW:g} % of each branch",
+    f"more than {quantities.TEMPERATURE_STALE_S:g} s away",
+    f"more than {100 * quantities.TWO_SIDED:g} % of its largest",
+    f"±{static.FORCE_HALF_WIDTH_MM:g} mm",
+    f"{static.PRELOAD_FROM_MM:g} to {static.PRELOAD_TO_MM:g} mm",
+    f"prestress within {trends.PRESTRESS_TOLERANCE_MM:g} mm",
+    f"amplitude within {trends.AMPLITUDE_TOLERANCE_MM:g} mm or {100 * trends.AMPLITUDE_TOLERANCE:g} %",
+    f"above {trends.TEMPERATURE_SPREAD_C:g} K",
+    f"above {CONDITIONS.dwell_max_s:g} s at the top",
+    f"above {CONDITIONS.residual_stroke_max_mm:g} mm before",
+    f"outside {CONDITIONS.temperature_min_C:g} to {CONDITIONS.temperature_max_C:g} °C",
+    f"{Options().draws} draws",
+]
+
+
+@pytest.mark.parametrize("text", STATED)
+def test_criteria_are_stated_as_coded(text: str) -> None:
+    assert text in EVALUATION
