@@ -16,10 +16,12 @@ from evaluation.requirements.impact import judge_impact
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
 from evaluation.requirements.static import judge_static
-from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts
+from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts, Summary
 from evaluation.summary import MeanOfDraws, cycles_used, summarise
 from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded, record_noise
 
+_PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
+"""Share of the planned figure, and least difference, by which a run may miss its step without a word."""
 _MOST_DEFECTS = 10
 """Defects of the record that are named one by one in its warnings; the rest are counted."""
 
@@ -69,6 +71,8 @@ def evaluate_run(
     warnings += missing_facts(facts.force_uncertainty, facts.stroke_uncertainty) if complete else []
     warnings += _cycle_warnings(results)
 
+    summary = summarise(results, used, mean)
+    warnings += _off_plan(facts, summary)
     requirements: list[RequirementResult] = []
     unfit = limits.why_not_for(facts.specimen)
     if _is_judged(facts) and unfit:
@@ -81,7 +85,7 @@ def evaluate_run(
         facts=facts,
         record=record,
         cycles=tuple(results),
-        summary=summarise(results, used, mean),
+        summary=summary,
         requirements=tuple(requirements),
         verdict=run_verdict(requirements),
         warnings=tuple(dict.fromkeys(warnings)),
@@ -171,6 +175,21 @@ def _numbered(numbers: Sequence[int]) -> str:
             parts.append((number, number))
     texts = [f"{a}" if a == b else f"{a}, {b}" if b == a + 1 else f"{a} to {b}" for a, b in parts]
     return ("cycle " if len(numbers) == 1 else "cycles ") + ", ".join(texts)
+
+
+def _off_plan(facts: RunFacts, summary: Summary) -> list[str]:
+    """Return a warning for every figure in which a harmonic run is not the step that was planned."""
+    if facts.kind != "harmonic":
+        return []
+    warnings = []
+    for name, (share, least) in _PLAN_TOLERANCE.items():
+        planned, measured = facts.step.get(name), summary.values[name].value
+        if not isinstance(planned, int | float) or measured is None:
+            continue
+        if abs(measured - planned) > max(share * abs(planned), least):
+            text = f"the run is not its step: {name} is {measured:.4g}, planned was {planned:.4g}"
+            warnings.append(text)
+    return warnings
 
 
 def _assumed(facts: RunFacts, limits: LimitSet) -> list[str]:

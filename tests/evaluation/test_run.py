@@ -105,6 +105,23 @@ def test_status_is_said() -> None:
     assert "the run is not whole: its status is recovered" in run.warnings
 
 
+def test_run_that_is_not_its_step() -> None:
+    record = make_record(*ELLIPSE.columns(1.0, 500.0, 4.5))
+    step = {"prestress_mm": 52.0, "amplitude_mm": 20.5, "frequency_Hz": 1.0}
+    assert not any("its step" in w for w in evaluate_run(record, replace(FACTS, step=step)).warnings)
+    other = replace(FACTS, step={**step, "frequency_Hz": 1.27})
+    assert (
+        "the run is not its step: frequency_Hz is 1, planned was 1.27" in evaluate_run(record, other).warnings
+    )
+
+
+def test_same_warning_of_many_cycles_is_said_once() -> None:
+    run = evaluate_run(make_record(*Ellipse(mean_mm=0.0, mean_kN=1.0).columns(1.0, 500.0, 6.5)), FACTS)
+    two_sided = [w for w in run.warnings if "two-sided" in w]
+    assert len(two_sided) == 1
+    assert two_sided[0].startswith("cycles 2 to 6: ")
+
+
 def test_every_missing_figure_is_explained() -> None:
     """Nothing is None without a warning that says why."""
     for record in (
