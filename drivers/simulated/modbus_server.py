@@ -1,192 +1,70 @@
-"""The simulated controller on a real wire: Modbus TCP, one snapshot of the device a request.
+"""The simulated controller on a real wire: Modbus TCP by pymodbus, one snapshot of the device a request.
 
-A server of our own, because pymodbus' takes several turns of the event loop (and a system call to wake
-itself) for each request, answers only the first of pipelined ones, and cannot be deaf as a pulled cable is.
-Its conformance is tested with two clients that are not ours.
+What pymodbus 3.16 leaves open is closed through its own extension points: refusals of what it cannot decode
+and of other units, FC23 refused whole, and a link that can be cut.
 Source: Modbus application protocol 1.1b3, Modbus messaging on TCP/IP 1.0b.
 """
 
 from __future__ import annotations
 
 import asyncio
-import struct
-from collections.abc import Callable, Sequence
+import logging
+from collections.abc import Callable
+from itertools import groupby
+from typing import cast
+
+from pymodbus.constants import ExcCodes
+from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
+from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
+from pymodbus.server import ModbusTcpServer
+from pymodbus.server.requesthandler import ServerRequestHandler
+from pymodbus.simulator import DataType, SimData, SimDevice
 
 from drivers.profile import Profile
 from drivers.simulated.register_bank import RegisterBank
 from foundation.errors import BadInput
 
-ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, NO_TARGET = 1, 2, 3, 11
-"""Exception codes (application protocol, 7)."""
-READ, WRITE_ONE, WRITE, READ_WRITE = 3, 6, 16, 23
+# What pymodbus logs here is a client's doing; without a handler Python would print it.
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())
+
+WRITE_ONE = 6
+SERVED = frozenset((3, WRITE_ONE, 16, 23))
 """Function codes that are served; everything lies in the holding table."""
-MOST_READ, MOST_WRITTEN, MOST_WRITTEN_WITH_READ = 125, 123, 121
-"""Registers of one request (application protocol, 6.3, 6.12, 6.17)."""
-
-_HEADER = struct.Struct(">HHHB")  # transaction, protocol, length, unit
 
 
-class _Refusal(Exception):  # noqa: N818 - it names the fact
-    def __init__(self, code: int) -> None:
-        super().__init__(code)
-        self.code = code
-
-
-class RequestHandler:
-    """Answers requests out of a register bank.
+class ModbusStandServer:
+    """Serves a register bank on a TCP port, to any number of clients.
 
     Parameters
     ----------
     bank : RegisterBank
     profile : Profile
         Says which addresses exist and which of them can be written; those between are illegal.
+    device_id : int
+        Unit identifier that it answers to; others get exception 0x0B.
     catch_up : callable
-        Brings the device up to the present; called before each request, with whether it acts on the stand.
+        Brings the device up to the present; called before a request is done, with whether the request acts on
+        the stand. An acknowledgement of samples needs none.
+    cut : callable
+        Whether the link is cut at present: then nothing is heard, done or answered.
     """
-
-    def __init__(self, bank: RegisterBank, profile: Profile, catch_up: Callable[[bool], object]) -> None:
-        self._bank = bank
-        self._catch_up = catch_up
-        self._readable = bytearray(0x10000)
-        self._writable = bytearray(0x10000)
-        for register in profile.registers.values():
-            span = slice(register.address, register.address + register.words)
-            self._readable[span] = b"\x01" * register.words
-            if register.access == "rw":
-                self._writable[span] = b"\x01" * register.words
-        ring = profile.ring
-        self._readable[ring.address : ring.address + ring.registers] = b"\x01" * ring.registers
-
-    def answer(self, request: bytes) -> bytes:
-        """Return the reply to a request, both without header (function code first)."""
-        function = request[0]
-        try:
-            if function == READ:
-                return self._read(*_unpack(">HH", request))
-            if function == WRITE_ONE:
-                address, value = _unpack(">HH", request)
-                self._write(address, [value])
-                return request
-            if function == WRITE:
-                return self._write_many(request)
-            if function == READ_WRITE:
-                return self._read_write(request)
-            raise _Refusal(ILLEGAL_FUNCTION)
-        except _Refusal as refusal:
-            return bytes((function | 0x80, refusal.code))
-
-    def _read(self, address: int, count: int, function: int = READ) -> bytes:
-        if not 1 <= count <= MOST_READ:
-            raise _Refusal(ILLEGAL_VALUE)
-        _demand(self._readable, address, count)
-        if function == READ:
-            self._catch_up(False)
-        words = self._bank.read(address, count)
-        return struct.pack(f">BB{count}H", function, 2 * count, *words)
-
-    def _write(self, address: int, values: Sequence[int]) -> None:
-        _demand(self._writable, address, len(values))
-        self._catch_up(not self._bank.is_acknowledgement(address, len(values)))
-        if code := self._bank.write(address, values):
-            raise _Refusal(code)
-
-    def _write_many(self, request: bytes) -> bytes:
-        address, count, length = _unpack(">HHB", request[:6])
-        self._write(address, _registers(request[6:], count, length, MOST_WRITTEN))
-        return request[:5]
-
-    def _read_write(self, request: bytes) -> bytes:
-        read_address, read_count, address, count, length = _unpack(">HHHHB", request[:10])
-        values = _registers(request[10:], count, length, MOST_WRITTEN_WITH_READ)
-        if not 1 <= read_count <= MOST_READ:
-            raise _Refusal(ILLEGAL_VALUE)
-        _demand(self._readable, read_address, read_count)  # refused whole: nothing is written then
-        self._write(address, values)
-        return self._read(read_address, read_count, READ_WRITE)
-
-
-def _unpack(layout: str, request: bytes) -> tuple[int, ...]:
-    try:
-        return struct.unpack(layout, request[1:])
-    except struct.error:
-        raise _Refusal(ILLEGAL_VALUE) from None
-
-
-def _registers(data: bytes, count: int, length: int, most: int) -> tuple[int, ...]:
-    if not 1 <= count <= most or length != 2 * count or len(data) != length:
-        raise _Refusal(ILLEGAL_VALUE)
-    return struct.unpack(f">{count}H", data)
-
-
-def _demand(allowed: bytearray, address: int, count: int) -> None:
-    if address + count > len(allowed) or allowed.find(0, address, address + count) >= 0:
-        raise _Refusal(ILLEGAL_ADDRESS)
-
-
-class _Connection(asyncio.Protocol):
-    """One client: finds requests in the stream of bytes, answers each in turn."""
 
     def __init__(
         self,
-        handler: RequestHandler,
+        bank: RegisterBank,
+        profile: Profile,
         device_id: int,
+        catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
-        open_ones: set[asyncio.BaseTransport],
     ) -> None:
-        self._handler = handler
+        self._bank = bank
         self._device_id = device_id
+        self._catch_up = catch_up
         self._cut = cut
-        self._open_ones = open_ones
-        self._buffer = b""
-        self._transport: asyncio.Transport | None = None
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        if isinstance(transport, asyncio.Transport):
-            self._transport = transport
-            self._open_ones.add(transport)
-
-    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio calls with it
-        if self._transport is not None:
-            self._open_ones.discard(self._transport)
-
-    def data_received(self, data: bytes) -> None:
-        if self._transport is None or self._cut():
-            return
-        self._buffer += data
-        while len(self._buffer) > _HEADER.size:
-            transaction, protocol, length, unit = _HEADER.unpack_from(self._buffer)
-            if protocol != 0 or not 2 <= length <= 254:
-                self._transport.close()  # not Modbus: there is no way to find the next request
-                return
-            end = 6 + length
-            if len(self._buffer) < end:
-                return
-            request, self._buffer = self._buffer[_HEADER.size : end], self._buffer[end:]
-            if unit == self._device_id:
-                reply = self._handler.answer(request)
-            else:
-                reply = bytes((request[0] | 0x80, NO_TARGET))
-            self._transport.write(_HEADER.pack(transaction, 0, len(reply) + 1, unit) + reply)
-
-
-class ModbusStandServer:
-    """Listens on a TCP port and answers any number of clients.
-
-    Parameters
-    ----------
-    handler : RequestHandler
-    device_id : int
-        Unit identifier that it answers to; others get exception 0x0B.
-    cut : callable
-        Whether the link is cut at present: then nothing is heard and nothing answered.
-    """
-
-    def __init__(self, handler: RequestHandler, device_id: int, cut: Callable[[], bool]) -> None:
-        self._handler = handler
-        self._device_id = device_id
-        self._cut = cut
-        self._open_ones: set[asyncio.BaseTransport] = set()
-        self._server: asyncio.Server | None = None
+        access = _access(profile)
+        self._readable = frozenset(access)
+        self._device = SimDevice(device_id, _layout(access), action=self._act)
+        self._server: _Server | None = None
 
     async def start(self, host: str, port: int) -> int:
         """Listen; return the port (0 takes a free one).
@@ -196,25 +74,155 @@ class ModbusStandServer:
         BadInput
             If the port cannot be had.
         """
-        loop = asyncio.get_running_loop()
+        server = _Server(self._device, (host, port), self._admit, self._cut)
         try:
-            self._server = await loop.create_server(
-                lambda: _Connection(self._handler, self._device_id, self._cut, self._open_ones), host, port
-            )
-        except OSError as error:
+            await server.serve_forever(background=True)
+        except (RuntimeError, OverflowError):  # pymodbus keeps the operating system's reason to itself
             raise BadInput(
-                f"cannot listen on {host}:{port} ({error.strerror})",
+                f"cannot listen on {host}:{port}",
                 place="controller.port",
-                remedy="another program may hold the port: end it, or choose another one (0: a free one)",
+                remedy="another program may hold the port, or it is not one that you may take: "
+                "end that program, or choose another port (0: a free one)",
             ) from None
-        found: int = self._server.sockets[0].getsockname()[1]
+        self._server = server
+        found: int = cast(asyncio.Server, server.transport).sockets[0].getsockname()[1]
         return found
 
     async def stop(self) -> None:
         """Close the port and every connection."""
-        if self._server is not None:
-            self._server.close()
-            for transport in list(self._open_ones):
-                transport.close()
-            await self._server.wait_closed()
-            self._server = None
+        server, self._server = self._server, None
+        if server is not None:
+            await server.shutdown()  # type: ignore[no-untyped-call]
+            await asyncio.sleep(0)  # the connections' sockets are closed in the next turn of the loop
+
+    async def _act(
+        self,
+        function: int,
+        start: int,
+        address: int,
+        count: int,
+        registers: list[int],
+        values: list[int] | list[bool] | None,
+    ) -> ExcCodes | None:
+        """Do one access; pymodbus calls it once for each half of FC23, and for the echo of FC6."""
+        if values is None:
+            if function != WRITE_ONE:
+                self._catch_up(False)
+            registers[address - start : address - start + count] = self._bank.read(address, count)
+            return None
+        if not self._bank.is_acknowledgement(address, count):
+            self._catch_up(True)
+        if self._cut():  # since the request came; the reply is held back too
+            return ExcCodes.DEVICE_FAILURE
+        code = self._bank.write(address, [int(value) for value in values])
+        return ExcCodes(code) if code else None
+
+    def _admit(self, sending: bool, pdu: ModbusPDU) -> ModbusPDU:
+        """Let a request pass, or put its refusal in its place."""
+        if sending:
+            return pdu
+        if pdu.dev_id != self._device_id:
+            return _Refusal.of(pdu, ExcCodes.GATEWAY_NO_RESPONSE)
+        if pdu.function_code not in SERVED:
+            return _Refusal.of(pdu, ExcCodes.ILLEGAL_FUNCTION)
+        if isinstance(pdu, ReadWriteMultipleRegistersRequest):
+            # pymodbus writes before it looks at what is to be read.
+            wanted = range(pdu.read_address, pdu.read_address + pdu.read_count)
+            if not self._readable.issuperset(wanted):
+                return _Refusal.of(pdu, ExcCodes.ILLEGAL_ADDRESS)
+        return pdu
+
+
+class _Refusal(ModbusPDU):
+    """A request whose only answer is an exception."""
+
+    def __init__(self, function: int, code: ExcCodes) -> None:
+        super().__init__()
+        self.function_code = function
+        self._code = code
+
+    @classmethod
+    def of(cls, pdu: ModbusPDU, code: ExcCodes) -> ModbusPDU:
+        """Return what stands for a request that is refused."""
+        refusal = cls(pdu.function_code, code)
+        refusal.dev_id, refusal.transaction_id = pdu.dev_id, pdu.transaction_id
+        return refusal
+
+    async def datastore_update(self, context: object, device_id: int) -> ModbusPDU:  # noqa: ARG002
+        """Return the exception."""
+        return ExceptionResponse(self.function_code, self._code)
+
+
+class _Decoder(DecodePDU):
+    """Makes a refusal of what cannot be decoded, which pymodbus answers with a function code of 0x80."""
+
+    def decode(self, frame: bytes) -> ModbusPDU:
+        """Decode a request."""
+        pdu = super().decode(frame)
+        return _Refusal(frame[0], ExcCodes.ILLEGAL_VALUE) if pdu is None else pdu
+
+
+class _Server(ModbusTcpServer):
+    def __init__(
+        self,
+        device: SimDevice,
+        address: tuple[str, int],
+        admit: Callable[[bool, ModbusPDU], ModbusPDU],
+        cut: Callable[[], bool],
+    ) -> None:
+        super().__init__(device, address=address, trace_pdu=admit)
+        self.decoder = _Decoder(True)
+        self.cut = cut
+
+    def callback_new_connection(self) -> ServerRequestHandler:
+        """Return the protocol of a new connection."""
+        return _Connection(self)
+
+
+class _Connection(ServerRequestHandler):
+    """One client's connection, whose cable can be cut."""
+
+    def __init__(self, owner: _Server) -> None:
+        super().__init__(owner, None, owner.trace_pdu, None)  # type: ignore[no-untyped-call]
+        self._cut = owner.cut
+
+    def callback_data(self, data: bytes, addr: tuple[str, int] | None = None) -> int:
+        """Take all that was received and not used yet; return how much of it is done with."""
+        if self._cut():
+            self.last_pdu = None
+            return len(data)
+        if data[2:4].strip(b"\0"):  # not Modbus: pymodbus would wait for ever
+            self.close()
+            return len(data)
+        return super().callback_data(data, addr)
+
+    def server_send(self, pdu: ModbusPDU, addr: tuple[str, int] | None) -> None:
+        """Send a reply, if there is a cable."""
+        if not self._cut():
+            super().server_send(pdu, addr)  # type: ignore[no-untyped-call]
+
+
+def _access(profile: Profile) -> dict[int, bool]:
+    """Return every address of the map and whether it can be written."""
+    writable = {
+        address: register.access == "rw"
+        for register in profile.registers.values()
+        for address in range(register.address, register.address + register.words)
+    }
+    ring = profile.ring
+    writable.update(dict.fromkeys(range(ring.address, ring.address + ring.registers), False))
+    return writable
+
+
+def _layout(writable: dict[int, bool]) -> list[SimData]:
+    """Return the addresses as pymodbus wants them; those between are illegal, as on a strict device."""
+    numbered = enumerate(sorted(writable.items()))
+    # Consecutive addresses of one kind share address minus rank.
+    runs = groupby(numbered, key=lambda item: (item[1][0] - item[0], item[1][1]))
+    layout = []
+    for (_, free), run in runs:
+        addresses = [address for _, (address, _) in run]
+        layout.append(
+            SimData(addresses[0], count=len(addresses), datatype=DataType.REGISTERS, readonly=not free)
+        )
+    return layout

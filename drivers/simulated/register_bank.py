@@ -143,6 +143,8 @@ class RegisterBank:
                 controller.watchdog.set_time(int(self._value(name)))
             case "command_sequence":
                 controller.arm(self._written_command())
+            case "ring_acknowledge":
+                self._device.ring.acknowledge(int(self._value(name)))
             case "execute":
                 controller.execute(int(self._value(name)))
 

@@ -36,6 +36,8 @@ class SampleRing:
         self._table = np.zeros((capacity, len(COLUMNS)), dtype=np.int64)
         self.total = 0
         self.overruns = 0
+        self.acknowledged = 0
+        self.acknowledgements = 0
 
     @property
     def capacity(self) -> int:
@@ -59,6 +61,11 @@ class SampleRing:
         if first < count:
             self._table[: count - first] = table[first:]
         self.total += count
+
+    def acknowledge(self, acknowledged: int) -> None:
+        """Note which sample (32 bits of its sequence number) a reader wants next, of those that there are."""
+        self.acknowledged = min(max(self.absolute(acknowledged), self.oldest), self.total)
+        self.acknowledgements += 1
 
     def absolute(self, acknowledged: int) -> int:
         """Return the sequence number meant by 32 bits on the wire: the one closest to the newest sample."""

@@ -1,7 +1,7 @@
 """The simulated stand as a server: controller, amplifier and temperature sensors on real wires.
 
 The physics runs in stand time, ``speed`` times as fast as the wall. It is brought up to the present before
-every request and by a task of its own; a process that was starved catches up in slices and drops nothing.
+requests and by a task of its own; a process that was starved catches up in slices and drops nothing.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from drivers import stand_file as stands
 from drivers.simulated.build import make_device
 from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.modbus_server import ModbusStandServer, RequestHandler
+from drivers.simulated.modbus_server import ModbusStandServer
+from drivers.simulated.pace import Pace
 from drivers.simulated.register_bank import RegisterBank
 from drivers.simulated.serial_pty import AmplifierPty
 from drivers.simulated.truth import Truth
 from drivers.simulated.w1_tree import W1Tree
-from foundation.clock import WallClock
+from foundation.clock import Clock, WallClock
 from foundation.errors import BadInput
 
 TICK_S = 0.005
@@ -34,8 +35,10 @@ SLOW_WIRES_S = 0.02
 """Time between two services of serial line and temperature files [s of the wall]; USB adapters do alike."""
 FRESH_S = 0.0025
 """Age of the newest sample that a reading request is content with [s of the wall]."""
-CATCH_UP = 400
-"""Most samples made up at once, so that requests are answered in between."""
+CATCH_UP = 100
+"""Most samples made up at once (some milliseconds), by a request or between requests."""
+TURNS = 5
+"""Turns of the event loop that are left to requests between two slices; pymodbus takes four for each."""
 
 
 @dataclass(frozen=True)
@@ -109,8 +112,8 @@ class StandServer:
     ----------
     stand_file : StandFile
     options : Options
-    clock : WallClock
-        Stand time.
+    clock : Clock
+        Stand time, ``options.speed`` times as fast as the wall's.
 
     Raises
     ------
@@ -118,18 +121,20 @@ class StandServer:
         As :func:`drivers.simulated.build.make_device`.
     """
 
-    def __init__(self, stand_file: stands.StandFile, options: Options, clock: WallClock) -> None:
+    def __init__(self, stand_file: stands.StandFile, options: Options, clock: Clock) -> None:
         self._file = stand_file
         self._options = options
-        self._clock = clock
         self._truth = None if options.truth is None else Truth()
         self.device: SimulatedDevice = make_device(
             stand_file, clock.wall_s, model=options.model, truth=self._truth, faults=options.faults
         )
+        self._pace = Pace(clock, options.speed, self.device.ring, self.device.period_s)
         profile = stand_file.profile()
         self._modbus = ModbusStandServer(
-            RequestHandler(RegisterBank(self.device, profile, clock.now_s), profile, self._catch_up),
+            RegisterBank(self.device, profile, self._pace.now_s),
+            profile,
             stand_file.controller.device_id,
+            self.catch_up,
             lambda: self.device.faults.at("controller", self.device.time_s) is not None,
         )
         self._amplifier: AmplifierPty | None = None
@@ -173,7 +178,7 @@ class StandServer:
             port=await self._modbus.start(host, port),
             amplifier_port=None if self._amplifier is None else str(amplifier_port),
             w1_root=None if self._w1 is None else str(w1_root),
-            speed=self._clock.speed,
+            speed=self._options.speed,
             pid=os.getpid(),
         )
 
@@ -182,12 +187,13 @@ class StandServer:
         loop = asyncio.get_running_loop()
         due_s = loop.time()
         while not stop.is_set():
-            left = self._catch_up()
+            left = self.catch_up()
             if loop.time() >= due_s:
                 due_s = loop.time() + SLOW_WIRES_S
                 self._serve_slow_wires()
             if left:
-                await asyncio.sleep(0)
+                for _ in range(TURNS):
+                    await asyncio.sleep(0)
             else:
                 with suppress(TimeoutError):
                     await asyncio.wait_for(stop.wait(), TICK_S)
@@ -220,10 +226,21 @@ class StandServer:
                 raise BadInput(f"cannot be written: {error.strerror}", file=self._options.truth) from None
             self._truth = None
 
-    def _catch_up(self, acting: bool = True) -> int:
-        """Advance to the present; a mere reader is content with what is 2 ms old: slices stay long."""
-        now_s = self._clock.now_s()
-        if not acting and now_s - self.device.time_s < FRESH_S * self._clock.speed:
+    def catch_up(self, acting: bool = True) -> int:
+        """Advance towards the present by one slice; a mere reader is content with what is 2 ms old.
+
+        Parameters
+        ----------
+        acting : bool
+            Whether something is about to be done to the stand.
+
+        Returns
+        -------
+        int
+            Samples that are left to advance.
+        """
+        now_s = self._pace.now_s()
+        if not acting and now_s - self.device.time_s < FRESH_S * self._options.speed:
             return 0
         return self.device.advance_to(now_s, CATCH_UP)
 
