@@ -57,7 +57,8 @@ def evaluate_paths(
         If a path does not exist, holds no run file, or a run file cannot be evaluated.
     """
     options = Options(decision_rule=decision_rule, draws=draws)
-    return assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])
+    document = assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])
+    return document | {"decision_rule": decision_rule}
 
 
 def evaluate_entry(
