@@ -19,8 +19,8 @@ from evaluation.report.writing import pdf_available, write_report
 from foundation.errors import BadInput, ExitStatus
 from protocols.plan import duration_text
 
-SPEED = 8.0
-"""Stand time in multiples of real time: nine minutes of testing in little more than one."""
+SPEED = 6.0
+"""Stand time in multiples of real time: nine minutes of testing in one and a half."""
 
 
 @click.command("demo", epilog="Example:  bufferstand demo --out my-first-campaign")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from drivers.simulated.ring import SampleRing
 from foundation.clock import Clock
 
-AHEAD = 32_000
-"""Most samples that a fast stand runs ahead of the acknowledged one; the ring holds twice as many."""
+AHEAD = 6_000
+"""Most samples that a fast stand runs ahead of the acknowledged one: guards see nothing older than 6 s."""
 READING_S = 2.0
 """A client counts as reading for so long after its last acknowledgement [s of the wall]."""
 

@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 
-def bufferstand(*words: str | Path, timeout_s: float = 300.0) -> subprocess.CompletedProcess[str]:
+def bufferstand(*words: str | Path, timeout_s: float = 900.0) -> subprocess.CompletedProcess[str]:
     """Run the command as a process of its own."""
     return subprocess.run(
         [sys.executable, "-P", "-m", "cli", *map(str, words)],

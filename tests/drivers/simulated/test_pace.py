@@ -84,7 +84,7 @@ def test_a_fast_stand_waits_for_its_reader_and_goes_on_from_where_it_is() -> Non
     assert stand.pass_wall(0.05) == 500
     assert stand.pass_wall(1.0) == 1500 - 510
     stand.acknowledge(stand.ring.total)
-    assert stand.pass_wall(1.0) == 10_000
+    assert stand.pass_wall(0.5) == 5000
 
 
 def test_a_reader_that_has_gone_is_not_waited_for() -> None:
