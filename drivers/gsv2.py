@@ -76,7 +76,7 @@ class Gsv2Amplifier:
 
     def __init__(self, port: Path, settings: AmplifierSettings, clock: Clock) -> None:
         self.facts = StreamFacts(
-            STREAM, "host", (settings.channel,), settings.rate_Hz, f"GSV-2 at {settings.port}"
+            STREAM, "host", (settings.channel,), settings.rate_Hz, f"GSV-2 at {Path(settings.port).name}"
         )
         self._path = port
         self._baud = settings.baud

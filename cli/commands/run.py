@@ -47,5 +47,10 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
         click.echo(f"campaign complete: {kept}; next: bufferstand report {out} --out {out / 'report'}")
     else:
         safe = outcome.safe_stop.line if outcome.safe_stop is not None else "the stand was not touched"
-        click.echo(f"bufferstand: {outcome.status}: {outcome.reason}; {safe}; {kept}", err=True)
+        told = (
+            outcome.reason
+            if outcome.reason.startswith(outcome.status)
+            else f"{outcome.status}: {outcome.reason}"
+        )
+        click.echo(f"bufferstand: {told}; {safe}; {kept}", err=True)
     return int(outcome.exit_status)

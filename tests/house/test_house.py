@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from recording.runfile import read_metadata
+
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = {".py", ".md", ".toml", ".lock", ".txt", ".html", ".typ", ".css", ".json", ".yml", ""}
 
@@ -55,3 +57,9 @@ def test_every_package_is_in_the_wheel_and_in_the_layers() -> None:
     assert rooms == {"cli", "daq", "drivers", "evaluation", "foundation", "model", "protocols", "recording"}
     for room in rooms:
         assert project.count(f'"{room}"') >= 3, f"{room}: wheel, mypy, import-linter"
+
+
+def test_sample_runs_name_no_folder_of_the_machine_they_were_made_on() -> None:
+    for path in (ROOT / "sample_runs" / "runs").glob("*.h5"):
+        text = str(read_metadata(path))
+        assert not re.search(r"/(tmp|home|root|work|Users)/", text), path.name

@@ -1,0 +1,85 @@
+"""``run`` and ``resume`` on the simulated stand's wires: exit statuses, folders, what is kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recording.runfile import open_run
+from tests.main_job.conftest import bufferstand
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"
+CAMPAIGN = """
+[campaign]
+id = "short"
+stand = "{samples}/stand.toml"
+specimen = "{samples}/specimens/category-a-elastomer.toml"
+[limits]
+temperature_stop_C = {stop}
+temperature_resume_C = {resume}
+[[step]]
+kind = "harmonic"
+prestress_mm = 20.0
+amplitude_mm = 10.0
+frequency_Hz = 1.0
+cycles = 3
+[[step]]
+kind = "harmonic"
+prestress_mm = 78.0
+amplitude_mm = 15.0
+peak_speed_mm_per_s = 80.0
+cycles = {cycles}
+"""
+
+
+def write_campaign(folder: Path, *, stop: float, cycles: int) -> Path:
+    path = folder / "campaign file.toml"
+    path.write_text(CAMPAIGN.format(samples=SAMPLES, stop=stop, resume=stop - 0.5, cycles=cycles))
+    return path
+
+
+def test_complete_campaign_ends_with_0_and_is_not_run_twice_into_one_folder(tmp_path: Path) -> None:
+    campaign, out = write_campaign(tmp_path, stop=40.0, cycles=3), tmp_path / "out"
+    done = bufferstand("run", campaign, "--out", out, "--simulate", "--speed", "6")
+    assert done.returncode == 0, done.stderr
+    assert [open_run(path).status for path in sorted((out / "runs").glob("*.h5"))] == ["complete"] * 2
+    again = bufferstand("run", campaign, "--out", out, "--simulate")
+    assert again.returncode == 2
+    assert "holds a campaign already" in again.stderr
+    resumed = bufferstand("resume", out, "--simulate", "--speed", "6")
+    assert resumed.returncode == 0, resumed.stderr
+    assert len(list((out / "runs").glob("*.h5"))) == 2  # nothing was repeated
+
+
+def test_temperature_stop_ends_with_3_at_zero_force_and_keeps_the_data(tmp_path: Path) -> None:
+    campaign, out = write_campaign(tmp_path, stop=24.0, cycles=200), tmp_path / "out"
+    done = bufferstand("run", campaign, "--out", out, "--simulate", "--speed", "6")
+    assert done.returncode == 3, done.stderr
+    last = done.stderr.strip().splitlines()[-1]
+    assert "has reached the stop threshold of 24 °C" in last
+    assert "force 0.0 kN" in last
+    assert "valve off" in last
+    run = open_run(sorted((out / "runs").glob("*.h5"))[-1])
+    assert run.status == "stopped"
+    assert "24 °C" in run.reason
+    force, temperature = run.series("force").value, run.series("temperature_1").value
+    assert force.max() > 300.0
+    assert abs(float(np.mean(force[-200:]))) < 1.0
+    assert 24.0 <= temperature.max() < 26.0
+    record = json.loads((out / "campaign.json").read_text())
+    assert [step["status"] for step in record["steps"]] == ["complete", "stopped"]
+    # A new simulated stand has its specimen at room temperature: it goes on, and gets too warm once more.
+    resumed = bufferstand("resume", out, "--simulate", "--speed", "6")
+    assert resumed.returncode == 3, resumed.stderr
+
+
+@pytest.mark.parametrize("speed", ["0", "1000", "fast"])
+def test_absurd_speeds_are_refused(tmp_path: Path, speed: str) -> None:
+    campaign = write_campaign(tmp_path, stop=40.0, cycles=3)
+    done = bufferstand("run", campaign, "--out", tmp_path / "out", "--simulate", "--speed", speed)
+    assert done.returncode == 2
+    assert "--speed" in done.stderr
+    assert not (tmp_path / "out").exists()
