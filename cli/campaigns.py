@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.stand_file import StandFile, load_stand
+from drivers.stand_file import StandFile, load_stand, wires_from
 from foundation.errors import BadInput
 from foundation.specimen import SpecimenFile, load_specimen
 from model.file import load_model
@@ -17,17 +17,29 @@ from protocols.prediction import ModelPredictor
 
 @dataclass(frozen=True)
 class Prepared:
-    """A campaign, its stand, its specimen with the spring model's path, and the plan made of them."""
+    """A campaign, its stand, its specimen with the spring model's path, and the plan made of them.
+
+    ``stand_file`` is the one to record, ``wired`` the one to open: they differ in where the devices lie when
+    the campaign goes on from a copy of its files.
+    """
 
     campaign: Campaign
     stand_file: StandFile
+    wired: StandFile
     specimen_file: SpecimenFile
     model_path: Path
     plan: Plan
 
 
-def prepare(path: Path) -> Prepared:
+def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
     """Read a campaign file and what it names, and plan it.
+
+    Parameters
+    ----------
+    path : Path
+        The campaign file.
+    devices_from : Path, optional
+        Folder that relative paths of devices start from; that of the stand file if not given.
 
     Raises
     ------
@@ -58,4 +70,5 @@ def prepare(path: Path) -> Prepared:
         ModelPredictor(load_model(model_path)),
         specimen,
     )
-    return Prepared(campaign, stand_file, specimen_file, model_path, plan)
+    wired = stand_file if devices_from is None else wires_from(stand_file, devices_from)
+    return Prepared(campaign, stand_file, wired, specimen_file, model_path, plan)

@@ -49,7 +49,7 @@ def perform(
             f"a real stand cannot run at {speed:g} times real time", file="--speed", remedy="add --simulate"
         )
     source: AbstractContextManager[StandFile] = (
-        simulated_stand(prepared, speed=speed, truth=truth) if simulate else nullcontext(prepared.stand_file)
+        simulated_stand(prepared, speed=speed, truth=truth) if simulate else nullcontext(prepared.wired)
     )
     facts = CampaignFacts(
         stand=prepared.stand_file.model_dump(mode="json"),

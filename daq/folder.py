@@ -66,12 +66,14 @@ class StepRecord:
 class CampaignRecord:
     """``campaign.json``: the plan and the state of every step; replaced as a whole, never half written.
 
-    ``campaign_file`` is the copy to resume from, relative to the folder.
+    ``campaign_file`` is the copy to resume from, relative to the folder; ``stand_folder`` is where the stand
+    file lay at the first start: its devices' relative paths start there, not at the copy.
     """
 
     plan: dict[str, Any]
     steps: tuple[StepRecord, ...]
     campaign_file: str
+    stand_folder: str = ""
     status: CampaignStatus = "running"
     reason: str = ""
     stopped_by: str = ""
@@ -233,7 +235,8 @@ def begin_record(
         kept = record.over and all((folder / run).exists() for run in record.runs)
         steps.append(record if kept else replace(record, status="pending"))
     started = datetime.now(UTC).isoformat() if before is None else before.started_utc
-    return CampaignRecord(plan.as_dict(), tuple(steps), campaign_file, started_utc=started)
+    stand_folder = str(plan.campaign.stand_path.parent.resolve()) if before is None else before.stand_folder
+    return CampaignRecord(plan.as_dict(), tuple(steps), campaign_file, stand_folder, started_utc=started)
 
 
 def run_name(step: PlannedStep) -> str:

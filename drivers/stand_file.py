@@ -253,6 +253,21 @@ def load_stand(path: Path) -> StandFile:
     return stand_file
 
 
+def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
+    """Return the same stand with the relative paths of its devices starting from another folder.
+
+    For a copy of a stand file: its devices lie where they lay for the original.
+    """
+    amplifier, temperature = stand_file.amplifier, stand_file.temperature
+    return with_endpoints(
+        stand_file,
+        Endpoints(
+            amplifier_port=None if amplifier is None else folder / amplifier.port,
+            w1_root=None if temperature is None else folder / temperature.root,
+        ),
+    )
+
+
 def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
     """Return the same stand on other wires: those of a simulated stand.
 

@@ -36,5 +36,6 @@ def command(folder: Path, simulate: bool, speed: float) -> int:
             file=folder,
             remedy="give the --out folder of a run",
         )
-    prepared = prepare(folder / record.campaign_file)
+    devices_from = Path(record.stand_folder) if record.stand_folder else None
+    prepared = prepare(folder / record.campaign_file, devices_from=devices_from)
     return finish(perform(prepared, folder, simulate=simulate, speed=speed), folder)

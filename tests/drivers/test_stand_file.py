@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from drivers.profile import SHIPPED
-from drivers.stand_file import CONTROLLER_CHANNELS, Endpoints, load_stand, with_endpoints
+from drivers.stand_file import CONTROLLER_CHANNELS, Endpoints, load_stand, wires_from, with_endpoints
 from foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 
@@ -151,3 +151,14 @@ def test_endpoints_replace_the_wires_and_nothing_else(tmp_path: Path) -> None:
             del content[table][key]
     assert after == before
     assert with_endpoints(stand, Endpoints()) == stand
+
+
+def test_a_copy_of_a_stand_file_can_keep_the_devices_of_the_original(tmp_path: Path) -> None:
+    original = load_stand(SAMPLE_STAND)
+    (tmp_path / "copy.toml").write_text(SAMPLE, encoding="utf-8")
+    copy = load_stand(tmp_path / "copy.toml")
+    assert copy.amplifier_port() != original.amplifier_port()
+    wired = wires_from(copy, SAMPLE_STAND.parent)
+    assert wired.amplifier_port() == original.amplifier_port()
+    assert wired.w1_root() == original.w1_root()
+    assert wired.controller == original.controller

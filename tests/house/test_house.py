@@ -63,3 +63,14 @@ def test_sample_runs_name_no_folder_of_the_machine_they_were_made_on() -> None:
     for path in (ROOT / "sample_runs" / "runs").glob("*.h5"):
         text = str(read_metadata(path))
         assert not re.search(r"/(tmp|home|root|work|Users)/", text), path.name
+
+
+def test_every_link_between_pages_leads_somewhere() -> None:
+    broken = [
+        f"{page.relative_to(ROOT)} -> {target}"
+        for page in committed_files()
+        if page.suffix == ".md"
+        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+        if not (page.parent / target).exists()
+    ]
+    assert broken == []
