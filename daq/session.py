@@ -27,6 +27,8 @@ from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, Static
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
 """Makes the recorder of a run in a folder, under an id, with its metadata document."""
 
+AFTER_STOP_S = 1.0
+"""So long a run goes on after its safe stop [s of stand time]."""
 CATCH_UP_S = 20.0
 """So long at most the reader may take to come to the end of the ring between two steps [s of the wall]."""
 FIRST_LOOK_S = 0.5
@@ -264,6 +266,8 @@ class Session:
         """Seal in a thread, because the watchdog wants to be fed meanwhile; return why it failed, if so."""
         alive = self._need()
         if alive.acquisition.recorder is not None and status != "failed":
+            if status != "complete":
+                self._watch_rest()
             self._catch_up(stopped=True)  # what led to the stop belongs into the run
         recorder = alive.acquisition.detach()
         if recorder is None:
@@ -319,6 +323,17 @@ class Session:
             self._warnings.append(trip.reason)
             self._progress.message(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
         self._throttle.offer(self._snapshot)
+
+    def _watch_rest(self) -> None:
+        """Keep recording for a moment after a safe stop: the run is to show that the force is gone."""
+        acquisition = self._need().acquisition
+        until_s = self._clock.now_s() + AFTER_STOP_S
+        while self._clock.now_s() < until_s:
+            trip = acquisition.panel.trip
+            if trip is not None and trip.device_fault:
+                return
+            self._tick()
+            acquisition.rest()
 
     def _catch_up(self, *, stopped: bool = False) -> None:
         """Make passes until the ring is drained: on a busy machine the reader can be behind the stand.
