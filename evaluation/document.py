@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from evaluation.evidence import comparison_entries, evidence_entry
 from evaluation.load import load_run
 from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
@@ -84,6 +85,7 @@ def assemble(parts: Iterable[tuple[dict[str, Any], RunEvaluation]]) -> dict[str,
         "software": {"version": version("bufferstand")},
         "runs": [entry for entry, _ in parts],
         "trends": [_trend(trend) for trend in find_trends([run for _, run in parts])],
+        "temperature_comparisons": comparison_entries([run for _, run in parts]),
     }
 
 
@@ -171,6 +173,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "verdict": run.verdict,
         "warnings": list(run.warnings),
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
+        **evidence_entry(run),
     }
 
 

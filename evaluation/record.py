@@ -57,6 +57,8 @@ class Record:
         Index i: nothing may be integrated between sample i-1 and sample i.
     defects : tuple of Defect
         What caused the breaks, in order of time.
+    wire_difference_mm : array, shape (N,), or None
+        stroke_1 - stroke_2, where the stroke is the mean of two draw wires.
     """
 
     time_s: FloatArray
@@ -66,6 +68,7 @@ class Record:
     temperatures: tuple[Temperature, ...] = ()
     breaks: tuple[int, ...] = ()
     defects: tuple[Defect, ...] = ()
+    wire_difference_mm: FloatArray | None = None
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""
@@ -107,6 +110,7 @@ def make_record(
     force_kN: ArrayLike,
     *,
     speed_mm_per_s: ArrayLike | None = None,
+    wire_difference_mm: ArrayLike | None = None,
     temperatures: Iterable[Temperature] = (),
     lost_before: Sequence[tuple[int, int]] = (),
 ) -> Record:
@@ -117,6 +121,8 @@ def make_record(
     time_s, stroke_mm, force_kN : array_like, shape (N,)
         Time [s] as recorded (may repeat, step back, hold NaN).
     speed_mm_per_s : array_like, shape (N,), optional
+    wire_difference_mm : array_like, shape (N,), optional
+        stroke_1 - stroke_2, where the stroke is the mean of two draw wires.
     temperatures : iterable of Temperature
     lost_before : sequence of (index, samples)
         Interruptions that the recording knows of itself: ``samples`` are missing before sample ``index``
@@ -135,6 +141,9 @@ def make_record(
     stroke = _as_column("stroke_mm", stroke_mm, time.size)
     force = _as_column("force_kN", force_kN, time.size)
     speed = None if speed_mm_per_s is None else _as_column("speed_mm_per_s", speed_mm_per_s, time.size)
+    difference = None
+    if wire_difference_mm is not None:
+        difference = _as_column("wire_difference_mm", wire_difference_mm, time.size)
 
     finite = np.isfinite(time) & np.isfinite(stroke) & np.isfinite(force)
     latest = np.maximum.accumulate(np.where(np.isfinite(time), time, -np.inf))
@@ -173,6 +182,7 @@ def make_record(
         temperatures=tuple(temperatures),
         breaks=tuple(inner),
         defects=tuple(sorted(defects, key=lambda d: d.start_s)),
+        wire_difference_mm=None if difference is None else difference[kept_index],
     )
 
 

@@ -8,12 +8,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from evaluation.motion import Cycle
 from evaluation.record import Record
 from foundation.channel import ChannelUncertainty
 from foundation.specimen import Kind
+
+if TYPE_CHECKING:  # these modules make their facts from the results defined here
+    from evaluation.alignment import SkewSensitivity
+    from evaluation.inertia import InertiaCorrection
+    from evaluation.mean_loop import MeanLoop
+    from evaluation.wires import DrawWires
 
 Verdict = Literal[
     "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
@@ -39,18 +45,26 @@ class RunFacts:
     step: Mapping[str, Any] = field(default_factory=dict)
     force_uncertainty: ChannelUncertainty | None = None
     stroke_uncertainty: tuple[ChannelUncertainty, ...] = ()
+    force_delay_s: float = 0.0
+    """``delay_s`` of the force channel, as applied [s]."""
+    moving_mass_kg: float | None = None
+    """Mass between load cell and specimen that the stand file states [kg]; None: no inertia correction."""
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload."""
+    """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload, moving mass.
+
+    ``moving_mass_kg`` is that between load cell and specimen; None: what the stand file states, if any.
+    """
 
     decision_rule: DecisionRule = "simple"
     draws: int = 2000
     seed: int = 20260115
     preload_reading: Literal["extrapolated", "at-0.5mm"] = "extrapolated"
+    moving_mass_kg: float | None = None
 
 
 @dataclass(frozen=True)
@@ -143,6 +157,12 @@ class RunEvaluation:
     warnings: tuple[str, ...]
     limit_set: Mapping[str, Any] | None = None
     """Identity of the limits applied: id, standard, edition, date, source, sha256."""
+    skew_sensitivity: SkewSensitivity | None = None
+    draw_wires: DrawWires | None = None
+    """None where the record has no two wires."""
+    inertia_correction: InertiaCorrection | None = None
+    mean_loop: MeanLoop | None = None
+    """The loop that stands for the run, for comparisons; None where no cycle is complete."""
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,11 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from evaluation.alignment import SkewSensitivity, skew_sensitivity
 from evaluation.cycles import find_cycles
 from evaluation.error_model import Draws, draw_errors, missing_facts
+from evaluation.inertia import correct_inertia
+from evaluation.mean_loop import mean_loop
 from evaluation.quantities import evaluate_cycle
 from evaluation.record import FloatArray, Record, describe
 from evaluation.requirements.decision import run_verdict
@@ -19,6 +22,7 @@ from evaluation.requirements.static import judge_static
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts, Summary
 from evaluation.summary import MeanOfDraws, cycles_used, summarise
 from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded, record_noise
+from evaluation.wires import check_wires
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
@@ -52,7 +56,9 @@ def evaluate_run(
     """
     options = options or Options()
     limits = limit_set or shipped_limit_set()
+    record, facts, wires = check_wires(record, facts)
     cycles = find_cycles(record)
+    record, inertia = correct_inertia(record, cycles, facts.moving_mass_kg, options.moving_mass_kg)
     noise = record_noise(record)
     prepared = {c.index: CyclePropagation(record, c, noise) for c in cycles if c.complete}
     results = []
@@ -67,7 +73,8 @@ def evaluate_run(
     if draws is not None:
         results, drawn = _with_uncertainty(results, prepared, draws, used, mean, keep=_is_judged(facts))
     complete = tuple(r for r in results if r.cycle.complete)
-    warnings = [*facts.problems, *_record_warnings(record, facts, results, used)]
+    warnings = [*facts.problems, *(wires.warnings if wires else ())]
+    warnings += _record_warnings(record, facts, results, used)
     warnings += missing_facts(facts.force_uncertainty, facts.stroke_uncertainty) if complete else []
     warnings += _cycle_warnings(results)
 
@@ -90,7 +97,18 @@ def evaluate_run(
         verdict=run_verdict(requirements),
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
+        skew_sensitivity=_skew_sensitivity(record, facts, results, used),
+        draw_wires=wires,
+        inertia_correction=inertia,
+        mean_loop=mean_loop(record, results, used),
     )
+
+
+def _skew_sensitivity(
+    record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
+) -> SkewSensitivity:
+    chosen = [result.cycle for result in results if result.cycle.index in used]
+    return skew_sensitivity(record, chosen, periodic=facts.kind in ("static", "harmonic"))
 
 
 def _is_judged(facts: RunFacts) -> bool:

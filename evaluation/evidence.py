@@ -1,0 +1,46 @@
+"""Entries of the document that say how far its figures are to be believed, and what runs say together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from evaluation.results import RunEvaluation
+from evaluation.thermal_comparison import compare_temperatures
+
+
+def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
+    """Return ``skew_sensitivity``, ``draw_wires`` and ``inertia_correction`` of a run.
+
+    Each is None where it does not concern the run: it was not evaluated, or has no two draw wires. What is
+    wrong with the draw wires is among the run's warnings.
+    """
+    wires = None if run.draw_wires is None else asdict(run.draw_wires)
+    if wires is not None:
+        del wires["warnings"]
+    return {
+        "skew_sensitivity": _plain(run.skew_sensitivity),
+        "draw_wires": wires,
+        "inertia_correction": _plain(run.inertia_correction),
+    }
+
+
+def comparison_entries(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
+    """Return ``temperature_comparisons`` of the runs."""
+    return [_plain(comparison) for comparison in compare_temperatures(runs)]
+
+
+def _plain(facts: Any) -> Any:
+    """Return a dataclass as what JSON holds: dictionaries and lists."""
+    if facts is None:
+        return None
+    return _listed(asdict(facts))
+
+
+def _listed(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _listed(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_listed(inner) for inner in value]
+    return value
