@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from evaluation.budget_lines import budget_entry
 from evaluation.evidence import comparison_entries, evidence_entry
 from evaluation.load import load_run
 from evaluation.record import Record
@@ -173,6 +174,8 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "verdict": run.verdict,
         "warnings": list(run.warnings),
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
+        "half_width_95": {name: measured.half_width_95 for name, measured in run.summary.values.items()},
+        "budget": budget_entry(run.budget),
         **evidence_entry(run),
     }
 

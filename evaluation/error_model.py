@@ -22,6 +22,9 @@ SHAPE_SHARE = 0.46
 them, which 97 % of the deviations at a stroke keep, and 70 % of the shapes along the whole of 500 mm. With it
 the figures of the reference budget (standards.md 3) are reproduced source by source."""
 
+TIME_BASE_LIMIT = 1e-4
+"""Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is
+no part of any energy; on frequency and speeds it is negligible beside the rest, and counted all the same."""
 FORCE_TERMS = 5
 """Force as recorded, scale, zero, reversibility, skew (order of :attr:`Draws.force`)."""
 STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
@@ -51,12 +54,18 @@ class Draws:
     stroke_zero_mm : array, shape (N,)
     generator : numpy.random.Generator
         For the noise of single cycles, drawn in order.
+    time_base : array, shape (N,)
+        Relative error of the clock.
+    thermometer : array, shape (N,)
+        Error of the temperature sensors as a share of their limit, -1 … 1.
     """
 
     force: FloatArray
     stroke: FloatArray
     stroke_zero_mm: FloatArray
     generator: np.random.Generator
+    time_base: FloatArray
+    thermometer: FloatArray
 
 
 def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
@@ -131,7 +140,8 @@ def draw_errors(
     stroke_errors = np.column_stack(
         (np.ones(draws), within(stroke.scale), generator.normal(0.0, shape_mm, (draws, waves)))
     )
-    return Draws(force_errors, stroke_errors, within(stroke.zero_mm), generator)
+    zero_mm, time_base, thermometer = within(stroke.zero_mm), within(TIME_BASE_LIMIT), within(1.0)
+    return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer)
 
 
 def stroke_terms(stroke_mm: FloatArray) -> FloatArray:

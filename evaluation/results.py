@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Literal
 
+from evaluation.budget_lines import Budget
 from evaluation.motion import Cycle
 from evaluation.record import Record
 from foundation.channel import ChannelUncertainty
@@ -112,6 +113,8 @@ class Measured:
     value: float | None
     expanded_uncertainty: float | None = None
     coverage_factor: float = 2.0
+    half_width_95: float | None = None
+    """Half-width of the 95 % coverage interval of the Monte Carlo propagation (JCGM 101)."""
 
 
 @dataclass(frozen=True)
@@ -157,6 +160,8 @@ class RunEvaluation:
     warnings: tuple[str, ...]
     limit_set: Mapping[str, Any] | None = None
     """Identity of the limits applied: id, standard, edition, date, source, sha256."""
+    budget: tuple[Budget, ...] = ()
+    """Linear uncertainty budgets of the main results; empty where the channels state no accuracy."""
     skew_sensitivity: SkewSensitivity | None = None
     draw_wires: DrawWires | None = None
     """None where the record has no two wires."""

@@ -8,8 +8,9 @@ from dataclasses import fields, replace
 import numpy as np
 
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
+from evaluation.budget import run_budget
 from evaluation.cycles import find_cycles
-from evaluation.error_model import Draws, draw_errors, missing_facts
+from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
 from evaluation.mean_loop import mean_loop
 from evaluation.quantities import evaluate_cycle
@@ -21,7 +22,8 @@ from evaluation.requirements.rows import Case
 from evaluation.requirements.static import judge_static
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts, Summary
 from evaluation.summary import MeanOfDraws, cycles_used, summarise
-from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded, record_noise
+from evaluation.uncertain_results import with_uncertainty
+from evaluation.uncertainty import CyclePropagation, record_noise
 from evaluation.wires import check_wires
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
@@ -71,7 +73,9 @@ def evaluate_run(
     mean = MeanOfDraws()
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
     if draws is not None:
-        results, drawn = _with_uncertainty(results, prepared, draws, used, mean, keep=_is_judged(facts))
+        results, drawn = with_uncertainty(
+            results, prepared, draws, used, mean, record.temperatures, keep=_is_judged(facts)
+        )
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *(wires.warnings if wires else ())]
     warnings += _record_warnings(record, facts, results, used)
@@ -97,6 +101,7 @@ def evaluate_run(
         verdict=run_verdict(requirements),
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
+        budget=run_budget(facts.force_uncertainty, facts.stroke_uncertainty, prepared, results, summary),
         skew_sensitivity=_skew_sensitivity(record, facts, results, used),
         draw_wires=wires,
         inertia_correction=inertia,
@@ -113,32 +118,6 @@ def _skew_sensitivity(
 
 def _is_judged(facts: RunFacts) -> bool:
     return facts.kind in ("static", "impact")
-
-
-def _with_uncertainty(
-    results: Sequence[CycleResult],
-    prepared: Mapping[int, CyclePropagation],
-    draws: Draws,
-    used: Sequence[int],
-    mean: MeanOfDraws,
-    *,
-    keep: bool,
-) -> tuple[list[CycleResult], dict[int, Mapping[str, FloatArray]]]:
-    """Return the results with U by name; draws of the cycles used go to ``mean``, all if ``keep`` is set."""
-    completed, kept = [], {}
-    for result in results:
-        index = result.cycle.index
-        if index not in prepared:
-            completed.append(result)
-            continue
-        drawn = cycle_draws(draws, prepared[index])
-        if index in used:
-            mean.add(drawn)
-        if keep:
-            kept[index] = drawn
-        uncertainty = {name: expanded(values) for name, values in drawn.items()}
-        completed.append(replace(result, expanded_uncertainty=uncertainty))
-    return completed, kept
 
 
 def _only_finite(result: CycleResult) -> CycleResult:

@@ -6,7 +6,7 @@ straight or curved flanks that meet (triangular turn), and a plateau (dwell). Th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -86,7 +86,7 @@ def _candidates(side: _Side) -> list[Fit]:
             smooth_fit(time_s, value, _smooth_degree(time_s.size), noise),
             flank_fit(time_s, value, 2 if time_s.size >= _MANY_POINTS else 1, noise),
         )
-        fits += [Fit(f.method, f.time_s, f.value, f.residual * scale, f.u) for f in tried if f is not None]
+        fits += [replace(f, residual=f.residual * scale) for f in tried if f is not None]
     return fits
 
 
@@ -257,6 +257,7 @@ def fit_turning_point(
             index=dwell.index,
             method="plateau",
             u_stroke_mm=dwell.u,
+            u_time_s=_step_s(side),
         )
     fit = None if side.open_left or side.open_right else _best(side)
     if fit is None:
@@ -264,7 +265,13 @@ def fit_turning_point(
     moment = float(time_s[index]) if fit.method == "cut" else fit.time_s
     nearest = side.first + int(np.argmin(np.abs(side.time_s - moment)))
     stroke = sign * fit.value
-    return TurningPoint(moment, moment, stroke, stroke, kind, nearest, fit.method, fit.u)
+    # What is not fitted from both sides is known to a step of the samples.
+    u_s = fit.u_s if fit.method in ("polynomial", "lines") else _step_s(side)
+    return TurningPoint(moment, moment, stroke, stroke, kind, nearest, fit.method, fit.u, u_s)
+
+
+def _step_s(side: _Side) -> float:
+    return float(side.time_s[-1] - side.time_s[0]) / max(1, side.time_s.size - 1)
 
 
 def _side(
