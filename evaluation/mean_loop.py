@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from evaluation.loops import cut_loop
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
+
+TURN = 0.2
+"""The turn of a loop is looked for within this share of its range below the top."""
+_END = 0.02
+_LEAST_END_SAMPLES = 4
 
 POINTS = 400
 """Strokes at which both branches are read, evenly spaced: areas are right to 1 part in 10 000."""
@@ -42,19 +47,23 @@ class MeanLoop:
     expanded_uncertainties: Mapping[str, float]
 
     def cut(self, first_mm: float, last_mm: float) -> MeanLoop:
-        """Return the loop between two strokes of its range."""
+        """Return the loop between two strokes of its range, as if it had turned at the upper one.
+
+        After a turn the force falls to the unloading curve within a few millimetres. A loop that reaches
+        further has done so before it comes back to the cut; its own turn (unloading over loading force, by
+        distance from its top) is moved to the cut, or the area would be too large by that corner.
+        """
         inner = self.stroke_mm[(self.stroke_mm > first_mm) & (self.stroke_mm < last_mm)]
         stroke = np.concatenate(([first_mm], inner, [last_mm]))
-        return MeanLoop(
-            self.cycles,
-            stroke,
-            np.interp(stroke, self.stroke_mm, self.loading_kN),
-            np.interp(stroke, self.stroke_mm, self.unloading_kN),
-            self.temperature_C,
-            self.temperature_accuracy_C,
-            self.means,
-            self.expanded_uncertainties,
-        )
+        loading = np.interp(stroke, self.stroke_mm, self.loading_kN)
+        unloading = np.interp(stroke, self.stroke_mm, self.unloading_kN)
+        shift_mm = float(self.stroke_mm[-1]) - last_mm
+        near = stroke >= last_mm - TURN * (last_mm - first_mm)
+        if shift_mm > 0.0 and np.all(loading[near] > 0.0):
+            share = self.unloading_kN / np.where(self.loading_kN > 0.0, self.loading_kN, np.inf)
+            turned = loading * np.interp(stroke + shift_mm, self.stroke_mm, share)
+            unloading = np.where(near, np.maximum(unloading, turned), unloading)
+        return replace(self, stroke_mm=stroke, loading_kN=loading, unloading_kN=unloading)
 
     @property
     def end_force_kN(self) -> float:  # noqa: N802 - the unit keeps its capitals
@@ -91,7 +100,10 @@ def mean_loop(record: Record, results: Sequence[CycleResult], used: Sequence[int
     up, down = np.zeros(POINTS), np.zeros(POINTS)
     for result in chosen:
         loop = cut_loop(record, result.cycle)
-        up += _read(stroke, loop.stroke_mm[loop.loading], loop.force_kN[loop.loading])
+        loading = loop.force_kN[loop.loading].copy()
+        if result.cycle.top.method == "lines":
+            loading[-1] = _end_force(loop.stroke_mm[loop.loading], loading)
+        up += _read(stroke, loop.stroke_mm[loop.loading], loading)
         down += _read(stroke, loop.stroke_mm[loop.unloading][::-1], loop.force_kN[loop.unloading][::-1])
     starts = [r.quantities.temperature_start_C for r in chosen]
     known = [value for value in starts if value is not None]
@@ -118,6 +130,18 @@ def _means(figures: Sequence[Mapping[str, float | None]]) -> dict[str, float]:
         if len(known) == len(values):
             result[name] = float(np.mean(known))
     return result
+
+
+def _end_force(stroke_mm: FloatArray, force_kN: FloatArray) -> float:
+    """Return the force at the end of a branch that turns sharply, from the branch alone.
+
+    The loop's own point there is the mean of both branches, and the unloading one falls steeply.
+    """
+    count = max(_LEAST_END_SAMPLES, int(_END * stroke_mm.size))
+    near, force = stroke_mm[-count - 1 : -1] - stroke_mm[-1], force_kN[-count - 1 : -1]
+    if near.size < 2 or np.ptp(near) == 0.0:
+        return float(force_kN[-1])
+    return float(np.polynomial.polynomial.polyfit(near, force, 1)[0])
 
 
 def _read(at_mm: FloatArray, stroke_mm: FloatArray, force_kN: FloatArray) -> FloatArray:

@@ -63,7 +63,7 @@ class RunAtTemperature:
 class WarmerRun(RunAtTemperature):
     """A warmer run, and its changes against the reference between ``from_mm`` and ``to_mm``.
 
-    Where one loop reaches further it is cut there: its unloading branch is then that of the longer stroke.
+    A loop that reaches further is cut there, and its turn moved to the cut.
     """
 
     from_mm: float

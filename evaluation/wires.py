@@ -24,6 +24,14 @@ _MOST_FITTED = 100_000
 
 
 @dataclass(frozen=True)
+class WireOut:
+    """A wire (``stroke_1``, ``stroke_2``) that stands still while the other moves: broken or stuck."""
+
+    wire: str
+    from_s: float
+
+
+@dataclass(frozen=True)
 class DrawWires:
     """Difference stroke_1 - stroke_2 over a run.
 
@@ -38,10 +46,8 @@ class DrawWires:
         Largest difference from that line: tilt, and what is not linear.
     limit_mm : float or None
         Sum of the limits that both channels state; None where they state none.
-    out : str or None
-        The wire that stands still while the other moves (``stroke_1`` or ``stroke_2``): broken or stuck.
-    out_from_s : float or None
-        Since when.
+    out : tuple of WireOut
+        The wire that is out, if one is; the stroke is the other one alone then.
     warnings : tuple of str
     """
 
@@ -51,8 +57,7 @@ class DrawWires:
     scale_mismatch: float | None
     remaining_mm: float | None
     limit_mm: float | None
-    out: str | None = None
-    out_from_s: float | None = None
+    out: tuple[WireOut, ...] = ()
     warnings: tuple[str, ...] = ()
 
 
@@ -89,7 +94,8 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
             f"draw wire stroke_{number} stands still from {since:.4g} s on while stroke_{other} moves: "
             f"broken or stuck; the stroke is stroke_{other} alone, without the tilt"
         )
-        wires = DrawWires(largest, at_s, None, None, None, limit, f"stroke_{number}", since, warnings=(text,))
+        gone = (WireOut(f"stroke_{number}", since),)
+        wires = DrawWires(largest, at_s, None, None, None, limit, gone, warnings=(text,))
         return (
             replace(record, stroke_mm=record.stroke_mm + sign * difference),
             replace(facts, stroke_uncertainty=(stated[other - 1],) if len(stated) == 2 else stated),
@@ -105,6 +111,8 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
             f"the draw wires differ by up to {largest:.3g} mm at {at_s:.4g} s (limit {limit:.3g} mm{parts}): "
             "tilt, a slack wire or a wrong calibration"
         )
+    if line is None:
+        warnings.append("no offset and scale of the draw wires: the stroke does not move")
     offset, mismatch, remaining = line or (None, None, None)
     return (
         record,
