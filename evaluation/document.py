@@ -40,6 +40,7 @@ def evaluate_paths(
     decision_rule: DecisionRule = "simple",
     draws: int = Options.draws,
     limit_set: LimitSet | None = None,
+    moving_mass_kg: float | None = None,
 ) -> dict[str, Any]:
     """Evaluate run files, campaign folders or archives, and return the evaluation document.
 
@@ -52,13 +53,15 @@ def evaluate_paths(
         Monte Carlo draws a run.
     limit_set : LimitSet, optional
         Limits to judge by; the shipped set by default.
+    moving_mass_kg : float, optional
+        Mass between load cell and specimen to correct for; by default what the stand file states.
 
     Raises
     ------
     BadInput
         If a path does not exist, holds no run file, or a run file cannot be evaluated.
     """
-    options = Options(decision_rule=decision_rule, draws=draws)
+    options = Options(decision_rule=decision_rule, draws=draws, moving_mass_kg=moving_mass_kg)
     return assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])
 
 

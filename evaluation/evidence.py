@@ -26,6 +26,30 @@ def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
     }
 
 
+def skew_effect(run: RunEvaluation) -> dict[str, Any]:
+    """Return what 1 ms of skew changes in a run: in units, and as a share of the run's own figures.
+
+    The share is None where it would be more than 1: of an elastic reference, which has nothing to lose.
+    """
+    values = run.summary.values
+    entry = {
+        "run": run.facts.id,
+        "path": run.facts.path,
+        "frequency_Hz": values["frequency_Hz"].value,
+        **(_plain(run.skew_sensitivity) or {}),
+    }
+    for name, key in (("absorbed_energy_J", "absorbed_energy"), ("damping", "damping")):
+        changed, own = entry[f"{name}_per_ms"]["by_shifting"], values[name].value
+        entry[f"{key}_share_per_ms"] = _share(changed, own)
+    return entry
+
+
+def _share(changed: float | None, own: float | None) -> float | None:
+    if changed is None or not own or abs(changed) > abs(own):
+        return None
+    return changed / abs(own)
+
+
 def comparison_entries(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
     """Return ``temperature_comparisons`` of the runs."""
     return [_plain(comparison) for comparison in compare_temperatures(runs)]

@@ -159,11 +159,12 @@ def _facts(run: Run) -> RunFacts:
         force_uncertainty=_stated(channels["force"]) if "force" in channels else None,
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
-        moving_mass_kg=_moving_mass_kg(run.metadata),
+        moving_mass_kg=moving_mass_kg(run.metadata),
     )
 
 
-def _moving_mass_kg(metadata: Mapping[str, Any]) -> float | None:
+def moving_mass_kg(metadata: Mapping[str, Any]) -> float | None:
+    """Return ``moving_mass_kg`` of the stand file in a run's metadata [kg]; None where it states none."""
     stand = (metadata.get("stand") or {}).get("stand") or {}
     mass = stand.get("moving_mass_kg")
     return float(mass) if isinstance(mass, int | float) else None

@@ -27,12 +27,19 @@ from foundation.errors import ExitStatus
     default="simple",
     help="How a value near a limit is judged (default simple acceptance).",
 )
+@click.option(
+    "--moving-mass",
+    metavar="KG",
+    type=float,
+    help="Correct for the inertia of this mass between load cell and specimen (default: the stand file's).",
+)
 @click.option("--strict", is_flag=True, help="End with status 1 if a specimen failed.")
 def command(
     paths: tuple[Path, ...],
     json_file: str | None,
     table: Path | None,
     decision_rule: DecisionRule,
+    moving_mass: float | None,
     strict: bool,
 ) -> int:
     """Evaluate runs, campaigns or whole archives; PATH is a run file or a folder of them.
@@ -40,7 +47,7 @@ def command(
     Energies, damping, stiffness and speeds a cycle with their uncertainty, trends over frequency, and the
     static requirements of EN 15551. Exit status 0 whatever the verdict, unless --strict.
     """
-    document = evaluate_paths(paths, decision_rule=decision_rule)
+    document = evaluate_paths(paths, decision_rule=decision_rule, moving_mass_kg=moving_mass)
     if json_file is not None:
         write_json(document, json_file)
     if table is not None:

@@ -151,3 +151,11 @@ def test_endpoints_replace_the_wires_and_nothing_else(tmp_path: Path) -> None:
             del content[table][key]
     assert after == before
     assert with_endpoints(stand, Endpoints()) == stand
+
+
+def test_the_moving_mass_is_recorded_with_the_stand(tmp_path: Path) -> None:
+    assert load_stand(SAMPLE_STAND).stand.moving_mass_kg is None
+    stand = load_stand(changed(tmp_path, ('id = "simulated-630kN"', 'id = "s"\nmoving_mass_kg = 150')))
+    assert stand.model_dump(mode="json")["stand"]["moving_mass_kg"] == 150.0
+    with pytest.raises(BadInput, match="moving_mass_kg"):
+        load_stand(changed(tmp_path, ('id = "simulated-630kN"', 'id = "s"\nmoving_mass_kg = -1')))
