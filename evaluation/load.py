@@ -160,7 +160,15 @@ def _facts(run: Run) -> RunFacts:
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         moving_mass_kg=moving_mass_kg(run.metadata),
+        proof_load=_proof_load(run),
     )
+
+
+def _proof_load(run: Run) -> str | None:
+    for facts in (run.step, run.metadata.get("test") or {}):
+        if name := facts.get("proof_load"):
+            return str(name)
+    return None
 
 
 def moving_mass_kg(metadata: Mapping[str, Any]) -> float | None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # these modules make their facts from the results defined her
     from evaluation.alignment import SkewSensitivity
     from evaluation.inertia import InertiaCorrection
     from evaluation.mean_loop import MeanLoop
+    from evaluation.requirements.inspection import Inspection
     from evaluation.wires import DrawWires
 
 Verdict = Literal[
@@ -50,6 +51,8 @@ class RunFacts:
     """``delay_s`` of the force channel, as applied [s]."""
     moving_mass_kg: float | None = None
     """Mass between load cell and specimen that the stand file states [kg]; None: no inertia correction."""
+    proof_load: str | None = None
+    """Which proof load a proof run applied (F1 …)."""
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 
@@ -59,13 +62,15 @@ class Options:
     """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload, moving mass.
 
     ``moving_mass_kg`` is that between load cell and specimen; None: what the stand file states, if any.
+    ``preload_reading`` None: as the limit set reads it. ``inspections`` are what inspectors wrote down.
     """
 
     decision_rule: DecisionRule = "simple"
     draws: int = 2000
     seed: int = 20260115
-    preload_reading: Literal["extrapolated", "at-0.5mm"] = "extrapolated"
+    preload_reading: Literal["extrapolated", "at-0.5mm"] | None = None
     moving_mass_kg: float | None = None
+    inspections: tuple[Inspection, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -159,7 +164,9 @@ class RunEvaluation:
     verdict: Verdict | None
     warnings: tuple[str, ...]
     limit_set: Mapping[str, Any] | None = None
-    """Identity of the limits applied: id, standard, edition, date, source, sha256."""
+    """Identity of the limits applied: id, standard, edition, clause, date, source, sha256, readings."""
+    inspection: Mapping[str, Any] | None = None
+    """What the inspector wrote down, whole and with its hash; None where no requirement asked for it."""
     budget: tuple[Budget, ...] = ()
     """Linear uncertainty budgets of the main results; empty where the channels state no accuracy."""
     skew_sensitivity: SkewSensitivity | None = None
