@@ -17,10 +17,10 @@ from evaluation.nulls import missing_warnings
 from evaluation.quantities import evaluate_cycle
 from evaluation.record import FloatArray, Record, describe
 from evaluation.requirements.decision import run_verdict
-from evaluation.requirements.impact import judge_impact
+from evaluation.requirements.inspection import inspection_of
+from evaluation.requirements.judge import assumptions, is_judged, judge, why_not_judged
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
-from evaluation.requirements.static import judge_static
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts, Summary
 from evaluation.summary import MeanOfDraws, cycles_used, summarise
 from evaluation.uncertain_results import with_uncertainty
@@ -50,7 +50,7 @@ def evaluate_run(
     options : Options, optional
         Decision rule, Monte Carlo draws and seed.
     limit_set : LimitSet, optional
-        Limits to judge static and impact runs by; the shipped EN 15551 set for 105 mm by default.
+        Limits to judge static, impact and proof runs by; the shipped EN 15551 set for 105 mm by default.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def evaluate_run(
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
     if draws is not None:
         results, drawn = with_uncertainty(
-            results, prepared, draws, used, mean, record.temperatures, keep=_is_judged(facts)
+            results, prepared, draws, used, mean, record.temperatures, keep=is_judged(facts, limits)
         )
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *(wires.warnings if wires else ())]
@@ -86,13 +86,13 @@ def evaluate_run(
     summary = summarise(results, used, mean)
     warnings += _off_plan(facts, summary)
     requirements: list[RequirementResult] = []
-    unfit = limits.why_not_for(facts.specimen)
-    if _is_judged(facts) and unfit:
+    inspection = inspection_of(facts, options.inspections)
+    if unfit := why_not_judged(facts, limits):
         warnings.append(f"nothing is judged: {unfit}")
-    elif _is_judged(facts):
-        warnings += _assumed(facts, limits)
-        case = Case(record, facts, complete, prepared, draws, drawn, limits, options)
-        requirements = judge_static(case) if facts.kind == "static" else judge_impact(case)
+    elif is_judged(facts, limits):
+        warnings += assumptions(facts, limits)
+        case = Case(record, facts, complete, prepared, draws, drawn, limits, options, inspection)
+        requirements = judge(case)
     skew = _skew_sensitivity(record, facts, results, used)
     warnings += missing_warnings(results, summary, requirements, skew, wires, _numbered)
     return RunEvaluation(
@@ -104,6 +104,7 @@ def evaluate_run(
         verdict=run_verdict(requirements),
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
+        inspection=inspection.record() if inspection and requirements else None,
         budget=run_budget(facts.force_uncertainty, facts.stroke_uncertainty, prepared, results, summary),
         skew_sensitivity=skew,
         draw_wires=wires,
@@ -117,10 +118,6 @@ def _skew_sensitivity(
 ) -> SkewSensitivity:
     chosen = [result.cycle for result in results if result.cycle.index in used]
     return skew_sensitivity(record, chosen, periodic=facts.kind in ("static", "harmonic"))
-
-
-def _is_judged(facts: RunFacts) -> bool:
-    return facts.kind in ("static", "impact")
 
 
 def _only_finite(result: CycleResult) -> CycleResult:
@@ -190,14 +187,3 @@ def _off_plan(facts: RunFacts, summary: Summary) -> list[str]:
             text = f"the run is not its step: {name} is {measured:.4g}, planned was {planned:.4g}"
             warnings.append(text)
     return warnings
-
-
-def _assumed(facts: RunFacts, limits: LimitSet) -> list[str]:
-    missing = [key for key in ("kind", "max_stroke_mm") if facts.specimen.get(key) is None]
-    if not missing:
-        return []
-    applies = limits.applies
-    named = " and ".join(missing)
-    return [
-        f"the specimen's {named} is not on record: judged as a {applies.specimen} of {applies.stroke_mm:g} mm"
-    ]
