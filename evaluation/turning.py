@@ -58,12 +58,7 @@ class _Side:
 def _window(side: _Side, share: float) -> slice:
     """Return the samples about the peak that lie within ``share`` of the height below it."""
     level = side.value[side.peak] - share * side.height - 2.0 * side.sigma
-    below = np.flatnonzero(side.value < level)
-    left = below[below < side.peak]
-    right = below[below > side.peak]
-    first = int(left[-1]) + 1 if left.size else 0
-    last = int(right[0]) if right.size else side.value.size
-    return slice(first, last)
+    return _run_above(side.value, side.peak, level)
 
 
 def _smooth_degree(points: int) -> int:
@@ -161,11 +156,21 @@ def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float
 
 
 def _run_above(value: FloatArray, peak: int, level: float) -> slice:
-    below = np.flatnonzero(value < level)
-    at = int(np.searchsorted(below, peak))
-    first = int(below[at - 1]) + 1 if at > 0 else 0
-    last = int(below[at]) if at < below.size else value.size
-    return slice(first, max(last, first + 1))
+    """Return the samples about the peak, at least itself, that are not below a level."""
+    before = _first_below(value[:peak][::-1], level)
+    after = _first_below(value[peak + 1 :], level)
+    return slice(peak - before, peak + 1 + after)
+
+
+def _first_below(value: FloatArray, level: float) -> int:
+    """Return the index of the first sample below a level, or the size; looks no further than it must."""
+    start, size = 0, 64
+    while start < value.size:
+        below = value[start : start + size] < level
+        if below.any():
+            return start + int(np.argmax(below))
+        start, size = start + size, 2 * size
+    return value.size
 
 
 def _edge_fit(side: _Side) -> Fit:
