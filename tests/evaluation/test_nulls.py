@@ -26,7 +26,7 @@ REASONS = {
     "draw_wires": ("draw wires",),
 }
 NO_VALUES = (
-    "verdict", "limit_set", "requirements.cycle", "requirements.lower_limit", "requirements.upper_limit",
+    "verdict", "limit_set", "inspection", "requirements.cycle", "requirements.lower_limit", "requirements.upper_limit",
     "budget",
 )  # fmt: skip
 """Null means «none» there: no verdict is due, no limit on this side, the whole run, an infinite number."""
