@@ -26,8 +26,8 @@ REASONS = {
     "draw_wires": ("draw wires",),
 }
 NO_VALUES = (
-    "verdict", "limit_set", "inspection", "requirements.cycle", "requirements.lower_limit", "requirements.upper_limit",
-    "budget",
+    "verdict", "limit_set", "inspection", "budget", "requirements.cycle", "requirements.lower_limit",
+    "requirements.upper_limit",
 )  # fmt: skip
 """Null means «none» there: no verdict is due, no limit on this side, the whole run, an infinite number."""
 
