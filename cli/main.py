@@ -24,6 +24,7 @@ COMMANDS = {
     "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
     "import": "Turn foreign records (CSV) into run files.",
     "evaluate": "Evaluate runs or campaigns: energies, damping, stiffness, EN 15551.",
+    "skew": "Measure the skew of force and stroke on an elastic reference; what 1 ms changes.",
     "report": "Write the test report (HTML and PDF).",
     "runs": "List recorded runs with their key facts.",
     "verify": "Check that run files are whole and unaltered.",

@@ -37,6 +37,8 @@ class StandFacts(Settings):
     id: str = Field(min_length=1)
     name: str = ""
     laboratory: str = ""
+    moving_mass_kg: float | None = Field(default=None, ge=0)
+    """Mass between load cell and specimen that moves with the stroke; the evaluation corrects for it [kg]."""
 
 
 class Limits(Settings):

@@ -10,8 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from evaluation.budget_lines import budget_entry
+from evaluation.evidence import comparison_entries, evidence_entry
 from evaluation.load import load_run
 from evaluation.record import Record
+from evaluation.requirements.inspection import Inspection
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import (
     CycleResult,
@@ -38,6 +41,8 @@ def evaluate_paths(
     decision_rule: DecisionRule = "simple",
     draws: int = Options.draws,
     limit_set: LimitSet | None = None,
+    moving_mass_kg: float | None = None,
+    inspections: Sequence[Inspection] = (),
 ) -> dict[str, Any]:
     """Evaluate run files, campaign folders or archives, and return the evaluation document.
 
@@ -50,13 +55,22 @@ def evaluate_paths(
         Monte Carlo draws a run.
     limit_set : LimitSet, optional
         Limits to judge by; the shipped set by default.
+    moving_mass_kg : float, optional
+        Mass between load cell and specimen to correct for; by default what the stand file states.
+    inspections : sequence of Inspection
+        What inspectors wrote down; each goes with the runs of its specimen.
 
     Raises
     ------
     BadInput
         If a path does not exist, holds no run file, or a run file cannot be evaluated.
     """
-    options = Options(decision_rule=decision_rule, draws=draws)
+    options = Options(
+        decision_rule=decision_rule,
+        draws=draws,
+        moving_mass_kg=moving_mass_kg,
+        inspections=tuple(inspections),
+    )
     document = assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])
     return document | {"decision_rule": decision_rule}
 
@@ -85,6 +99,7 @@ def assemble(parts: Iterable[tuple[dict[str, Any], RunEvaluation]]) -> dict[str,
         "software": {"version": version("bufferstand")},
         "runs": [entry for entry, _ in parts],
         "trends": [_trend(trend) for trend in find_trends([run for _, run in parts])],
+        "temperature_comparisons": comparison_entries([run for _, run in parts]),
     }
 
 
@@ -172,6 +187,10 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "verdict": run.verdict,
         "warnings": list(run.warnings),
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
+        "inspection": None if run.inspection is None else dict(run.inspection),
+        "half_width_95": {name: measured.half_width_95 for name, measured in run.summary.values.items()},
+        "budget": budget_entry(run.budget),
+        **evidence_entry(run),
     }
 
 

@@ -60,10 +60,21 @@ def _record(run: Run) -> Record:
         time_s,
         to_inside(stroke.value, "stroke", stroke.unit),
         to_inside(force_kN, "force", run.series("force").unit),
+        wire_difference_mm=_wire_difference_mm(run, time_s, breaks),
         speed_mm_per_s=None if speed is None else to_inside(speed, "speed", run.series("speed").unit),
         temperatures=_temperatures(run),
         lost_before=[(row + 1, lost) for row, lost in run.gaps(stream.name)],
     )
+
+
+def _wire_difference_mm(run: Run, time_s: FloatArray, breaks: Sequence[int]) -> FloatArray | None:
+    """Return stroke_1 - stroke_2 at the instants of their mean; None where there is one wire only."""
+    if not all(run.has(name) for name in STROKES):
+        return None
+    one, two = (
+        to_inside(_on_time(run, name, time_s, breaks), "stroke", run.series(name).unit) for name in STROKES
+    )
+    return np.asarray(one - two, dtype=np.float64)
 
 
 def _on_time(run: Run, channel: str, time_s: FloatArray, breaks: Sequence[int]) -> FloatArray:
@@ -147,7 +158,24 @@ def _facts(run: Run) -> RunFacts:
         problems=tuple(str(text) for text in (run.metadata.get("original") or {}).get("findings") or ()),
         force_uncertainty=_stated(channels["force"]) if "force" in channels else None,
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
+        force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
+        moving_mass_kg=moving_mass_kg(run.metadata),
+        proof_load=_proof_load(run),
     )
+
+
+def _proof_load(run: Run) -> str | None:
+    for facts in (run.step, run.metadata.get("test") or {}):
+        if name := facts.get("proof_load"):
+            return str(name)
+    return None
+
+
+def moving_mass_kg(metadata: Mapping[str, Any]) -> float | None:
+    """Return ``moving_mass_kg`` of the stand file in a run's metadata [kg]; None where it states none."""
+    stand = (metadata.get("stand") or {}).get("stand") or {}
+    mass = stand.get("moving_mass_kg")
+    return float(mass) if isinstance(mass, int | float) else None
 
 
 def _stated(channel: Channel) -> ChannelUncertainty | None:

@@ -15,7 +15,7 @@ _DENSE_POINTS = 800
 _MOST_POINTS = 1000
 """A branch with more samples is averaged in groups: the noise of force times that of stroke adds up with
 the number of samples, while the polygon of 2000 points is right to 2 parts in a million."""
-_END_SHARE = 0.02
+END_SHARE = 0.02
 """Share of a branch from which the force at its turning point is extrapolated."""
 _LEAST_END_SAMPLES = 4
 _MOST_END_SAMPLES = 400
@@ -72,7 +72,7 @@ def _branch(record: Record, start_s: float, end_s: float) -> tuple[FloatArray, F
 def _end_force(branch: tuple[FloatArray, FloatArray, FloatArray], at_s: float, *, last: bool) -> float:
     """Return the force of a branch at its end, from a line (few samples: a parabola) over its end."""
     time, _, force = branch
-    count = int(np.clip(_END_SHARE * time.size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES))
+    count = int(np.clip(END_SHARE * time.size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES))
     part = slice(-count, None) if last else slice(0, count)
     near, value = time[part] - at_s, force[part]
     if near.size == 0:

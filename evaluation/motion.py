@@ -32,6 +32,8 @@ class TurningPoint:
         ends at the turn) or ``cut`` (it begins after or ends before the turn).
     u_stroke_mm : float
         Standard uncertainty of the fit, from its residuals.
+    u_time_s : float
+        That of the moment.
     """
 
     time_s: float
@@ -42,6 +44,7 @@ class TurningPoint:
     index: int
     method: TurnMethod
     u_stroke_mm: float = 0.0
+    u_time_s: float = 0.0
 
     @property
     def dwell_s(self) -> float:

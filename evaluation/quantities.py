@@ -190,7 +190,11 @@ def _incomplete(record: Record, cycle: Cycle) -> CycleResult:
         temperature_start_C=start_C,
         temperature_max_C=max_C,
     )
-    return CycleResult(cycle, quantities, warnings=("not complete, no energies: " + "; ".join(cycle.why),))
+    return CycleResult(
+        cycle,
+        quantities,
+        warnings=("not complete, no energies nor other figures of the loop: " + "; ".join(cycle.why),),
+    )
 
 
 def first_harmonic(record: Record, cycle: Cycle) -> complex:

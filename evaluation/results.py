@@ -8,12 +8,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from evaluation.budget_lines import Budget
 from evaluation.motion import Cycle
 from evaluation.record import Record
 from foundation.channel import ChannelUncertainty
 from foundation.specimen import Kind
+
+if TYPE_CHECKING:  # these modules make their facts from the results defined here
+    from evaluation.alignment import SkewSensitivity
+    from evaluation.inertia import InertiaCorrection
+    from evaluation.mean_loop import MeanLoop
+    from evaluation.requirements.inspection import Inspection
+    from evaluation.wires import DrawWires
 
 Verdict = Literal[
     "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
@@ -39,18 +47,30 @@ class RunFacts:
     step: Mapping[str, Any] = field(default_factory=dict)
     force_uncertainty: ChannelUncertainty | None = None
     stroke_uncertainty: tuple[ChannelUncertainty, ...] = ()
+    force_delay_s: float = 0.0
+    """``delay_s`` of the force channel, as applied [s]."""
+    moving_mass_kg: float | None = None
+    """Mass between load cell and specimen that the stand file states [kg]; None: no inertia correction."""
+    proof_load: str | None = None
+    """Which proof load a proof run applied (F1 …)."""
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload."""
+    """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload, moving mass.
+
+    ``moving_mass_kg`` is that between load cell and specimen; None: what the stand file states, if any.
+    ``preload_reading`` None: as the limit set reads it. ``inspections`` are what inspectors wrote down.
+    """
 
     decision_rule: DecisionRule = "simple"
     draws: int = 2000
     seed: int = 20260115
-    preload_reading: Literal["extrapolated", "at-0.5mm"] = "extrapolated"
+    preload_reading: Literal["extrapolated", "at-0.5mm"] | None = None
+    moving_mass_kg: float | None = None
+    inspections: tuple[Inspection, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -98,6 +118,8 @@ class Measured:
     value: float | None
     expanded_uncertainty: float | None = None
     coverage_factor: float = 2.0
+    half_width_95: float | None = None
+    """Half-width of the 95 % coverage interval of the Monte Carlo propagation (JCGM 101)."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +164,17 @@ class RunEvaluation:
     verdict: Verdict | None
     warnings: tuple[str, ...]
     limit_set: Mapping[str, Any] | None = None
-    """Identity of the limits applied: id, standard, edition, date, source, sha256."""
+    """Identity of the limits applied: id, standard, edition, clause, date, source, sha256, readings."""
+    inspection: Mapping[str, Any] | None = None
+    """What the inspector wrote down, whole and with its hash; None where no requirement asked for it."""
+    budget: tuple[Budget, ...] = ()
+    """Linear uncertainty budgets of the main results; empty where the channels state no accuracy."""
+    skew_sensitivity: SkewSensitivity | None = None
+    draw_wires: DrawWires | None = None
+    """None where the record has no two wires."""
+    inertia_correction: InertiaCorrection | None = None
+    mean_loop: MeanLoop | None = None
+    """The loop that stands for the run, for comparisons; None where no cycle is complete."""
 
 
 @dataclass(frozen=True)

@@ -7,18 +7,25 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from evaluation.alignment import SkewSensitivity, skew_sensitivity
+from evaluation.budget import run_budget
 from evaluation.cycles import find_cycles
-from evaluation.error_model import Draws, draw_errors, missing_facts
+from evaluation.error_model import draw_errors, missing_facts
+from evaluation.inertia import correct_inertia
+from evaluation.mean_loop import mean_loop
+from evaluation.nulls import missing_warnings
 from evaluation.quantities import evaluate_cycle
 from evaluation.record import FloatArray, Record, describe
 from evaluation.requirements.decision import run_verdict
-from evaluation.requirements.impact import judge_impact
+from evaluation.requirements.inspection import inspection_of
+from evaluation.requirements.judge import assumptions, is_judged, judge, why_not_judged
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
-from evaluation.requirements.static import judge_static
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts, Summary
 from evaluation.summary import MeanOfDraws, cycles_used, summarise
-from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded, record_noise
+from evaluation.uncertain_results import with_uncertainty
+from evaluation.uncertainty import CyclePropagation, record_noise
+from evaluation.wires import check_wires
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
@@ -43,7 +50,7 @@ def evaluate_run(
     options : Options, optional
         Decision rule, Monte Carlo draws and seed.
     limit_set : LimitSet, optional
-        Limits to judge static and impact runs by; the shipped EN 15551 set for 105 mm by default.
+        Limits to judge static, impact and proof runs by; the shipped EN 15551 set for 105 mm by default.
 
     Returns
     -------
@@ -52,7 +59,9 @@ def evaluate_run(
     """
     options = options or Options()
     limits = limit_set or shipped_limit_set()
+    record, facts, wires = check_wires(record, facts)
     cycles = find_cycles(record)
+    record, inertia = correct_inertia(record, cycles, facts.moving_mass_kg, options.moving_mass_kg)
     noise = record_noise(record)
     prepared = {c.index: CyclePropagation(record, c, noise) for c in cycles if c.complete}
     results = []
@@ -65,22 +74,27 @@ def evaluate_run(
     mean = MeanOfDraws()
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
     if draws is not None:
-        results, drawn = _with_uncertainty(results, prepared, draws, used, mean, keep=_is_judged(facts))
+        results, drawn = with_uncertainty(
+            results, prepared, draws, used, mean, record.temperatures, keep=is_judged(facts, limits)
+        )
     complete = tuple(r for r in results if r.cycle.complete)
-    warnings = [*facts.problems, *_record_warnings(record, facts, results, used)]
+    warnings = [*facts.problems, *(wires.warnings if wires else ())]
+    warnings += _record_warnings(record, facts, results, used)
     warnings += missing_facts(facts.force_uncertainty, facts.stroke_uncertainty) if complete else []
     warnings += _cycle_warnings(results)
 
     summary = summarise(results, used, mean)
     warnings += _off_plan(facts, summary)
     requirements: list[RequirementResult] = []
-    unfit = limits.why_not_for(facts.specimen)
-    if _is_judged(facts) and unfit:
+    inspection = inspection_of(facts, options.inspections)
+    if unfit := why_not_judged(facts, limits):
         warnings.append(f"nothing is judged: {unfit}")
-    elif _is_judged(facts):
-        warnings += _assumed(facts, limits)
-        case = Case(record, facts, complete, prepared, draws, drawn, limits, options)
-        requirements = judge_static(case) if facts.kind == "static" else judge_impact(case)
+    elif is_judged(facts, limits):
+        warnings += assumptions(facts, limits)
+        case = Case(record, facts, complete, prepared, draws, drawn, limits, options, inspection)
+        requirements = judge(case)
+    skew = _skew_sensitivity(record, facts, results, used)
+    warnings += missing_warnings(results, summary, requirements, skew, wires, _numbered)
     return RunEvaluation(
         facts=facts,
         record=record,
@@ -90,37 +104,20 @@ def evaluate_run(
         verdict=run_verdict(requirements),
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
+        inspection=inspection.record() if inspection and requirements else None,
+        budget=run_budget(facts.force_uncertainty, facts.stroke_uncertainty, prepared, results, summary),
+        skew_sensitivity=skew,
+        draw_wires=wires,
+        inertia_correction=inertia,
+        mean_loop=mean_loop(record, results, used),
     )
 
 
-def _is_judged(facts: RunFacts) -> bool:
-    return facts.kind in ("static", "impact")
-
-
-def _with_uncertainty(
-    results: Sequence[CycleResult],
-    prepared: Mapping[int, CyclePropagation],
-    draws: Draws,
-    used: Sequence[int],
-    mean: MeanOfDraws,
-    *,
-    keep: bool,
-) -> tuple[list[CycleResult], dict[int, Mapping[str, FloatArray]]]:
-    """Return the results with U by name; draws of the cycles used go to ``mean``, all if ``keep`` is set."""
-    completed, kept = [], {}
-    for result in results:
-        index = result.cycle.index
-        if index not in prepared:
-            completed.append(result)
-            continue
-        drawn = cycle_draws(draws, prepared[index])
-        if index in used:
-            mean.add(drawn)
-        if keep:
-            kept[index] = drawn
-        uncertainty = {name: expanded(values) for name, values in drawn.items()}
-        completed.append(replace(result, expanded_uncertainty=uncertainty))
-    return completed, kept
+def _skew_sensitivity(
+    record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
+) -> SkewSensitivity:
+    chosen = [result.cycle for result in results if result.cycle.index in used]
+    return skew_sensitivity(record, chosen, periodic=facts.kind in ("static", "harmonic"))
 
 
 def _only_finite(result: CycleResult) -> CycleResult:
@@ -190,14 +187,3 @@ def _off_plan(facts: RunFacts, summary: Summary) -> list[str]:
             text = f"the run is not its step: {name} is {measured:.4g}, planned was {planned:.4g}"
             warnings.append(text)
     return warnings
-
-
-def _assumed(facts: RunFacts, limits: LimitSet) -> list[str]:
-    missing = [key for key in ("kind", "max_stroke_mm") if facts.specimen.get(key) is None]
-    if not missing:
-        return []
-    applies = limits.applies
-    named = " and ".join(missing)
-    return [
-        f"the specimen's {named} is not on record: judged as a {applies.specimen} of {applies.stroke_mm:g} mm"
-    ]

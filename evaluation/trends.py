@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 from scipy.stats import t as student
 
+from evaluation.quantities import is_two_sided
+from evaluation.record import FloatArray
 from evaluation.results import RunEvaluation, Trend
 
 PRESTRESS_TOLERANCE_MM = 2.0
@@ -18,6 +20,10 @@ LEAST_FREQUENCY_RATIO = 1.05
 """A trend needs frequencies that differ at least by this ratio."""
 TEMPERATURE_SPREAD_C = 5.0
 """Points whose temperatures differ by more are confounded with temperature."""
+TEMPERATURE_RELATED_C = 1.0
+TEMPERATURE_CORRELATION = 0.7
+"""… and so are three or more points that differ by 1 K already, if temperature follows frequency: the
+absolute coefficient of correlation is at least 0.7."""
 CONFIDENCE = 0.95
 
 TrendQuantity = Literal["damping", "tangent_stiffness"]
@@ -95,9 +101,9 @@ def _grouped(
 
 def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant: bool) -> Trend | None:
     name = _NAMES[quantity]
-    points = sorted(
-        (r for r in group if _value(r, name) is not None), key=lambda r: _number(r, "frequency_Hz")
-    )
+    known = [r for r in group if _value(r, name) is not None]
+    two_sided = [r for r in known if quantity == "damping" and _is_two_sided(r)]
+    points = sorted((r for r in known if r not in two_sided), key=lambda r: _number(r, "frequency_Hz"))
     frequency = np.array([_number(r, "frequency_Hz") for r in points])
     if len(points) < 2 or frequency[-1] < LEAST_FREQUENCY_RATIO * frequency[0]:
         return None
@@ -119,6 +125,12 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         band = tuple(float(w) for w in width)
     else:
         warnings.append("two points only: a line fits them whatever it means")
+    left_out = len(group) - len(known)
+    if left_out:
+        warnings.append(f"{left_out} of {len(group)} runs have no {quantity.replace('_', ' ')}")
+    if two_sided:
+        names = ", ".join(r.facts.id for r in two_sided)
+        warnings.append(f"left out, as damping is not meaningful for two-sided loops: {names}")
     amplitudes = [_number(r, "amplitude_mm") for r in points]
     if not constant:
         warnings.append(
@@ -126,11 +138,10 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
             "along with frequency"
         )
     temperatures = tuple(_value(r, "temperature_max_C") for r in points)
-    known = [value for value in temperatures if value is not None]
-    if known and max(known) - min(known) > TEMPERATURE_SPREAD_C:
-        warnings.append(
-            f"confounded: temperature differs by {max(known) - min(known):.1f} K between the runs"
-        )
+    warnings += _temperature_warnings(frequency, temperatures)
+    uncertainty = tuple(r.summary.values[name].expanded_uncertainty for r in points)
+    if any(value is None for value in uncertainty):
+        warnings.append("no expanded uncertainty of some points: their runs say why")
     return Trend(
         quantity=quantity,
         prestress_mm=float(np.mean([_number(r, "prestress_mm") for r in points])),
@@ -138,7 +149,7 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         runs=tuple(r.facts.id for r in points),
         frequency_Hz=tuple(float(f) for f in frequency),
         values=tuple(float(v) for v in values),
-        expanded_uncertainty=tuple(r.summary.values[name].expanded_uncertainty for r in points),
+        expanded_uncertainty=uncertainty,
         temperature_C=temperatures,
         slope_per_Hz=slope,
         intercept=intercept,
@@ -147,3 +158,36 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         band=band,
         warnings=tuple(warnings),
     )
+
+
+def _is_two_sided(run: RunEvaluation) -> bool:
+    lowest, highest = _value(run, "force_min_kN"), _value(run, "force_max_kN")
+    return lowest is not None and highest is not None and is_two_sided(lowest, highest)
+
+
+def _temperature_warnings(frequency_Hz: FloatArray, temperatures: Sequence[float | None]) -> list[str]:
+    """Say where temperature varies among the points, or is not known, so that frequency is not alone."""
+    known = np.array([value is not None for value in temperatures])
+    warnings = []
+    if not np.all(known):
+        warnings.append(
+            f"no temperature of {np.count_nonzero(~known)} of {known.size} runs: whether frequency is "
+            "confounded with it cannot be told"
+        )
+    if np.count_nonzero(known) < 2:
+        return warnings
+    frequency = frequency_Hz[known]
+    value = np.array([t for t in temperatures if t is not None])
+    spread = float(np.ptp(value))
+    correlation = None
+    if value.size > 2 and spread > 0.0 and np.ptp(frequency) > 0.0:
+        correlation = float(np.corrcoef(frequency, value)[0, 1])
+    related = (
+        spread > TEMPERATURE_RELATED_C
+        and correlation is not None
+        and abs(correlation) >= TEMPERATURE_CORRELATION
+    )
+    if related or spread > TEMPERATURE_SPREAD_C:
+        follows = "" if correlation is None else f" (correlation with frequency {correlation:+.2f})"
+        warnings.append(f"confounded: temperature differs by {spread:.1f} K between the runs{follows}")
+    return warnings

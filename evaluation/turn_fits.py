@@ -15,13 +15,14 @@ _TIP_SLACK = 0.25
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted reversal: moment, height, and the residual (one sample's) and uncertainty of the height."""
+    """A fitted reversal: moment, height, the residual (one sample's), and the u of height and moment."""
 
     method: TurnMethod
     time_s: float
     value: float
     residual: float
     u: float
+    u_s: float = 0.0
 
 
 def grouped(time_s: FloatArray, value: FloatArray, most: int) -> tuple[FloatArray, FloatArray, int]:
@@ -93,7 +94,12 @@ def smooth_fit(time_s: FloatArray, value: FloatArray, degree: int, noise: float)
     row = top ** np.arange(degree + 1)
     gain = float(np.sqrt(row @ inverse @ row))
     height = value_at(coefficients.tolist(), top)
-    return Fit("polynomial", middle + half * top, height, residual, max(residual, noise) * gain)
+    scatter = max(residual, noise)
+    # The maximum lies where the slope is 0: an error of the slope moves it by that over the curvature.
+    slope_row = np.concatenate(([0.0], np.arange(1.0, degree + 1) * row[:-1]))
+    curvature = value_at(slope_of(slope_of(coefficients.tolist())), top)
+    u_s = half * scatter * float(np.sqrt(slope_row @ inverse @ slope_row)) / -curvature
+    return Fit("polynomial", middle + half * top, height, residual, scatter * gain, u_s)
 
 
 def _flank(z: FloatArray, value: FloatArray, degree: int) -> tuple[list[float], float, FloatArray] | None:
@@ -144,4 +150,6 @@ def flank_fit(time_s: FloatArray, value: FloatArray, degree: int, noise: float) 
     row = meet ** np.arange(degree + 1)
     gain = 0.5 * float(np.sqrt(row @ left[2] @ row + row @ right[2] @ row))
     peak = value_at(left[0], meet)
-    return Fit("lines", float(time_s[at]) + half * meet, peak, residual, max(residual, noise) * gain)
+    scatter = max(residual, noise)
+    u_s = half * scatter * 2.0 * gain / (rise + fall)
+    return Fit("lines", float(time_s[at]) + half * meet, peak, residual, scatter * gain, u_s)

@@ -6,7 +6,7 @@ straight or curved flanks that meet (triangular turn), and a plateau (dwell). Th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -58,12 +58,7 @@ class _Side:
 def _window(side: _Side, share: float) -> slice:
     """Return the samples about the peak that lie within ``share`` of the height below it."""
     level = side.value[side.peak] - share * side.height - 2.0 * side.sigma
-    below = np.flatnonzero(side.value < level)
-    left = below[below < side.peak]
-    right = below[below > side.peak]
-    first = int(left[-1]) + 1 if left.size else 0
-    last = int(right[0]) if right.size else side.value.size
-    return slice(first, last)
+    return _run_above(side.value, side.peak, level)
 
 
 def _smooth_degree(points: int) -> int:
@@ -86,7 +81,7 @@ def _candidates(side: _Side) -> list[Fit]:
             smooth_fit(time_s, value, _smooth_degree(time_s.size), noise),
             flank_fit(time_s, value, 2 if time_s.size >= _MANY_POINTS else 1, noise),
         )
-        fits += [Fit(f.method, f.time_s, f.value, f.residual * scale, f.u) for f in tried if f is not None]
+        fits += [replace(f, residual=f.residual * scale) for f in tried if f is not None]
     return fits
 
 
@@ -161,11 +156,21 @@ def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float
 
 
 def _run_above(value: FloatArray, peak: int, level: float) -> slice:
-    below = np.flatnonzero(value < level)
-    at = int(np.searchsorted(below, peak))
-    first = int(below[at - 1]) + 1 if at > 0 else 0
-    last = int(below[at]) if at < below.size else value.size
-    return slice(first, max(last, first + 1))
+    """Return the samples about the peak, at least itself, that are not below a level."""
+    before = _first_below(value[:peak][::-1], level)
+    after = _first_below(value[peak + 1 :], level)
+    return slice(peak - before, peak + 1 + after)
+
+
+def _first_below(value: FloatArray, level: float) -> int:
+    """Return the index of the first sample below a level, or the size; looks no further than it must."""
+    start, size = 0, 64
+    while start < value.size:
+        below = value[start : start + size] < level
+        if below.any():
+            return start + int(np.argmax(below))
+        start, size = start + size, 2 * size
+    return value.size
 
 
 def _edge_fit(side: _Side) -> Fit:
@@ -257,6 +262,7 @@ def fit_turning_point(
             index=dwell.index,
             method="plateau",
             u_stroke_mm=dwell.u,
+            u_time_s=_step_s(side),
         )
     fit = None if side.open_left or side.open_right else _best(side)
     if fit is None:
@@ -264,7 +270,13 @@ def fit_turning_point(
     moment = float(time_s[index]) if fit.method == "cut" else fit.time_s
     nearest = side.first + int(np.argmin(np.abs(side.time_s - moment)))
     stroke = sign * fit.value
-    return TurningPoint(moment, moment, stroke, stroke, kind, nearest, fit.method, fit.u)
+    # What is not fitted from both sides is known to a step of the samples.
+    u_s = fit.u_s if fit.method in ("polynomial", "lines") else _step_s(side)
+    return TurningPoint(moment, moment, stroke, stroke, kind, nearest, fit.method, fit.u, u_s)
+
+
+def _step_s(side: _Side) -> float:
+    return float(side.time_s[-1] - side.time_s[0]) / max(1, side.time_s.size - 1)
 
 
 def _side(

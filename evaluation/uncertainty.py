@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
-from evaluation.loops import cut_loop
+from evaluation.loops import END_SHARE, cut_loop
 from evaluation.motion import Cycle, Loop
-from evaluation.quantities import TANGENT_WINDOW
+from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
 
@@ -25,6 +25,10 @@ AnyFloat = TypeVar("AnyFloat", np.float64, np.complex128)
 
 COVERAGE = 2.0
 """Coverage factor k of the expanded uncertainty U = k u."""
+NORMAL_95 = 1.959964
+"""Half-width of the 95 % interval of a normal distribution, in standard deviations."""
+PEAK_OF_NOISE = 2.0
+"""The largest of several readings exceeds the true largest by about so many of their standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,20 @@ class LocalReading:
     slope_terms: FloatArray
     value_gain: float
     slope_gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyTerms:
+    """Energies of one loop as sums over pairs of terms, shape (5, 8) [J], and their noise [J].
+
+    ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``turn_J``: W_s by the fit of the turning points.
+    """
+
+    loading: FloatArray
+    returning: FloatArray
+    noise_up_J: float
+    noise_down_J: float
+    turn_J: float
 
 
 def record_noise(record: Record) -> Noise:
@@ -99,19 +117,34 @@ class CyclePropagation:
         by_stroke = self.noise.stroke_mm * np.linalg.norm(np.gradient(loop.force_kN[part]))
         return float(weight * np.hypot(by_force, by_stroke))
 
-    def energies(self, draws: Draws) -> tuple[FloatArray, FloatArray]:
-        """Return stored and absorbed energy of every draw [J], shape (N,) each."""
-        up, down = self._integrals(self.loop.loading), self._integrals(slice(self.loop.top, None))
+    def energy_terms(self) -> EnergyTerms:
+        """Return the integrals of all pairs of terms, and what noise and turning points add."""
         turn_J = np.hypot(
             self.loop.force_kN[self.loop.top] * self.cycle.top.u_stroke_mm,
             self.loop.force_kN[0] * self.cycle.start.u_stroke_mm,
         )
+        return EnergyTerms(
+            loading=self._integrals(self.loop.loading),
+            returning=self._integrals(slice(self.loop.top, None)) + self._closing(),
+            noise_up_J=self._energy_noise(self.loop, self.loop.loading),
+            noise_down_J=self._energy_noise(self.loop, self.loop.unloading),
+            turn_J=float(turn_J),
+        )
+
+    def energies(self, draws: Draws) -> tuple[FloatArray, FloatArray]:
+        """Return stored and absorbed energy of every draw [J], shape (N,) each."""
+        terms = self.energy_terms()
         scatter = draws.generator.standard_normal((3, draws.force.shape[0]))
-        noise_up = scatter[0] * self._energy_noise(self.loop, self.loop.loading)
-        noise_down = scatter[1] * self._energy_noise(self.loop, self.loop.unloading)
-        stored = _bilinear(draws, up) + noise_up
-        absorbed = stored + _bilinear(draws, down + self._closing()) + noise_down
-        return stored + scatter[2] * turn_J, absorbed
+        stored = _bilinear(draws, terms.loading) + scatter[0] * terms.noise_up_J
+        absorbed = stored + _bilinear(draws, terms.returning) + scatter[1] * terms.noise_down_J
+        return stored + scatter[2] * terms.turn_J, absorbed
+
+    def force_noise_gains(self) -> tuple[float, float]:
+        """Return the noise of an extreme force, and of the force between the turning points, per sample's."""
+        smoothed = 1.5 / np.sqrt(max(5.0, FORCE_WINDOW * self.loop.top))  # parabola, read at its middle
+        ends = 2.0 / np.sqrt(max(4.0, END_SHARE * self.loop.top))  # line, read at its end
+        weight = 1.0 / np.sqrt(self.samples_a_point)
+        return float(PEAK_OF_NOISE * smoothed * weight), float(np.sqrt(2.0) * ends * weight)
 
     def read(self, stroke_mm: float, half_width_mm: float, degree: int = 3) -> LocalReading | None:
         """Read the loading branch at a stroke; None when it is out of reach or too few samples are near."""
@@ -200,27 +233,43 @@ def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     return np.asarray(stiffness + noise * (scatter[0] + 1j * scatter[1]))
 
 
-def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, FloatArray]:
-    """Return every figure of a cycle that can be propagated, by name, for every draw."""
-    loop, cycle = propagation.loop, propagation.cycle
-    stored, absorbed = propagation.energies(draws)
+def turn_draws(draws: Draws, cycle: Cycle) -> tuple[FloatArray, FloatArray]:
+    """Return the stroke of the lower and the upper turning point of every draw [mm], shape (N,) each."""
+    size = draws.stroke_zero_mm.size
     low_mm = cycle.stroke_min_mm + stroke_error_mm(draws, cycle.stroke_min_mm)
     high_mm = cycle.stroke_max_mm + stroke_error_mm(draws, cycle.stroke_max_mm)
-    low_mm = low_mm + cycle.start.u_stroke_mm * draws.generator.standard_normal(low_mm.size)
-    high_mm = high_mm + cycle.top.u_stroke_mm * draws.generator.standard_normal(low_mm.size)
-    stiffness = _harmonic_draws(draws, propagation)
-    at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
-    rise = propagation.force[:, loop.top] - propagation.force[:, 0]
-    figures = {
-        "stored_energy_J": stored,
-        "absorbed_energy_J": absorbed,
+    low_mm = low_mm + cycle.start.u_stroke_mm * draws.generator.standard_normal(size)
+    return low_mm, high_mm + cycle.top.u_stroke_mm * draws.generator.standard_normal(size)
+
+
+def stroke_figures(low_mm: FloatArray, high_mm: FloatArray) -> dict[str, FloatArray]:
+    """Return the figures that turning points make, by name."""
+    return {
         "stroke_min_mm": low_mm,
         "stroke_max_mm": high_mm,
         "prestress_mm": 0.5 * (low_mm + high_mm),
         "amplitude_mm": 0.5 * (high_mm - low_mm),
-        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min]),
-        "force_max_kN": _weighted(draws.force, propagation.force[:, at_max]),
-        "secant_stiffness_kN_per_mm": _weighted(draws.force, rise) / (high_mm - low_mm),
+    }
+
+
+def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, FloatArray]:
+    """Return every figure of a cycle that can be propagated, by name, for every draw."""
+    loop, cycle = propagation.loop, propagation.cycle
+    stored, absorbed = propagation.energies(draws)
+    low_mm, high_mm = turn_draws(draws, cycle)
+    stiffness = _harmonic_draws(draws, propagation)
+    at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
+    rise = propagation.force[:, loop.top] - propagation.force[:, 0]
+    noise_kN = propagation.noise.force_kN * draws.generator.standard_normal((3, low_mm.size))
+    extreme, secant = propagation.force_noise_gains()
+    figures = {
+        "stored_energy_J": stored,
+        "absorbed_energy_J": absorbed,
+        **stroke_figures(low_mm, high_mm),
+        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min]) + extreme * noise_kN[0],
+        "force_max_kN": _weighted(draws.force, propagation.force[:, at_max]) + extreme * noise_kN[1],
+        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + secant * noise_kN[2])
+        / (high_mm - low_mm),
         "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
         "storage_stiffness_kN_per_mm": np.real(stiffness),
         "loss_stiffness_kN_per_mm": np.imag(stiffness),
@@ -239,3 +288,8 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
 def expanded(values: FloatArray | Sequence[float]) -> float:
     """Return the expanded uncertainty U = 2 u of drawn values."""
     return COVERAGE * float(np.std(values))
+
+
+def half_width_95(values: FloatArray) -> float:
+    """Return the half-width about their mean that holds 95 % of drawn values."""
+    return float(np.quantile(np.abs(values - np.mean(values)), 0.95))

@@ -35,6 +35,8 @@ class Test(Settings):
     """How a foreign record was made, as far as it is known."""
 
     kind: Kind | None = None
+    proof_load: str | None = None
+    """Of a proof run: which of the limit set's proof loads was applied (F1 …)."""
     started: Moment | None = None
     operator: str = ""
     laboratory: str = ""

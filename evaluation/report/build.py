@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from evaluation.report.budgets import budgets_section
 from evaluation.report.closing import (
     data_section,
     deviations_section,
@@ -54,6 +55,7 @@ def build_content(source: Source) -> Content:
         deviations_section(source),
         warnings_section(source, overdue(calibration)),
         rule_section(source),
+        budgets_section(source),
         calibration,
         data_section(source),
         statements_section(source),

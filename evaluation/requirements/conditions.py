@@ -11,7 +11,9 @@ import numpy as np
 
 from evaluation.quantities import SPEED_WINDOW, TEMPERATURE_STALE_S
 from evaluation.record import Temperature
-from evaluation.requirements.rows import Case, Limits, row
+from evaluation.requirements.block import block_contact
+from evaluation.requirements.limit_set import known
+from evaluation.requirements.rows import Case, Limits, row, shown, unfilled_why
 from evaluation.results import CycleResult, RequirementResult, Verdict
 
 _RUN_WIDE = ("cycle-count", "rest-after-assembly")
@@ -29,21 +31,26 @@ def governing(conditions: list[RequirementResult], cycle: int) -> list[Requireme
 
 
 def static_conditions(case: Case) -> list[RequirementResult]:
-    """Return every condition of the static test, judged cycle by cycle where it concerns cycles."""
-    judged = [_cycle_count(case)]
-    rest = _rest_after_assembly(case)
-    if rest is not None:
-        judged.append(rest)
-    needed = case.cycles[: case.limits.conditions.cycles]
+    """Return every condition of the static test, judged cycle by cycle where it concerns cycles.
+
+    Those that the limit set says there are none of are left out.
+    """
+    judged = [_cycle_count(case), _rest_after_assembly(case)]
+    needed = judged_cycles(case)
     for position, result in enumerate(needed):
-        judged.append(_temperature(case, result))
-        judged.append(_speed(case, result))
+        judged += [_temperature(case, result), _speed(case, result)]
         if position > 0:
             judged.append(_pause(case, needed[position - 1], result))
         judged.append(_immediate_unloading(case, result))
         judged.append(_full_release(case, result, last=position == len(needed) - 1))
         judged.append(full_stroke(case, result))
-    return judged
+    return [condition for condition in judged if condition is not None]
+
+
+def judged_cycles(case: Case) -> tuple[CycleResult, ...]:
+    """Return the cycles that are judged: as many as the set asks for, all where it does not say."""
+    wanted = case.limits.conditions.cycles
+    return case.cycles if isinstance(wanted, str) else case.cycles[:wanted]
 
 
 def _condition(
@@ -57,6 +64,8 @@ def _condition(
     why: str,
     uncertainty: float | None = None,
 ) -> RequirementResult:
+    if limits.unfilled and verdict != "fail":
+        verdict, why = "inconclusive", f"{why}; {unfilled_why(case)}"
     return row(
         case,
         identity,
@@ -72,26 +81,38 @@ def _condition(
     )
 
 
-def _cycle_count(case: Case) -> RequirementResult:
+def _met(limits: Limits, value: float) -> Verdict:
+    return "pass" if limits.meets(value) else "fail"
+
+
+def _cycle_count(case: Case) -> RequirementResult | None:
     wanted, found = case.limits.conditions.cycles, len(case.cycles)
-    verdict: Verdict = "pass" if found >= wanted else "fail"
+    limits = Limits.of(wanted, "none", "cycles")
+    if limits.nothing:
+        return None
     why = f"{found} complete cycles found"
-    if found > wanted:
+    if limits.lower is not None and found > limits.lower:
         why += f", the first {wanted} are judged"
-    limits = Limits(float(wanted), None, "cycles")
-    return _condition(
-        case, "cycle-count", None, f"{wanted} complete cycles", limits, float(found), verdict, why
-    )
+    text = f"{shown(wanted)} complete cycles"
+    return _condition(case, "cycle-count", None, text, limits, float(found), _met(limits, float(found)), why)
 
 
 def _rest_after_assembly(case: Case) -> RequirementResult | None:
     conditions = case.limits.conditions
+    least = Limits.of(conditions.rest_min_h, "none", "h")
     system = case.facts.specimen.get("elastic_system")
-    if system is not None and system not in conditions.rest_systems:
+    if least.nothing or (system is not None and system not in conditions.rest_systems):
         return None
+    limits, asked = least, f"at least {shown(conditions.rest_min_h)} h"
+    if case.limits.readings.rest == "exactly":
+        spread = known(conditions.rest_tolerance_h)
+        hours = least.lower
+        limits = Limits(None, None, "h", unfilled=True)
+        if spread is not None and hours is not None:
+            limits = Limits(hours - spread, hours + spread, "h")
+        asked = f"{shown(conditions.rest_min_h)} h ± {shown(conditions.rest_tolerance_h)} h"
     systems = ", ".join(conditions.rest_systems)
-    text = f"at least {conditions.rest_min_h:g} h between assembly and test ({systems})"
-    limits = Limits(conditions.rest_min_h, None, "h")
+    text = f"{asked} between assembly and test ({systems})"
     assembled, started = _moment(case.facts.specimen.get("assembled")), case.facts.started
     missing = [
         what
@@ -108,10 +129,8 @@ def _rest_after_assembly(case: Case) -> RequirementResult | None:
     if started.tzinfo is None:
         started = started.replace(tzinfo=UTC)
     rest_h = (started - assembled).total_seconds() / 3600.0
-    met = rest_h >= conditions.rest_min_h
     why = f"{rest_h:.1f} h after assembly"
-    verdict: Verdict = "pass" if met else "fail"
-    return _condition(case, "rest-after-assembly", None, text, limits, rest_h, verdict, why)
+    return _condition(case, "rest-after-assembly", None, text, limits, rest_h, _met(limits, rest_h), why)
 
 
 def _moment(value: object) -> datetime | None:
@@ -125,11 +144,13 @@ def _moment(value: object) -> datetime | None:
     return value if value.tzinfo is not None else value.replace(tzinfo=UTC)
 
 
-def _temperature(case: Case, result: CycleResult) -> RequirementResult:
+def _temperature(case: Case, result: CycleResult) -> RequirementResult | None:
     conditions = case.limits.conditions
     low, high = conditions.temperature_min_C, conditions.temperature_max_C
-    text = f"temperature {low:g} to {high:g} °C at the start of the cycle and during it"
-    limits = Limits(low, high, "°C")
+    text = f"temperature {shown(low)} to {shown(high)} °C at the start of the cycle and during it"
+    limits = Limits.of(low, high, "°C")
+    if limits.nothing:
+        return None
     cycle = result.cycle
     specimen = [s for s in case.record.temperatures if s.role == "specimen"]
     sensors = specimen or list(case.record.temperatures)
@@ -138,13 +159,14 @@ def _temperature(case: Case, result: CycleResult) -> RequirementResult:
         why = "no temperature on record within the cycle"
         return _condition(case, "temperature-range", cycle.index, text, limits, None, "inconclusive", why)
     coldest, warmest = min(s[0] for s in spans), max(s[1] for s in spans)
-    worst = warmest if warmest - high > low - coldest else coldest
-    met = coldest >= low and warmest <= high
+    above = warmest - (limits.upper if limits.upper is not None else np.inf)
+    below = (limits.lower if limits.lower is not None else -np.inf) - coldest
+    worst = warmest if above > below else coldest
     known = [s.accuracy_C for s in sensors if s.accuracy_C is not None]
     uncertainty = 2.0 * max(known) / float(np.sqrt(3.0)) if len(known) == len(sensors) else None
     what = "spring" if specimen else "ambient"
     why = f"{what} {coldest:.1f} to {warmest:.1f} °C"
-    verdict: Verdict = "pass" if met else "fail"
+    verdict: Verdict = "pass" if limits.meets(coldest) and limits.meets(warmest) else "fail"
     return _condition(case, "temperature-range", cycle.index, text, limits, worst, verdict, why, uncertainty)
 
 
@@ -161,10 +183,12 @@ def _span(sensor: Temperature, start_s: float, end_s: float) -> tuple[float, flo
     return float(np.min(readings)), float(np.max(readings))
 
 
-def _speed(case: Case, result: CycleResult) -> RequirementResult:
+def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     highest = case.limits.conditions.speed_max_mm_per_s
-    text = f"stroke speed at most {highest:g} mm/s in both directions"
-    limits = Limits(None, highest, "mm/s")
+    text = f"stroke speed at most {shown(highest)} mm/s in both directions"
+    limits = Limits.of("none", highest, "mm/s")
+    if limits.nothing:
+        return None
     up = result.quantities.speed_loading_max_mm_per_s
     down = result.quantities.speed_unloading_max_mm_per_s
     index = result.cycle.index
@@ -175,9 +199,9 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult:
     measured = max(up, down)
     # What noise alone adds to the largest of many slopes must not break a test run right at the limit.
     noise = 3.0 * _speed_noise(case, result)
-    verdict: Verdict = "pass" if measured <= highest + noise else "fail"
+    verdict = _met(limits, measured - noise)
     why = f"loading {up:.4g} mm/s, unloading {down:.4g} mm/s"
-    if highest < measured <= highest + noise:
+    if verdict == "pass" and not limits.meets(measured):
         why += "; above the limit by no more than the noise of the stroke"
     return _condition(case, "speed-limit", index, text, limits, measured, verdict, why)
 
@@ -192,42 +216,48 @@ def _speed_noise(case: Case, result: CycleResult) -> float:
     return sigma * float(np.sqrt(12.0 / count)) / (SPEED_WINDOW * branch_s)
 
 
-def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementResult:
+def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementResult | None:
     longest = case.limits.conditions.pause_max_s
+    limits = Limits.of("none", longest, "s")
+    if limits.nothing:
+        return None
     pause = max(0.0, result.cycle.start_s - before.cycle.end_s)
-    met = pause <= longest
-    verdict: Verdict = "pass" if met else "fail"
     return _condition(
         case,
         "pause-limit",
         result.cycle.index,
-        f"pause before the cycle at most {longest:g} s",
-        Limits(None, longest, "s"),
+        f"pause before the cycle at most {shown(longest)} s",
+        limits,
         pause,
-        verdict,
+        _met(limits, pause),
         f"{pause:.1f} s after cycle {before.cycle.index}",
     )
 
 
-def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult:
+def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult | None:
     longest = case.limits.conditions.dwell_max_s
+    limits = Limits.of("none", longest, "s")
+    if limits.nothing:
+        return None
     dwell = result.cycle.top.dwell_s
-    verdict: Verdict = "pass" if dwell <= longest else "fail"
     why = f"{dwell:.2f} s at the upper turning point"
     return _condition(
         case,
         "immediate-unloading",
         result.cycle.index,
-        f"unloading follows at once (dwell at most {longest:g} s)",
-        Limits(None, longest, "s"),
+        f"unloading follows at once (dwell at most {shown(longest)} s)",
+        limits,
         dwell,
-        verdict,
+        _met(limits, dwell),
         why,
     )
 
 
-def _full_release(case: Case, result: CycleResult, *, last: bool) -> RequirementResult:
-    conditions, cycle = case.limits.conditions, result.cycle
+def _full_release(case: Case, result: CycleResult, *, last: bool) -> RequirementResult | None:
+    largest, cycle = case.limits.conditions.residual_stroke_max_mm, result.cycle
+    limits = Limits.of("none", largest, "mm")
+    if limits.nothing:
+        return None
     stroke = cycle.stroke_min_mm
     force = float(case.prepared[cycle.index].loop.force_kN[0])
     when = "before the cycle"
@@ -235,30 +265,61 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
         stroke, force = cycle.stroke_end_mm, float(case.prepared[cycle.index].loop.force_kN[-1])
         when = "after the cycle"
     # Judged by the stroke alone: at first contact the force is anything up to the preload.
-    verdict: Verdict = "pass" if stroke <= conditions.residual_stroke_max_mm else "fail"
+    verdict = _met(limits, stroke)
     text = (
-        f"fully released before the cycle, and after the last (residual stroke at most "
-        f"{conditions.residual_stroke_max_mm:g} mm)"
+        f"fully released before the cycle, and after the last (residual stroke at most {shown(largest)} mm)"
     )
     why = f"{stroke:.2f} mm and {force:.1f} kN {when}"
-    limits = Limits(None, conditions.residual_stroke_max_mm, "mm")
     return _condition(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
 
 
-def full_stroke(case: Case, result: CycleResult) -> RequirementResult:
-    """Return whether a cycle went to full stroke, or to the force up to which energies count."""
-    applies, cap = case.limits.applies, case.limits.energy.force_cap_kN
-    nominal = float(case.facts.specimen.get("max_stroke_mm") or applies.stroke_mm)
-    least = min(nominal, applies.stroke_mm - applies.stroke_tolerance_mm)
-    reached = result.cycle.stroke_max_mm
-    force = result.quantities.force_max_kN or 0.0
-    full = reached >= least - 3.0 * result.cycle.top.u_stroke_mm or force >= cap
-    verdict: Verdict = "pass" if full else "inconclusive"
-    why = f"{reached:.2f} mm at {force:.0f} kN" + ("" if full else ": the record stops short of full stroke")
-    limits = Limits(least, None, "mm")
-    text = f"cycle to full stroke (at least {least:g} mm, or {cap:g} kN)"
+def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
+    """Return whether a cycle went to full stroke, or to the force up to which energies count.
+
+    By the reading ``static_extent = "proof-load"`` it must have reached the proof load F1 instead. None
+    where no limit of the set depends on the end of the stroke.
+    """
+    energy = case.limits.energy
+    if {energy.stored_min_J, energy.ratio_first_min, energy.ratio_later_min} == {"none"}:
+        return None
+    reached, force = result.cycle.stroke_max_mm, result.quantities.force_max_kN or 0.0
+    proof = case.limits.proof_load("F1") if case.limits.readings.static_extent == "proof-load" else None
+    contact = _contact_text(case, result)
+    if proof is not None:
+        limits = Limits.of(proof.force_min_kN, "none", "kN")
+        why = f"{force:.0f} kN at {reached:.2f} mm{contact}"
+        verdict: Verdict = "pass" if limits.meets(force) else "inconclusive"
+        text = f"cycle to the proof load {proof.id} (at least {shown(proof.force_min_kN)} kN)"
+        return _condition(case, "full-stroke", result.cycle.index, text, limits, force, verdict, why)
+    least = _full_stroke_mm(case)
+    cap = known(energy.force_cap_kN)
+    capped = cap is not None and force >= cap
+    full = capped or (least is not None and reached >= least - 3.0 * result.cycle.top.u_stroke_mm)
+    limits = Limits(least, None, "mm", unfilled=least is None and not capped)
+    why = f"{reached:.2f} mm at {force:.0f} kN{contact}"
+    if least is not None and not full:
+        why += ": the record stops short of full stroke"
+    parts = ["the full stroke is not known" if least is None else f"at least {least:g} mm"]
+    parts += [] if cap is None else [f"or {cap:g} kN"]
+    text = f"cycle to full stroke ({', '.join(parts)})"
     drawn = case.drawn.get(result.cycle.index)
     uncertainty = None if drawn is None else 2.0 * float(np.std(drawn["stroke_max_mm"]))
+    verdict = "pass" if full else "inconclusive"
     return _condition(
         case, "full-stroke", result.cycle.index, text, limits, reached, verdict, why, uncertainty
     )
+
+
+def _full_stroke_mm(case: Case) -> float | None:
+    """Return from which stroke on a cycle counts as full: the specimen's own, or the set's less tolerance."""
+    applies = case.limits.applies
+    own, nominal = case.facts.specimen.get("max_stroke_mm"), known(applies.stroke_mm)
+    if nominal is None:
+        return None if own is None else float(own)
+    return min(float(own or nominal), nominal - (known(applies.stroke_tolerance_mm) or 0.0))
+
+
+def _contact_text(case: Case, result: CycleResult) -> str:
+    loop = case.prepared[result.cycle.index].loop
+    contact_mm = block_contact(loop, case.limits.conditions.block_slope_ratio)
+    return "" if contact_mm is None else f", block contact from {contact_mm:.1f} mm"

@@ -37,19 +37,27 @@ def _normal(z: float) -> float:
     return 0.5 * math.erfc(-z / math.sqrt(2.0))
 
 
-def _within(value: float, lower: float | None, upper: float | None) -> bool:
-    return (lower is None or value >= lower) and (upper is None or value <= upper)
+def _within(value: float, lower: float | None, upper: float | None, *, beyond: bool = False) -> bool:
+    least = lower is None or value > lower or (value == lower and not beyond)
+    return least and (upper is None or value <= upper)
 
 
 def decide(
-    value: float, expanded: float | None, lower: float | None, upper: float | None, rule: DecisionRule
+    value: float,
+    expanded: float | None,
+    lower: float | None,
+    upper: float | None,
+    rule: DecisionRule,
+    *,
+    beyond: bool = False,
 ) -> tuple[Verdict, str]:
     """Return the verdict on a value and why (ILAC-G8:09/2019).
 
     ``simple`` acceptance judges the value alone. ``guard-band`` (w = U) passes or fails only what is clear
-    of the limits by U, and calls the rest conditional.
+    of the limits by U, and calls the rest conditional. With ``beyond`` the value must be greater than the
+    lower limit, which itself is not enough then.
     """
-    inside = _within(value, lower, upper)
+    inside = _within(value, lower, upper, beyond=beyond)
     if rule == "simple":
         return ("pass", "within the limits") if inside else ("fail", "outside the limits")
     if expanded is None:

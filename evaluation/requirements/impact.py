@@ -1,32 +1,43 @@
-"""The impact test judged, on imported records: stored energy of the category, absorbed energy ratio."""
+"""The impact test judged, on imported records: stored energy of the category, absorbed energy ratio.
+
+A record may hold rebounds after the impact; the cycle that stores most is the impact, and is judged.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from evaluation.requirements.limit_set import Limit
 from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row
 from evaluation.results import CycleResult, RequirementResult
 
 
 def judge_impact(case: Case) -> list[RequirementResult]:
-    """Return the requirements of the impact test for every complete cycle of an impact run.
+    """Return the requirements of the impact test for the impact of a run.
 
     The category is that of the specimen; without one, or without a complete cycle, nothing can be concluded.
     """
     category = case.facts.specimen.get("category")
     if not case.cycles:
         why = "no complete cycle on record"
-        none = Limits(None, None, "J")
+        least = case.limits.impact.stored_min_J.get(str(category), "none")
         return [
-            row(case, identity, None, text, none, "inconclusive", why, clause=case.limits.impact.clause)
-            for identity, text in (
-                ("stored-energy-category", "stored energy of the category"),
-                ("absorbed-energy-ratio", "absorbed over stored energy"),
+            row(case, identity, None, text, limits, "inconclusive", why, clause=case.limits.impact.clause)
+            for identity, text, limits in (
+                ("stored-energy-category", "stored energy of the category", Limits.of(least, "none", "J")),
+                (
+                    "absorbed-energy-ratio",
+                    "absorbed over stored energy",
+                    Limits.of(case.limits.impact.ratio_min, "none", "1"),
+                ),
             )
         ]
-    return [
-        requirement
-        for result in case.cycles
-        for requirement in (_stored(case, result, category), _ratio(case, result))
-    ]
+    hit = max(case.cycles, key=lambda result: result.quantities.stored_energy_J or float("-inf"))
+    requirements = [_stored(case, hit, category), _ratio(case, hit)]
+    if len(case.cycles) == 1:
+        return requirements
+    others = f"the cycle of {len(case.cycles)} that stores most"
+    return [replace(requirement, why=f"{requirement.why}; {others}") for requirement in requirements]
 
 
 def _stored(case: Case, result: CycleResult, category: object) -> RequirementResult:
@@ -34,11 +45,14 @@ def _stored(case: Case, result: CycleResult, category: object) -> RequirementRes
     index, stored = result.cycle.index, result.quantities.stored_energy_J
     drawn = case.drawn.get(index)
     identity = "stored-energy-category"
-    least = impact.stored_min_J.get(str(category))
-    limits = Limits(least, None, "J")
-    if least is None or stored is None:
+    least: Limit = impact.stored_min_J.get(str(category), "none")
+    as_printed = case.limits.readings.comparator == "as-printed"
+    limits = Limits.of(least, "none", "J", beyond=as_printed and str(category) in impact.printed_greater)
+    if limits.nothing or stored is None:
         text = "stored energy of the category"
-        why = "the specimen's category is not on record" if category is None else "no stored energy"
+        why = "no stored energy" if stored is None else f"the limit set has no category {category}"
+        if category is None:
+            why = "the specimen's category is not on record"
         return row(
             case, identity, index, text, limits, "inconclusive", why, measured=stored, clause=impact.clause
         )
@@ -50,8 +64,10 @@ def _stored(case: Case, result: CycleResult, category: object) -> RequirementRes
 def _ratio(case: Case, result: CycleResult) -> RequirementResult:
     impact = case.limits.impact
     index, ratio = result.cycle.index, result.quantities.damping
-    identity, limits = "absorbed-energy-ratio", Limits(impact.ratio_min, None, "1")
-    text = f"absorbed over stored energy at least {impact.ratio_min:g}"
+    as_printed = case.limits.readings.comparator == "as-printed"
+    beyond = as_printed and "ratio_min" in impact.printed_greater
+    identity, limits = "absorbed-energy-ratio", Limits.of(impact.ratio_min, "none", "1", beyond=beyond)
+    text = f"absorbed over stored energy at least {impact.ratio_min}"
     if ratio is None:
         why = "the stored energy is not positive"
         return row(case, identity, index, text, limits, "inconclusive", why, clause=impact.clause)

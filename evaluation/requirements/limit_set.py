@@ -1,95 +1,215 @@
-"""Limits of a standard as data: revised editions and a laboratory's own sets are files, not code."""
+"""Limits of a standard as data: revised editions and a laboratory's own sets are files, not code.
+
+A limit is a number, ``"fill-in"`` (the standard has one that the set does not know) or ``"none"`` (the
+standard has none). What is not filled in is never passed.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
+from evaluation.requirements.readings import Readings
 from foundation.canonical import content_hash
+from foundation.errors import BadInput
 from foundation.settings import Day, Settings, load_settings
+from foundation.specimen import Kind
 
-SHIPPED = Path(__file__).resolve().parent.parent / "limit_sets" / "en15551-105mm.toml"
+FOLDER = Path(__file__).resolve().parent.parent / "limit_sets"
+SHIPPED = FOLDER / "en15551-105mm.toml"
 """The set that is applied unless another is given."""
 
-Names = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+Open = Literal["fill-in", "none"]
+Limit = float | Open
+Positive = Annotated[float, Field(gt=0)] | Open
+NotNegative = Annotated[float, Field(ge=0)] | Open
+Count = Annotated[int, Field(ge=1)] | Open
+Identifier = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$")]
+
+
+def _as_tuple(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+Names = Annotated[tuple[str, ...], BeforeValidator(_as_tuple)]
+
+
+def known(limit: Limit) -> float | None:
+    """Return a limit's number, or None where it is not filled in or there is none."""
+    return None if isinstance(limit, str) else limit
 
 
 class Applies(Settings):
-    """Which specimens a set is for."""
+    """Which specimens a set is for; ``elastic_systems`` empty: all of them."""
 
     specimen: Literal["buffer", "draw-gear"]
-    stroke_mm: float = Field(gt=0)
-    stroke_tolerance_mm: float = Field(ge=0)
+    stroke_mm: Positive
+    stroke_tolerance_mm: NotNegative
+    elastic_systems: Names = ()
 
 
 class Conditions(Settings):
     """Conditions of the static test."""
 
     clause: str = ""
-    temperature_min_C: float
-    temperature_max_C: float
-    speed_max_mm_per_s: float = Field(gt=0)
-    cycles: int = Field(ge=1)
-    pause_max_s: float = Field(gt=0)
-    rest_min_h: float = Field(ge=0)
+    temperature_min_C: Limit
+    temperature_max_C: Limit
+    speed_max_mm_per_s: Positive
+    cycles: Count
+    pause_max_s: Positive
+    rest_min_h: NotNegative
     rest_systems: Names
-    dwell_max_s: float = Field(ge=0)
-    residual_stroke_max_mm: float = Field(ge=0)
+    rest_tolerance_h: NotNegative = "fill-in"
+    """Only for the reading ``rest = "exactly"``."""
+    dwell_max_s: NotNegative
+    residual_stroke_max_mm: NotNegative
+    block_slope_ratio: Annotated[float, Field(gt=1)] = 3.0
+    """Block contact: slope of the last 1 % of the stroke over that just before it, and over the secant's."""
 
 
 class ForceWindow(Settings):
     """A window of the force on the loading branch at a stroke; stroke 0 is the preload."""
 
-    id: str = Field(pattern=r"^[a-z][a-z0-9-]*$")
+    id: Identifier
     clause: str = ""
-    stroke_mm: float = Field(ge=0)
-    lower_kN: float | None = None
-    upper_kN: float | None = None
+    stroke_mm: NotNegative
+    lower_kN: Limit = "none"
+    upper_kN: Limit = "none"
 
 
 class EnergyLimits(Settings):
     """Energies of the static test."""
 
     clause: str = ""
-    stored_min_J: float
-    force_cap_kN: float = Field(gt=0)
-    ratio_first_min: float
-    ratio_later_min: float
+    stored_min_J: Limit
+    force_cap_kN: Positive
+    ratio_first_min: Limit
+    ratio_later_min: Limit
+    printed_greater: Names = ()
+    """Keys of these limits that the source prints with “greater than”."""
 
 
 class ImpactLimits(Settings):
     """Energies of the impact test, by category."""
 
     clause: str = ""
-    stored_min_J: dict[str, float]
-    ratio_min: float
+    stored_min_J: dict[str, Limit]
+    ratio_min: Limit
+    printed_greater: Names = ()
+    """Categories, or ``ratio_min``, that the source prints with “greater than”."""
+
+
+class ProofLoad(Settings):
+    """A load that the specimen must bear; the record names it as ``[test] proof_load``."""
+
+    id: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$")]
+    text: str
+    clause: str = ""
+    force_min_kN: Positive
+    permanent_deformation_max_mm: NotNegative
+    cycles_min: Count = "none"
+    serviceable: bool
+    """Whether the inspector must state that the specimen is serviceable afterwards."""
+
+
+class ProofLoads(Settings):
+    """Proof loads, and up to which force the specimen counts as relieved."""
+
+    relief_force_max_kN: Annotated[float, Field(ge=0)]
+    load: Annotated[tuple[ProofLoad, ...], BeforeValidator(_as_tuple)]
+
+
+class Maintenance(Settings):
+    """The check of a ring spring at overhaul: preload, and lengths as the spring is held at a force."""
+
+    clause: str = ""
+    hold_force_kN: float = Field(gt=0)
+    preload_min_kN: Limit
+    preload_max_kN: Limit
+    assembled_length_min_mm: Limit
+    assembled_length_max_mm: Limit
+    length_at_hold_min_mm: Limit
+    length_at_hold_max_mm: Limit
+    final_length_min_mm: Limit
+    final_length_max_mm: Limit
+
+
+class InspectionItem(Settings):
+    """Something that the inspector looks at."""
+
+    id: Identifier
+    text: str
+    clause: str = ""
+
+
+_NO_CONDITIONS = Conditions(
+    temperature_min_C="none",
+    temperature_max_C="none",
+    speed_max_mm_per_s="none",
+    cycles="none",
+    pause_max_s="none",
+    rest_min_h="none",
+    rest_systems=(),
+    dwell_max_s="none",
+    residual_stroke_max_mm="none",
+)
+_NO_ENERGY = EnergyLimits(
+    stored_min_J="none", force_cap_kN="none", ratio_first_min="none", ratio_later_min="none"
+)
+_NO_IMPACT = ImpactLimits(stored_min_J={}, ratio_min="none")
 
 
 class LimitSet(Settings):
-    """A standard's limits with their identity."""
+    """A standard's limits with their identity. A section that is left out requires nothing."""
 
     id: str = Field(min_length=1)
-    standard: str
-    edition: str
+    standard: str = Field(min_length=1)
+    edition: str = Field(min_length=1)
+    clause: str = Field(min_length=1)
     date: Day
-    source: str
+    source: str = Field(min_length=1)
     note: str = ""
     applies: Applies
-    conditions: Conditions
-    force: Annotated[
-        tuple[ForceWindow, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)
-    ]
-    energy: EnergyLimits
-    impact: ImpactLimits
+    readings: Readings = Readings()
+    conditions: Conditions = _NO_CONDITIONS
+    force: Annotated[tuple[ForceWindow, ...], BeforeValidator(_as_tuple)] = ()
+    energy: EnergyLimits = _NO_ENERGY
+    impact: ImpactLimits = _NO_IMPACT
+    proof: ProofLoads | None = None
+    maintenance: Maintenance | None = None
+    inspection: Annotated[tuple[InspectionItem, ...], BeforeValidator(_as_tuple)] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> LimitSet:
+        for what, names in (
+            ("force", [window.id for window in self.force]),
+            ("proof.load", [load.id for load in self.proof.load] if self.proof else []),
+            ("inspection", [item.id for item in self.inspection]),
+        ):
+            twice = {name for name in names if names.count(name) > 1}
+            if twice:
+                raise ValueError(f"{what}: the id {sorted(twice)[0]} is given twice")
+        if self.readings.static_extent == "proof-load" and self.proof_load("F1") is None:
+            raise ValueError("readings.static_extent is proof-load, but the set has no proof.load F1")
+        return self
 
     @property
     def sha256(self) -> str:
         """Hash of the set's content, whatever its layout in the file."""
         return content_hash(self.model_dump(mode="json"))
+
+    @property
+    def unfilled(self) -> tuple[str, ...]:
+        """Places of the limits that are still to be filled in, as ``energy.stored_min_J``.
+
+        Those that no reading of the set needs are left out.
+        """
+        needless = () if self.readings.rest == "exactly" else ("conditions.rest_tolerance_h",)
+        return tuple(place for place in _unfilled(self, "") if place not in needless)
 
     def identity(self) -> dict[str, Any]:
         """Return what a report must state of the limits applied."""
@@ -97,10 +217,28 @@ class LimitSet(Settings):
             "id": self.id,
             "standard": self.standard,
             "edition": self.edition,
+            "clause": self.clause,
             "date": self.date.isoformat(),
             "source": self.source,
             "sha256": self.sha256,
+            "readings": self.readings.model_dump(mode="json"),
+            "unfilled": list(self.unfilled),
         }
+
+    def covers(self, kind: Kind) -> bool:
+        """Say whether the set requires anything of runs of a kind."""
+        static = {"conditions", "force", "energy"} & self.model_fields_set or self.maintenance is not None
+        covered = {
+            "static": bool(static),
+            "impact": "impact" in self.model_fields_set,
+            "proof": self.proof is not None,
+        }
+        return covered.get(kind, False)
+
+    def proof_load(self, name: str | None) -> ProofLoad | None:
+        """Return a proof load by its id, or None."""
+        loads = self.proof.load if self.proof else ()
+        return next((load for load in loads if load.id == name), None)
 
     def why_not_for(self, specimen: Mapping[str, Any]) -> str:
         """Return why the set does not apply to a specimen, or nothing where it does.
@@ -110,13 +248,30 @@ class LimitSet(Settings):
         kind = specimen.get("kind") or self.applies.specimen
         if kind != self.applies.specimen:
             return f"limit set {self.id} is for a {self.applies.specimen}, the specimen is a {kind}"
-        stroke = specimen.get("max_stroke_mm")
-        if stroke is None:
+        system, systems = specimen.get("elastic_system"), self.applies.elastic_systems
+        if system is not None and systems and system not in systems:
+            return f"limit set {self.id} is for {', '.join(systems)}, the specimen has {system}"
+        stroke, nominal = specimen.get("max_stroke_mm"), known(self.applies.stroke_mm)
+        if stroke is None or nominal is None:
             return ""
-        nominal = self.applies.stroke_mm
-        if not 0.0 <= nominal - stroke <= self.applies.stroke_tolerance_mm:
+        if not 0.0 <= nominal - stroke <= (known(self.applies.stroke_tolerance_mm) or 0.0):
             return f"limit set {self.id} is for {nominal:g} mm stroke, the specimen has {stroke:g} mm"
         return ""
+
+
+def _unfilled(value: object, place: str) -> Iterator[str]:
+    if value == "fill-in":
+        yield place
+    elif isinstance(value, BaseModel):
+        for name in type(value).model_fields:
+            yield from _unfilled(getattr(value, name), f"{place}.{name}" if place else name)
+    elif isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _unfilled(inner, f"{place}.{name}")
+    elif isinstance(value, tuple):
+        for inner in value:
+            identity = getattr(inner, "id", None)
+            yield from _unfilled(inner, f"{place}.{identity}" if identity else place)
 
 
 def load_limit_set(path: Path = SHIPPED) -> LimitSet:
@@ -128,6 +283,29 @@ def load_limit_set(path: Path = SHIPPED) -> LimitSet:
         If the file cannot be read or breaks the schema.
     """
     return load_settings(path, LimitSet)
+
+
+def shipped_names() -> list[str]:
+    """Return the names of the sets that are shipped."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def find_limit_set(given: str) -> LimitSet:
+    """Return the set that a user names: a file, or the name of one that is shipped.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file and no such name, or as :func:`load_limit_set`.
+    """
+    if given in shipped_names():
+        return load_limit_set(FOLDER / f"{given}.toml")
+    if not Path(given).exists():
+        names = ", ".join(shipped_names())
+        raise BadInput(
+            "no such limit set", file=given, remedy=f"name a TOML file, or one that is shipped: {names}"
+        )
+    return load_limit_set(Path(given))
 
 
 @cache

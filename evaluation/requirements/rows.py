@@ -10,7 +10,8 @@ import numpy as np
 from evaluation.error_model import Draws
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import conformance_probability, decide
-from evaluation.requirements.limit_set import LimitSet
+from evaluation.requirements.inspection import Inspection
+from evaluation.requirements.limit_set import Limit, LimitSet, known
 from evaluation.results import CycleResult, Options, RequirementResult, RunFacts, Verdict
 from evaluation.uncertainty import CyclePropagation, expanded
 
@@ -30,15 +31,46 @@ class Case:
     drawn: Mapping[int, Mapping[str, FloatArray]]
     limits: LimitSet
     options: Options
+    inspection: Inspection | None = None
+    """What the inspector of this run or specimen wrote down."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of one row, with their unit; None where there is none."""
+    """Limits of one row, with their unit; None where there is none.
+
+    ``unfilled``: the limit set leaves a side to be filled in. ``beyond``: the lower limit itself fails.
+    """
 
     lower: float | None
     upper: float | None
     unit: str
+    unfilled: bool = False
+    beyond: bool = False
+
+    @classmethod
+    def of(cls, lower: Limit, upper: Limit, unit: str, *, beyond: bool = False) -> Limits:
+        """Return the limits of a row as a limit set states them."""
+        return cls(known(lower), known(upper), unit, "fill-in" in (lower, upper), beyond)
+
+    @property
+    def nothing(self) -> bool:
+        """Whether nothing at all is required."""
+        return self.lower is None and self.upper is None and not self.unfilled
+
+    def meets(self, value: float) -> bool:
+        """Say whether a value keeps the limits that are known."""
+        return (self.lower is None or value >= self.lower) and (self.upper is None or value <= self.upper)
+
+
+def shown(limit: Limit) -> str:
+    """Return a limit for a text."""
+    return "(to be filled in)" if isinstance(limit, str) else f"{limit:g}"
+
+
+def unfilled_why(case: Case) -> str:
+    """Return why nothing can be concluded from a limit that was not filled in."""
+    return f"limit set {case.limits.id} leaves the limit to be filled in from {case.limits.standard}"
 
 
 def row(
@@ -79,18 +111,35 @@ def row(
 def judged(
     case: Case,
     identity: str,
-    cycle: int,
+    cycle: int | None,
     text: str,
     limits: Limits,
     measured: float,
     drawn: FloatArray | None,
     clause: str,
+    *,
+    uncertainty: float | None = None,
+    condition: bool = False,
 ) -> RequirementResult:
-    """Return the row of a measured value, judged by the decision rule in force."""
-    uncertainty = None if drawn is None else expanded(drawn)
-    verdict, why = decide(measured, uncertainty, limits.lower, limits.upper, case.options.decision_rule)
+    """Return the row of a measured value, judged by the decision rule in force.
+
+    Its U is that of ``drawn``, or ``uncertainty`` where nothing was drawn. A value that keeps every known
+    limit beside one that is not filled in is inconclusive.
+    """
+    if drawn is not None:
+        uncertainty = expanded(drawn)
+    verdict, why = decide(
+        measured,
+        uncertainty,
+        limits.lower,
+        limits.upper,
+        case.options.decision_rule,
+        beyond=limits.beyond,
+    )
+    if limits.unfilled and verdict not in ("fail", "conditional-fail"):
+        verdict, why = "inconclusive", unfilled_why(case)
     probability = None
-    if uncertainty is not None:
+    if uncertainty is not None and not limits.unfilled:
         probability = conformance_probability(measured, 0.5 * uncertainty, limits.lower, limits.upper)
     return row(
         case,
@@ -102,6 +151,7 @@ def judged(
         why,
         measured=measured,
         clause=clause,
+        condition=condition,
         uncertainty=uncertainty,
         probability=probability,
     )

@@ -8,12 +8,13 @@ import numpy as np
 
 from evaluation.quantities import absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray
-from evaluation.requirements.conditions import governing, static_conditions
+from evaluation.requirements.block import block_contact
+from evaluation.requirements.conditions import governing, judged_cycles, static_conditions
 from evaluation.requirements.decision import govern
-from evaluation.requirements.limit_set import ForceWindow
-from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row
+from evaluation.requirements.limit_set import ForceWindow, known
+from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row, shown, unfilled_why
 from evaluation.results import CycleResult, RequirementResult
-from evaluation.uncertainty import CyclePropagation, LocalReading, force_draws
+from evaluation.uncertainty import LocalReading, force_draws
 
 PRELOAD_FROM_MM, PRELOAD_TO_MM = 2.0, 10.0
 """Preload: line through the loading branch between these strokes, read at stroke 0 (standards.md 1.2)."""
@@ -40,48 +41,76 @@ def judge_static(case: Case) -> list[RequirementResult]:
     """
     conditions = static_conditions(case)
     results: list[RequirementResult] = [c for c in conditions if c.cycle is None]
-    for position, cycle in enumerate(case.cycles[: case.limits.conditions.cycles]):
+    cycles = judged_cycles(case)
+    for position, cycle in enumerate(cycles):
         index = cycle.cycle.index
         own = [c for c in conditions if c.cycle == index]
         rules = governing(conditions, index)
-        short = next(c for c in own if c.id == "full-stroke").verdict != "pass"
-        requirements = [_force(case, cycle, window) for window in case.limits.force]
+        short = any(c.id == "full-stroke" and c.verdict != "pass" for c in own)
+        requirements: list[RequirementResult | None] = []
+        if _binds(case, position, len(cycles)):
+            requirements += [_force(case, cycle, window) for window in case.limits.force]
         requirements += [_stored(case, cycle, short), _ratio(case, cycle, position, short)]
-        results += own + [govern(requirement, rules) for requirement in requirements]
+        results += own + [govern(r, rules) for r in requirements if r is not None]
     return results
 
 
+def _binds(case: Case, position: int, count: int) -> bool:
+    """Say whether the force windows bind a cycle (``readings.force_cycles``)."""
+    reading = case.limits.readings.force_cycles
+    return reading == "all" or position == (0 if reading == "first" else count - 1)
+
+
 def _force(case: Case, result: CycleResult, window: ForceWindow) -> RequirementResult:
-    limits = Limits(window.lower_kN, window.upper_kN, "kN")
-    prepared = case.prepared[result.cycle.index]
+    limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
     index = result.cycle.index
     if window.stroke_mm == 0.0:
-        return _preload(case, index, prepared, window)
-    text = f"force at {window.stroke_mm:g} mm stroke, loading"
-    top = result.cycle.stroke_max_mm
-    if window.stroke_mm > top + REACH_MM:
+        return preload(case, index, window)
+    text = f"force at {shown(window.stroke_mm)} mm stroke, loading"
+    top, stroke_mm = result.cycle.stroke_max_mm, known(window.stroke_mm)
+    if stroke_mm is None:
+        why = unfilled_why(case)
+        return row(case, window.id, index, text, limits, "not-tested", why, clause=window.clause)
+    if stroke_mm > top + REACH_MM:
         why = f"the stroke ended at {top:.2f} mm"
         return row(case, window.id, index, text, limits, "not-tested", why, clause=window.clause)
-    first = max(window.stroke_mm - FORCE_HALF_WIDTH_MM, result.cycle.stroke_min_mm)
-    last = min(window.stroke_mm + FORCE_HALF_WIDTH_MM, top)
-    reading = prepared.fit(window.stroke_mm, first, last, 2)
+    return _read_force(case, result, window, stroke_mm)
+
+
+def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm: float) -> RequirementResult:
+    """Return the row of a window that the cycle reached."""
+    limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
+    prepared, top = case.prepared[result.cycle.index], result.cycle.stroke_max_mm
+    index, text = result.cycle.index, f"force at {stroke_mm:g} mm stroke, loading"
+    first = max(stroke_mm - FORCE_HALF_WIDTH_MM, result.cycle.stroke_min_mm)
+    last = min(stroke_mm + FORCE_HALF_WIDTH_MM, top)
+    reading = prepared.fit(stroke_mm, first, last, 2)
     if reading is None:
-        why = f"too few samples about {window.stroke_mm:g} mm"
+        why = f"too few samples about {stroke_mm:g} mm"
         return row(case, window.id, index, text, limits, "inconclusive", why, clause=window.clause)
-    return judged(
+    verdict = judged(
         case, window.id, index, text, limits, reading.force_kN, _drawn(case, reading), window.clause
     )
+    contact_mm = block_contact(prepared.loop, case.limits.conditions.block_slope_ratio)
+    if contact_mm is None or contact_mm >= last:
+        return verdict
+    why = f"{verdict.why}; the reading lies in block contact, which begins at {contact_mm:.1f} mm"
+    if case.limits.readings.block_contact == "flag":
+        return replace(verdict, why=why)
+    return replace(verdict, verdict="inconclusive", why=why)
 
 
 def _drawn(case: Case, reading: LocalReading) -> FloatArray | None:
     return None if case.draws is None else force_draws(case.draws, reading)
 
 
-def _preload(case: Case, index: int, prepared: CyclePropagation, window: ForceWindow) -> RequirementResult:
-    limits = Limits(window.lower_kN, window.upper_kN, "kN")
+def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
+    """Return the preload judged, by the reading of the limit set; ``why`` states the other reading."""
+    prepared = case.prepared[index]
+    limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
     line = prepared.fit(0.0, PRELOAD_FROM_MM, PRELOAD_TO_MM, 1)
     near = prepared.fit(PRELOAD_READING_MM, 0.0, 2.0 * PRELOAD_READING_MM, 1)
-    extrapolated = case.options.preload_reading == "extrapolated"
+    extrapolated = (case.options.preload_reading or case.limits.readings.preload) == "extrapolated"
     reading = line if extrapolated else near
     text = (
         f"preload: loading branch of {PRELOAD_FROM_MM:g} to {PRELOAD_TO_MM:g} mm extrapolated to 0"
@@ -104,16 +133,16 @@ def _preload(case: Case, index: int, prepared: CyclePropagation, window: ForceWi
 def _capped_energies(case: Case, result: CycleResult) -> tuple[float, float, float | None]:
     """Return stored and absorbed energy up to the force cap, and the stroke of the cut (None: no cut)."""
     loop = case.prepared[result.cycle.index].loop
-    above = np.flatnonzero(loop.force_kN[loop.loading] > case.limits.energy.force_cap_kN)
-    if above.size == 0 or above[0] == 0:
+    cap, readings = known(case.limits.energy.force_cap_kN), case.limits.readings
+    at = _crossing(loop.force_kN[loop.loading], cap, readings.force_cap_crossing)
+    if cap is None or at is None:
         return stored_energy_J(loop), absorbed_energy_J(loop), None
-    at = int(above[0])
     force, stroke = loop.force_kN, loop.stroke_mm
-    share = (case.limits.energy.force_cap_kN - force[at - 1]) / (force[at] - force[at - 1])
+    share = (cap - force[at - 1]) / (force[at] - force[at - 1])
     cut_mm = float(stroke[at - 1] + share * (stroke[at] - stroke[at - 1]))
-    stored = float(
-        np.trapezoid(np.append(force[:at], case.limits.energy.force_cap_kN), np.append(stroke[:at], cut_mm))
-    )
+    stored = float(np.trapezoid(np.append(force[:at], cap), np.append(stroke[:at], cut_mm)))
+    if readings.absorbed_energy == "whole-cycle":
+        return stored, absorbed_energy_J(loop), cut_mm
     down = slice(loop.unload, None)
     falling_stroke, falling_force = stroke[down], force[down]
     below = falling_stroke <= cut_mm
@@ -125,8 +154,26 @@ def _capped_energies(case: Case, result: CycleResult) -> tuple[float, float, flo
     return stored, stored + returned + float(chord), cut_mm
 
 
-def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult:
+def _crossing(force_kN: FloatArray, cap_kN: float | None, which: str) -> int | None:
+    """Return the first sample of the loading branch beyond the crossing of the cap, or None."""
+    above = force_kN > (np.inf if cap_kN is None else cap_kN)
+    if not np.any(above) or above[0]:
+        return None
+    if which == "first":
+        return int(np.argmax(above))
+    upward = np.flatnonzero(above[1:] & ~above[:-1]) + 1
+    return int(upward[-1]) if above[-1] else None
+
+
+def _beyond(case: Case, key: str) -> bool:
+    return case.limits.readings.comparator == "as-printed" and key in case.limits.energy.printed_greater
+
+
+def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult | None:
     limits = case.limits.energy
+    least = Limits.of(limits.stored_min_J, "none", "J", beyond=_beyond(case, "stored_min_J"))
+    if least.nothing:
+        return None
     index = result.cycle.index
     stored, _, cut_mm = _capped_energies(case, result)
     drawn = case.drawn.get(index)
@@ -135,20 +182,24 @@ def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult:
         if drawn is None
         else drawn["stored_energy_J"] * (stored / float(np.mean(drawn["stored_energy_J"])))
     )
-    text = f"stored energy at no more than {limits.force_cap_kN:g} kN"
+    text = "stored energy"
+    if limits.force_cap_kN != "none":
+        text += f" at no more than {shown(limits.force_cap_kN)} kN"
     verdict = judged(
         case,
         "stored-energy",
         index,
         text,
-        Limits(limits.stored_min_J, None, "J"),
+        least,
         stored,
         energies,
         limits.clause,
     )
     if cut_mm is not None:
         verdict = replace(verdict, why=f"{verdict.why}; counted to {cut_mm:.2f} mm")
-    if not short:
+    if limits.force_cap_kN == "fill-in" and verdict.verdict != "inconclusive":
+        verdict = replace(verdict, verdict="inconclusive", why=unfilled_why(case))
+    if not short or least.unfilled:
         return verdict
     if verdict.verdict in ("pass", "conditional-pass"):
         return replace(verdict, why=f"{verdict.why}, already at the stroke reached")
@@ -157,12 +208,16 @@ def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult:
     )
 
 
-def _ratio(case: Case, result: CycleResult, position: int, short: bool) -> RequirementResult:
+def _ratio(case: Case, result: CycleResult, position: int, short: bool) -> RequirementResult | None:
     energy = case.limits.energy
     index = result.cycle.index
+    key = "ratio_first_min" if position == 0 else "ratio_later_min"
     least = energy.ratio_first_min if position == 0 else energy.ratio_later_min
-    limits = Limits(least, None, "1")
-    text = f"absorbed over stored energy of the cycle at least {least:g}"
+    limits = Limits.of(least, "none", "1", beyond=_beyond(case, key))
+    if limits.nothing:
+        return None
+    compared = "more than" if limits.beyond else "at least"
+    text = f"absorbed over stored energy of the cycle {compared} {shown(least)}"
     stored, absorbed, _ = _capped_energies(case, result)
     if stored <= 0.0:
         why = "the stored energy is not positive"
@@ -173,7 +228,9 @@ def _ratio(case: Case, result: CycleResult, position: int, short: bool) -> Requi
     verdict = judged(
         case, "absorbed-energy-ratio", index, text, limits, absorbed / stored, drawn, energy.clause
     )
-    if not short:
+    if energy.force_cap_kN == "fill-in" and verdict.verdict != "inconclusive":
+        verdict = replace(verdict, verdict="inconclusive", why=unfilled_why(case))
+    if not short or limits.unfilled:
         return verdict
     return replace(
         verdict,

@@ -162,3 +162,11 @@ def test_a_copy_of_a_stand_file_can_keep_the_devices_of_the_original(tmp_path: P
     assert wired.amplifier_port() == original.amplifier_port()
     assert wired.w1_root() == original.w1_root()
     assert wired.controller == original.controller
+
+
+def test_the_moving_mass_is_recorded_with_the_stand(tmp_path: Path) -> None:
+    assert load_stand(SAMPLE_STAND).stand.moving_mass_kg is None
+    stand = load_stand(changed(tmp_path, ('id = "simulated-630kN"', 'id = "s"\nmoving_mass_kg = 150')))
+    assert stand.model_dump(mode="json")["stand"]["moving_mass_kg"] == 150.0
+    with pytest.raises(BadInput, match="moving_mass_kg"):
+        load_stand(changed(tmp_path, ('id = "simulated-630kN"', 'id = "s"\nmoving_mass_kg = -1')))

@@ -106,3 +106,39 @@ def test_backward_in_time_the_loop_turns_round() -> None:
     for q in reverse:
         assert q.absorbed_energy_J == pytest.approx(-Ellipse().absorbed, rel=5e-4)
     np.testing.assert_allclose([q.loss_stiffness_kN_per_mm for q in reverse], -0.6, rtol=1e-3)
+
+
+def joined(gap_s: float) -> tuple[Floats, Floats, Floats]:
+    """Two records one after the other; without a gap they meet where the next sample would be."""
+    time, stroke, force = BASE
+    later = time + time[-1] + gap_s + (time[1] - time[0])
+    return np.concatenate((time, later)), np.tile(stroke, 2), np.tile(force, 2)
+
+
+def test_joining_two_records() -> None:
+    """The cycles of both are found with the same figures, and none across the place where they meet."""
+    twice = figures(*joined(7.0))
+    agree(twice, REFERENCE * 2, rel=2e-4)
+
+
+def test_joining_where_they_fit_is_one_record() -> None:
+    whole = figures(*Ellipse().columns(1.0, 400.0, 8.4))
+    time, stroke, force = Ellipse().columns(1.0, 400.0, 8.4)
+    at = 1300
+    pieces = [figures(time[part], stroke[part], force[part]) for part in (slice(None, at), slice(at, None))]
+    for q in [*pieces[0], *pieces[1]]:
+        agree([q], whole[:1], rel=1e-5)
+    assert len(pieces[0]) + len(pieces[1]) == len(whole) - 1
+
+
+@given(factor=st.floats(0.1, 10.0), stretch=st.floats(0.1, 10.0))
+@settings(max_examples=8)
+def test_stiffnesses_scale(factor: float, stretch: float) -> None:
+    """Stiffness goes as force over stroke, energy as force times stroke, damping not at all."""
+    time, stroke, force = BASE
+    for one, two in zip(figures(time, stretch * stroke, factor * force), REFERENCE, strict=True):
+        for name in ("tangent", "secant", "dynamic", "storage", "loss"):
+            key = f"{name}_stiffness_kN_per_mm"
+            assert getattr(one, key) == pytest.approx(getattr(two, key) * factor / stretch, rel=1e-5)
+        assert one.damping == pytest.approx(two.damping, rel=1e-5)
+        assert one.stored_energy_J == pytest.approx((two.stored_energy_J or 0.0) * factor * stretch, rel=1e-5)

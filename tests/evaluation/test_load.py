@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from evaluation.document import evaluate_paths
-from evaluation.load import load_run
+from evaluation.load import load_run, moving_mass_kg
 from foundation.channel import Calibration, Channel, ChannelUncertainty
 from foundation.errors import BadInput
 from recording.content import Anchor, Segment, StreamContent
@@ -115,6 +115,12 @@ def test_record_and_facts(tmp_path: Path) -> None:
         ("temperature_1", "specimen"),
         ("temperature_2", "ambient"),
     ]
+
+
+def test_moving_mass_of_the_stand() -> None:
+    assert moving_mass_kg({"stand": {"stand": {"id": "s", "moving_mass_kg": 150}}}) == 150.0
+    assert moving_mass_kg({"stand": {"stand": {"id": "s", "moving_mass_kg": None}}}) is None
+    assert moving_mass_kg({}) is None
 
 
 def test_delay_matters_and_is_undone(tmp_path: Path) -> None:

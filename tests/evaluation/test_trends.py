@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from evaluation.record import Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
+from evaluation.results import Measured, Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
 from evaluation.trends import find_trends
 from tests.evaluation.signals import STATED, Ellipse
@@ -21,8 +23,9 @@ def run(
     storage: float = 4.0,
     temperature: float = 22.0,
     specimen: str = "A",
+    mean_kN: float = 250.0,
 ) -> RunEvaluation:
-    ellipse = Ellipse(mean_mm=prestress, amplitude_mm=amplitude, storage=storage, mean_kN=250.0)
+    ellipse = Ellipse(mean_mm=prestress, amplitude_mm=amplitude, storage=storage, mean_kN=mean_kN)
     columns = ellipse.columns(frequency, 200.0 * frequency, 3.5)
     at = np.linspace(0.0, columns[0][-1], 20)
     sensor = Temperature("temperature_1", at, np.full(20, temperature))
@@ -100,3 +103,29 @@ def test_temperature_is_confounded() -> None:
 def test_one_frequency_is_no_trend() -> None:
     assert find_trends([run("one", 1.0), run("two", 1.01)]) == ()
     assert find_trends([]) == ()
+
+
+def test_temperature_that_follows_frequency_is_said_from_one_kelvin_on() -> None:
+    following = [run(f"r{f}", f, temperature=22.0 + f) for f in (0.5, 1.0, 2.0)]
+    for trend in find_trends(following):
+        assert any("temperature differs by 1.5 K" in w and "frequency +1.00)" in w for w in trend.warnings)
+    scattered = [run(f"r{f}", f, temperature=t) for f, t in ((0.5, 23.5), (1.0, 22.0), (1.5, 23.5))]
+    assert all(trend.warnings == () for trend in find_trends(scattered))
+
+
+def test_unknown_temperature_is_said() -> None:
+    known, other = run("known", 0.5), run("unknown", 1.0)
+    values = {**other.summary.values, "temperature_max_C": Measured(None)}
+    unknown = replace(other, summary=replace(other.summary, values=values))
+    for trend in find_trends([known, unknown]):
+        assert any("no temperature of 1 of 2 runs" in w for w in trend.warnings)
+
+
+def test_two_sided_loops_do_not_enter_the_damping_trend() -> None:
+    two_sided = run("r1.5", 1.5, mean_kN=0.0)
+    damping, stiffness = find_trends([*SWEEP, two_sided])
+    assert "r1.5" not in damping.runs
+    assert "r1.5" in stiffness.runs
+    assert any("two-sided loops: r1.5" in w for w in damping.warnings)
+    (only,) = find_trends([run(f"t{f}", f, mean_kN=0.0) for f in (0.5, 1.0, 2.0)])
+    assert only.quantity == "tangent_stiffness"

@@ -1,0 +1,258 @@
+"""The linear uncertainty budget of a run's main results (JCGM 100), by GTC, for the report.
+
+The Monte Carlo propagation (:mod:`evaluation.uncertainty`) gives the value of record; the budget says where
+it comes from. Both rest on the same facts of the channels and the same integrals of the recorded loops. Every
+input is one uncertain number that all results share, so that damping is propagated as one quantity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import GTC  # type: ignore[import-untyped]
+import numpy as np
+
+from evaluation.budget_lines import Budget, BudgetLine
+from evaluation.error_model import (
+    SHAPE_HALF_WAVES,
+    SHAPE_SHARE,
+    mean_of_wires,
+    stroke_term_slopes,
+    stroke_terms,
+)
+from evaluation.quantities import TANGENT_WINDOW
+from evaluation.record import FloatArray
+from evaluation.results import CycleResult, Summary
+from evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading
+from foundation.channel import ChannelUncertainty
+
+QUANTITIES = ("stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm")
+"""The results that a budget is drawn up for, by their names in the document."""
+_UNITS = {
+    "stored_energy_J": "J",
+    "absorbed_energy_J": "J",
+    "damping": "1",
+    "tangent_stiffness_kN_per_mm": "kN/mm",
+}
+_MOST_CYCLES = 50
+"""Loops are averaged over at most so many of the cycles used, evenly chosen."""
+_LEAST_SCATTER = 3
+"""The scatter between cycles counts from so many on."""
+_SQRT3 = math.sqrt(3.0)
+
+
+@dataclass(frozen=True)
+class _Source:
+    """What a line of the budget states of its input(s)."""
+
+    name: str
+    unit: str
+    limit: float | None
+    distribution: str
+    inputs: tuple[Any, ...]
+
+    @property
+    def u(self) -> float:
+        return math.sqrt(sum(x.u**2 for x in self.inputs))
+
+
+class _Inputs:
+    """The uncertain numbers that all results of a run share."""
+
+    def __init__(self, force: ChannelUncertainty, wires: Sequence[ChannelUncertainty]) -> None:
+        stroke = mean_of_wires(wires)
+        if force.accuracy_percent is None or stroke is None:
+            raise ValueError("the channels state no accuracy")
+        self.scale = _within((force.accuracy_percent) / 100.0)
+        self.zero = _within(force.zero or 0.0)
+        self.reversibility = _within((force.reversibility_percent or 0.0) / 100.0)
+        self.skew = GTC.ureal(0.0, math.hypot(force.u_delay_s or 0.0, stroke.u_delay_s))
+        self.stroke_scale = _within(stroke.scale)
+        self.stroke_zero = _within(stroke.zero_mm)
+        shape_mm = SHAPE_SHARE * stroke.linearity_mm / math.sqrt(len(SHAPE_HALF_WAVES))
+        self.shape = tuple(GTC.ureal(0.0, shape_mm) for _ in range(2 * len(SHAPE_HALF_WAVES)))
+        self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew)
+        self.stroke_terms = (1.0, self.stroke_scale, *self.shape)
+        # One line for all shapes: of each pair, cosine and sine, the deviation at a stroke has one's u.
+        count = 1.0 / math.sqrt(2.0)
+        self.sources = (
+            _Source(
+                "force: scale (class)", "1", force.accuracy_percent / 100.0, "rectangular", (self.scale,)
+            ),
+            _Source("force: zero", "kN", force.zero or 0.0, "rectangular", (self.zero,)),
+            _Source(
+                "force: reversibility",
+                "1",
+                (force.reversibility_percent or 0.0) / 100.0,
+                "rectangular",
+                (self.reversibility,),
+            ),
+            _Source("skew of force to stroke", "s", None, "normal", (self.skew,)),
+            _Source("stroke: scale", "1", stroke.scale, "rectangular", (self.stroke_scale,)),
+            _Source("stroke: zero", "mm", stroke.zero_mm, "rectangular", (self.stroke_zero,)),
+            _Source("stroke: linearity", "mm", stroke.linearity_mm, "smooth shape", self.shape),
+        )
+        self.joint = {"stroke: linearity": count}
+
+
+def _within(limit: float) -> Any:
+    return GTC.ureal(0.0, limit / _SQRT3)
+
+
+def run_budget(
+    force: ChannelUncertainty | None,
+    wires: Sequence[ChannelUncertainty],
+    prepared: Mapping[int, CyclePropagation],
+    results: Sequence[CycleResult],
+    summary: Summary,
+) -> tuple[Budget, ...]:
+    """Return the budgets of a run's main results.
+
+    Parameters
+    ----------
+    force, wires
+        Uncertainty of the channels.
+    prepared : mapping of int to CyclePropagation
+        Loops of the complete cycles.
+    results : sequence of CycleResult
+    summary : Summary
+        Means over the cycles used, with the uncertainty of record.
+
+    Returns
+    -------
+    tuple of Budget
+        One a result that has a mean; empty where the channels state no accuracy or no cycle was used.
+    """
+    used = [index for index in summary.cycles_used if index in prepared]
+    if force is None or force.accuracy_percent is None or mean_of_wires(wires) is None or not used:
+        return ()
+    chosen = [used[i] for i in np.unique(np.linspace(0, len(used) - 1, _MOST_CYCLES).round().astype(int))]
+    loops = [prepared[index] for index in chosen]
+    inputs = _Inputs(force, wires)
+    cycles = [r for r in results if r.cycle.index in used]
+    budgets = []
+    energies = _energies(inputs, loops, len(used))
+    tangent = _tangent(inputs, loops, len(used))
+    for name in QUANTITIES:
+        figure = energies.get(name) or (tangent if name.startswith("tangent") else None)
+        value = summary.values[name].value
+        if figure is None or value is None:
+            continue
+        result, own = figure
+        own = (*own, *_scatter(name, cycles))
+        expanded = summary.values[name].expanded_uncertainty
+        u_drawn = None if expanded is None else expanded / COVERAGE
+        budgets.append(_drawn_up(name, value, result, inputs, own, u_drawn))
+    return tuple(budgets)
+
+
+Figure = tuple[Any, tuple[_Source, ...]]
+
+
+def _energies(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) -> dict[str, Figure]:
+    """Return W_s, W_a and D as uncertain numbers, from the mean integrals of the loops."""
+    terms = [loop.energy_terms() for loop in loops]
+    up, down = np.mean([t.loading for t in terms], axis=0), np.mean([t.returning for t in terms], axis=0)
+    share = 1.0 / math.sqrt(cycles)
+    noise = [
+        share * _rms([getattr(t, name) for t in terms]) for name in ("noise_up_J", "noise_down_J", "turn_J")
+    ]
+    e_up, e_down, e_turn = (GTC.ureal(0.0, u) for u in noise)
+    stored = _bilinear(inputs, up) + e_up + e_turn
+    absorbed = _bilinear(inputs, up) + e_up + _bilinear(inputs, down) + e_down
+    white = _Source("noise and resolution", "J", None, "normal", (e_up, e_down))
+    turns = _Source("turning points", "J", None, "normal", (e_turn,))
+    figures: dict[str, Figure] = {
+        "stored_energy_J": (stored, (white, turns)),
+        "absorbed_energy_J": (absorbed, (white,)),
+    }
+    if stored.x > 0.0:
+        figures["damping"] = (absorbed / stored, (white, turns))
+    return figures
+
+
+def _tangent(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) -> Figure | None:
+    readings: list[LocalReading] = []
+    for loop in loops:
+        cycle = loop.cycle
+        mean_mm = 0.5 * (cycle.stroke_min_mm + cycle.stroke_max_mm)
+        reading = loop.read(mean_mm, TANGENT_WINDOW * cycle.range_mm)
+        if reading is None:
+            return None
+        readings.append(reading)
+    slopes = np.mean([r.slope_terms for r in readings], axis=0)
+    bend = float(np.mean([r.bend for r in readings]))
+    stroke_mm = float(np.mean([r.stroke_mm for r in readings]))
+    gain = _rms([r.slope_gain for r in readings]) / math.sqrt(cycles)
+    noise = GTC.ureal(0.0, gain)
+    error_mm = _sum(stroke_terms(np.array([stroke_mm]))[1:, 0], inputs.stroke_terms[1:]) + inputs.stroke_zero
+    stretch = _sum(stroke_term_slopes(stroke_mm)[1:], inputs.stroke_terms[1:])
+    slope = _sum(slopes, inputs.force_terms) * (1.0 + stretch) + bend * error_mm + noise
+    return slope, (_Source("noise and resolution", "kN/mm", None, "normal", (noise,)),)
+
+
+def _scatter(name: str, cycles: Sequence[CycleResult]) -> tuple[_Source, ...]:
+    """Return the scatter between the cycles, as the standard deviation of their mean (type A)."""
+    values = [value for c in cycles if (value := getattr(c.quantities, name)) is not None]
+    if len(values) < _LEAST_SCATTER:
+        return ()
+    u = float(np.std(values, ddof=1)) / math.sqrt(len(values))
+    return (
+        _Source("scatter between cycles", _UNITS[name], None, "t", (GTC.ureal(0.0, u, len(values) - 1),)),
+    )
+
+
+def _drawn_up(
+    name: str, value: float, result: Any, inputs: _Inputs, own: tuple[_Source, ...], u_drawn: float | None
+) -> Budget:
+    scatter = [source for source in own if source.name == "scatter between cycles"]
+    whole = result + sum(source.inputs[0] for source in scatter)
+    lines = [_line(whole, source, inputs.joint.get(source.name, 1.0)) for source in (*inputs.sources, *own)]
+    dof = float(GTC.dof(whole)) if whole.u > 0.0 else math.inf
+    return Budget(
+        quantity=name,
+        unit=_UNITS[name],
+        value=value,
+        u=float(whole.u),
+        u_monte_carlo=u_drawn,
+        degrees_of_freedom=_finite(dof),
+        coverage_factor_95=float(GTC.rp.k_factor(dof)),
+        lines=tuple(lines),
+    )
+
+
+def _line(result: Any, source: _Source, joint: float) -> BudgetLine:
+    contribution = math.sqrt(sum(GTC.component(result, x) ** 2 for x in source.inputs))
+    single = source.inputs[0] if len(source.inputs) == 1 else None
+    has_sensitivity = single is not None and single.u > 0.0
+    return BudgetLine(
+        source=source.name,
+        unit=source.unit,
+        value=0.0,
+        limit=source.limit,
+        distribution=source.distribution,
+        u=source.u * joint,
+        sensitivity=float(GTC.rp.sensitivity(result, single)) if has_sensitivity else None,
+        contribution=contribution,
+        degrees_of_freedom=_finite(float(source.inputs[0].df)),
+    )
+
+
+def _finite(dof: float) -> float | None:
+    return dof if math.isfinite(dof) else None
+
+
+def _rms(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _sum(weights: FloatArray, terms: Sequence[Any]) -> Any:
+    return sum(float(w) * term for w, term in zip(weights, terms, strict=True))
+
+
+def _bilinear(inputs: _Inputs, integrals: FloatArray) -> Any:
+    rows = [_sum(row, inputs.stroke_terms) for row in integrals]
+    return sum(a * row for a, row in zip(inputs.force_terms, rows, strict=True))

@@ -1,0 +1,70 @@
+"""Entries of the document that say how far its figures are to be believed, and what runs say together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from evaluation.results import RunEvaluation
+from evaluation.thermal_comparison import compare_temperatures
+
+
+def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
+    """Return ``skew_sensitivity``, ``draw_wires`` and ``inertia_correction`` of a run.
+
+    Each is None where it does not concern the run: it was not evaluated, or has no two draw wires. What is
+    wrong with the draw wires is among the run's warnings.
+    """
+    wires = None if run.draw_wires is None else asdict(run.draw_wires)
+    if wires is not None:
+        del wires["warnings"]
+    return {
+        "skew_sensitivity": _plain(run.skew_sensitivity),
+        "draw_wires": wires,
+        "inertia_correction": _plain(run.inertia_correction),
+    }
+
+
+def skew_effect(run: RunEvaluation) -> dict[str, Any]:
+    """Return what 1 ms of skew changes in a run: in units, and as a share of the run's own figures.
+
+    The share is None where it would be more than 1: of an elastic reference, which has nothing to lose.
+    """
+    values = run.summary.values
+    entry = {
+        "run": run.facts.id,
+        "path": run.facts.path,
+        "frequency_Hz": values["frequency_Hz"].value,
+        **(_plain(run.skew_sensitivity) or {}),
+    }
+    for name, key in (("absorbed_energy_J", "absorbed_energy"), ("damping", "damping")):
+        changed, own = entry[f"{name}_per_ms"]["by_shifting"], values[name].value
+        entry[f"{key}_share_per_ms"] = _share(changed, own)
+    return entry
+
+
+def _share(changed: float | None, own: float | None) -> float | None:
+    if changed is None or not own or abs(changed) > abs(own):
+        return None
+    return changed / abs(own)
+
+
+def comparison_entries(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
+    """Return ``temperature_comparisons`` of the runs."""
+    return [_plain(comparison) for comparison in compare_temperatures(runs)]
+
+
+def _plain(facts: Any) -> Any:
+    """Return a dataclass as what JSON holds: dictionaries and lists."""
+    if facts is None:
+        return None
+    return _listed(asdict(facts))
+
+
+def _listed(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _listed(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_listed(inner) for inner in value]
+    return value

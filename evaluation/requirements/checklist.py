@@ -1,0 +1,39 @@
+"""Requirements that an inspector answers: what was looked at, and what was not."""
+
+from __future__ import annotations
+
+from evaluation.requirements.limit_set import InspectionItem, LimitSet
+from evaluation.requirements.rows import Case, Limits, row
+from evaluation.results import RequirementResult, Verdict
+
+SERVICEABLE = InspectionItem(
+    id="serviceable-condition", text="the specimen is in serviceable condition after the proof load"
+)
+
+
+def asked_items(limits: LimitSet) -> tuple[str, ...]:
+    """Return the items that a set asks an inspector for."""
+    loads = limits.proof.load if limits.proof else ()
+    extra = (SERVICEABLE.id,) if any(load.serviceable for load in loads) else ()
+    return (*(item.id for item in limits.inspection), *extra)
+
+
+def judge_item(case: Case, item: InspectionItem) -> RequirementResult:
+    """Return the row of one item: ``not-tested`` unless the inspector's file answers it."""
+    verdict: Verdict = "not-tested"
+    if case.inspection is None:
+        why = "no inspector's file for this specimen"
+    elif (found := case.inspection.finding(item.id)) is None or found.result == "fill-in":
+        why = f"not filled in by {_by(case)}"
+    else:
+        verdict = "pass" if found.result == "in-order" else "fail"
+        why = f"{found.result.replace('-', ' ')}, {_by(case)}"
+        why += f": {found.note}" if found.note else ""
+    return row(case, item.id, None, item.text, Limits(None, None, ""), verdict, why, clause=item.clause)
+
+
+def _by(case: Case) -> str:
+    if case.inspection is None:
+        return ""
+    inspected = case.inspection.inspection
+    return f"{inspected.inspector}, {inspected.date.isoformat()}"

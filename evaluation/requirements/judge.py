@@ -1,0 +1,54 @@
+"""Which judgement a run gets: by its kind, its limit set and its specimen."""
+
+from __future__ import annotations
+
+from evaluation.requirements.impact import judge_impact
+from evaluation.requirements.limit_set import LimitSet
+from evaluation.requirements.maintenance import judge_maintenance
+from evaluation.requirements.proof import judge_proof
+from evaluation.requirements.rows import Case
+from evaluation.requirements.static import judge_static
+from evaluation.results import RequirementResult, RunFacts
+
+
+def why_not_judged(facts: RunFacts, limits: LimitSet) -> str:
+    """Return why a run that could be judged is not, or nothing.
+
+    Of harmonic runs nothing is ever required.
+    """
+    if facts.kind == "harmonic":
+        return ""
+    if not limits.covers(facts.kind):
+        return f"limit set {limits.id} has nothing on {facts.kind} runs"
+    return limits.why_not_for(facts.specimen)
+
+
+def is_judged(facts: RunFacts, limits: LimitSet) -> bool:
+    """Say whether a limit set requires anything of a run."""
+    return limits.covers(facts.kind) and not limits.why_not_for(facts.specimen)
+
+
+def judge(case: Case) -> list[RequirementResult]:
+    """Return every requirement and condition of the case's limit set on its run."""
+    if case.facts.kind == "impact":
+        return judge_impact(case)
+    if case.facts.kind == "proof":
+        return judge_proof(case)
+    static = {"conditions", "force", "energy"} & case.limits.model_fields_set
+    return [*(judge_static(case) if static else ()), *judge_maintenance(case)]
+
+
+def assumptions(facts: RunFacts, limits: LimitSet) -> list[str]:
+    """Return warnings of what had to be assumed of the specimen."""
+    applies = limits.applies
+    warnings = []
+    asked = ("kind", "max_stroke_mm") if not isinstance(applies.stroke_mm, str) else ("kind",)
+    missing = [key for key in asked if facts.specimen.get(key) is None]
+    if missing:
+        stroke = "" if isinstance(applies.stroke_mm, str) else f" of {applies.stroke_mm:g} mm"
+        named = " and ".join(missing)
+        warnings.append(f"the specimen's {named} is not on record: judged as a {applies.specimen}{stroke}")
+    if applies.elastic_systems and facts.specimen.get("elastic_system") is None:
+        systems = ", ".join(applies.elastic_systems)
+        warnings.append(f"the specimen's elastic_system is not on record: judged as {systems}")
+    return warnings

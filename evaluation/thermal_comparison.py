@@ -1,0 +1,283 @@
+"""Runs of the same step at different temperature, compared at equal stroke (paper, Fig. 9).
+
+Temperature is a condition, not a correction: what it changes is stated, nothing is converted by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.mean_loop import MeanLoop
+from evaluation.quantities import is_two_sided
+from evaluation.results import RunEvaluation
+
+LEAST_DIFFERENCE_K = 5.0
+"""Runs are compared when their temperatures differ by more than this."""
+SAME_STROKE_MM = 2.0
+"""Same step: lower turning points (static), prestress (harmonic) within this …"""
+SAME_AMPLITUDE = 0.05
+"""… amplitude within this share, or 0.5 mm …"""
+SAME_FREQUENCY = 0.05
+"""… frequency within this share …"""
+SAME_SPEED = 0.2
+"""… loading speed of static runs within this share."""
+LEAST_COMMON_SHARE = 0.2
+"""Loops with less than this share of the larger range in common are not compared."""
+_COVERAGE = 2.0
+_SQRT3 = float(np.sqrt(3.0))
+
+FIGURES = ("end_force_kN", "stored_energy_J", "absorbed_energy_J", "damping")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A figure at equal stroke in both runs: what temperature made of it.
+
+    ``relative_change`` = value / reference - 1; U of it takes the errors of both runs as independent, an
+    upper bound where they were made on one stand.
+    """
+
+    reference: float | None
+    value: float | None
+    relative_change: float | None = None
+    expanded_uncertainty: float | None = None
+    relative_change_per_K: float | None = None
+    expanded_uncertainty_per_K: float | None = None
+
+
+@dataclass(frozen=True)
+class RunAtTemperature:
+    """A run as recorded: temperature at the start of its cycles, and its own end of stroke."""
+
+    run: str
+    temperature_C: float
+    end_stroke_mm: float
+    end_force_kN: float
+    damping: float | None
+
+
+@dataclass(frozen=True)
+class WarmerRun(RunAtTemperature):
+    """A warmer run, and its changes against the reference between ``from_mm`` and ``to_mm``.
+
+    A loop that reaches further is cut there, and its turn moved to the cut.
+    """
+
+    from_mm: float
+    to_mm: float
+    changes: Mapping[str, Change]
+
+
+@dataclass(frozen=True)
+class TemperatureComparison:
+    """Runs of one specimen and step; the coldest is the reference."""
+
+    specimen: str
+    step: Mapping[str, float | str]
+    reference: RunAtTemperature
+    runs: tuple[WarmerRun, ...]
+    warnings: tuple[str, ...] = ()
+
+
+def compare_temperatures(runs: Sequence[RunEvaluation]) -> tuple[TemperatureComparison, ...]:
+    """Return a comparison for every group of runs of one specimen and step at different temperature.
+
+    Parameters
+    ----------
+    runs : sequence of RunEvaluation
+        Static and harmonic ones with a mean loop and a temperature count.
+
+    Returns
+    -------
+    tuple of TemperatureComparison
+    """
+    usable = [
+        r
+        for r in runs
+        if r.facts.kind in ("static", "harmonic") and _start_temperature(r.mean_loop) is not None
+    ]
+    found = []
+    for group in _grouped(usable, _same_step):
+        ordered = sorted(group, key=_temperature)
+        reference = ordered[0]
+        warmer = [r for r in ordered if _temperature(r) - _temperature(reference) > LEAST_DIFFERENCE_K]
+        compared = [w for r in warmer if (w := _against(reference, r)) is not None]
+        if compared:
+            found.append(_comparison(reference, compared))
+    return tuple(found)
+
+
+def _comparison(reference: RunEvaluation, compared: Sequence[WarmerRun]) -> TemperatureComparison:
+    loop = _loop(reference)
+    warnings = []
+    if any(run.changes["damping"].value is None for run in compared):
+        warnings.append("no damping compared: it is not meaningful for two-sided loops")
+    changes = [(name, change) for run in compared for name, change in run.changes.items()]
+    missing = [n for n, c in changes if c.relative_change is not None and c.expanded_uncertainty is None]
+    if missing:
+        names = ", ".join(dict.fromkeys(missing))
+        warnings.append(f"no expanded uncertainty of {names}: a run compared has none itself")
+    per_K = [n for n, c in changes if c.relative_change is not None and c.expanded_uncertainty_per_K is None]
+    if set(per_K) - set(missing):
+        warnings.append("no expanded uncertainty per kelvin: the sensors state no accuracy")
+    means = loop.means
+    step: dict[str, float | str] = {"kind": reference.facts.kind}
+    harmonic = reference.facts.kind == "harmonic"
+    same = ("prestress_mm", "amplitude_mm", "frequency_Hz") if harmonic else ("speed_loading_max_mm_per_s",)
+    step.update({name: means[name] for name in same if name in means})
+    return TemperatureComparison(
+        specimen=_specimen(reference),
+        step=step,
+        reference=_as_recorded(reference),
+        runs=tuple(compared),
+        warnings=tuple(warnings),
+    )
+
+
+def _specimen(run: RunEvaluation) -> str:
+    return str(run.facts.specimen.get("id", ""))
+
+
+def _loop(run: RunEvaluation) -> MeanLoop:
+    assert run.mean_loop is not None
+    return run.mean_loop
+
+
+def _start_temperature(loop: MeanLoop | None) -> float | None:
+    return None if loop is None else loop.temperature_C
+
+
+def _temperature(run: RunEvaluation) -> float:
+    value = _start_temperature(run.mean_loop)
+    return float("nan") if value is None else value
+
+
+def _grouped(
+    runs: Sequence[RunEvaluation], same: Callable[[RunEvaluation, RunEvaluation], bool]
+) -> list[list[RunEvaluation]]:
+    groups: list[list[RunEvaluation]] = []
+    for run in runs:
+        group = next((g for g in groups if same(g[0], run)), None)
+        if group is None:
+            groups.append([run])
+        else:
+            group.append(run)
+    return groups
+
+
+def _same_step(one: RunEvaluation, two: RunEvaluation) -> bool:
+    if one.facts.kind != two.facts.kind or _specimen(one) != _specimen(two):
+        return False
+    a, b = _loop(one).means, _loop(two).means
+
+    def within(name: str, share: float, least: float) -> bool:
+        if name not in a or name not in b:
+            return False
+        return abs(a[name] - b[name]) <= max(share * max(abs(a[name]), abs(b[name])), least)
+
+    if one.facts.kind == "static":
+        return within("stroke_min_mm", 0.0, SAME_STROKE_MM) and within(
+            "speed_loading_max_mm_per_s", SAME_SPEED, 0.0
+        )
+    return (
+        within("prestress_mm", 0.0, SAME_STROKE_MM)
+        and within("amplitude_mm", SAME_AMPLITUDE, 0.5)
+        and within("frequency_Hz", SAME_FREQUENCY, 0.0)
+    )
+
+
+def _as_recorded(run: RunEvaluation) -> RunAtTemperature:
+    loop = _loop(run)
+    return RunAtTemperature(
+        run=run.facts.id,
+        temperature_C=_temperature(run),
+        end_stroke_mm=float(loop.stroke_mm[-1]),
+        end_force_kN=loop.end_force_kN,
+        damping=None if _two_sided(loop) else loop.means.get("damping"),
+    )
+
+
+def _two_sided(loop: MeanLoop) -> bool:
+    lowest = float(min(np.min(loop.loading_kN), np.min(loop.unloading_kN)))
+    return is_two_sided(lowest, float(np.max(loop.loading_kN)))
+
+
+def _against(reference: RunEvaluation, warm: RunEvaluation) -> WarmerRun | None:
+    """Compare a warmer run with the reference over their common stroke; None where that is too little."""
+    cold_loop, warm_loop = _loop(reference), _loop(warm)
+    first = max(float(cold_loop.stroke_mm[0]), float(warm_loop.stroke_mm[0]))
+    last = min(float(cold_loop.stroke_mm[-1]), float(warm_loop.stroke_mm[-1]))
+    widest = max(float(np.ptp(loop.stroke_mm)) for loop in (cold_loop, warm_loop))
+    if last - first < LEAST_COMMON_SHARE * widest:
+        return None
+    cold, hot = cold_loop.cut(first, last), warm_loop.cut(first, last)
+    values = [_figures(cold), _figures(hot)]
+    apart_K = _temperature(warm) - _temperature(reference)
+    u_apart_K = _difference_uncertainty_K(cold_loop, warm_loop)
+    changes = {}
+    for name in FIGURES:
+        before, after = values[0][name], values[1][name]
+        relative = [_relative_uncertainty(loop, name, value[name]) for loop, value in zip(
+            (cold, hot), values, strict=True
+        )]  # fmt: skip
+        changes[name] = _change(before, after, relative, apart_K, u_apart_K)
+    recorded = _as_recorded(warm)
+    return WarmerRun(**vars(recorded), from_mm=first, to_mm=last, changes=changes)
+
+
+def _figures(loop: MeanLoop) -> dict[str, float | None]:
+    stored, absorbed = loop.stored_energy_J, loop.absorbed_energy_J
+    meaningful = stored > 0.0 and not _two_sided(loop)
+    return {
+        "end_force_kN": loop.end_force_kN,
+        "stored_energy_J": stored,
+        "absorbed_energy_J": absorbed,
+        "damping": absorbed / stored if meaningful else None,
+    }
+
+
+def _relative_uncertainty(loop: MeanLoop, name: str, value: float | None) -> float | None:
+    """Return U of a figure at equal stroke as a share of it: that of the run's whole loop.
+
+    Of the end force: U of the largest force, and U of the stroke times the slope there.
+    """
+    U, means = loop.expanded_uncertainties, loop.means
+    if name == "end_force_kN":
+        if value is None or value == 0.0 or "force_max_kN" not in U or not means.get("force_max_kN"):
+            return None
+        tail = loop.stroke_mm >= loop.stroke_mm[-1] - 0.05 * np.ptp(loop.stroke_mm)
+        slope = float(np.polynomial.polynomial.polyfit(loop.stroke_mm[tail], loop.loading_kN[tail], 1)[1])
+        by_stroke = slope * U.get("stroke_max_mm", 0.0) / value
+        return float(np.hypot(U["force_max_kN"] / abs(means["force_max_kN"]), by_stroke))
+    if name not in U or not means.get(name):
+        return None
+    return abs(U[name] / means[name])
+
+
+def _difference_uncertainty_K(one: MeanLoop, two: MeanLoop) -> float | None:  # noqa: N802 - the unit
+    """Return U of the difference of temperatures: limits of both sensors, independent and rectangular."""
+    if one.temperature_accuracy_C is None or two.temperature_accuracy_C is None:
+        return None
+    return _COVERAGE * float(np.hypot(one.temperature_accuracy_C, two.temperature_accuracy_C)) / _SQRT3
+
+
+def _change(
+    before: float | None,
+    after: float | None,
+    relative: Sequence[float | None],
+    apart_K: float,
+    u_apart_K: float | None,
+) -> Change:
+    if before is None or after is None or before == 0.0:
+        return Change(before, after)
+    ratio = after / before
+    change = ratio - 1.0
+    known = [value for value in relative if value is not None]
+    U = abs(ratio) * float(np.linalg.norm(known)) if len(known) == 2 else None
+    per_K = None
+    if U is not None and u_apart_K is not None:
+        per_K = float(np.hypot(U, change / apart_K * u_apart_K)) / apart_K
+    return Change(before, after, change, U, change / apart_K, per_K)

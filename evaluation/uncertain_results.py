@@ -1,0 +1,119 @@
+"""Uncertainties of every cycle of a run: drawn, taken from a like cycle, or not to be had, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from evaluation.error_model import Draws
+from evaluation.further_draws import further_draws, stroke_draws, temperature_draws
+from evaluation.record import FloatArray, Temperature
+from evaluation.results import CycleResult, Quantities
+from evaluation.summary import MeanOfDraws
+from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded
+
+MOST_DRAWN = 24
+"""Of a run's steady cycles, which repeat each other, at most so many are drawn, evenly spread."""
+_WHY_NOT = {
+    "damping": "some draws of the stored energy are not positive",
+    "loss_factor": "some draws of the storage stiffness are not positive",
+    "temperature_start_C": "a sensor on the specimen states no accuracy",
+    "temperature_max_C": "a sensor on the specimen states no accuracy",
+}
+_OTHERWISE = "too few samples to propagate it"
+
+
+def with_uncertainty(
+    results: Sequence[CycleResult],
+    prepared: Mapping[int, CyclePropagation],
+    draws: Draws,
+    used: Sequence[int],
+    mean: MeanOfDraws,
+    temperatures: Sequence[Temperature],
+    *,
+    keep: bool,
+) -> tuple[list[CycleResult], dict[int, Mapping[str, FloatArray]]]:
+    """Return the results with U of every figure by name, and the draws of each cycle if ``keep`` is set.
+
+    Parameters
+    ----------
+    results : sequence of CycleResult
+    prepared : mapping of int to CyclePropagation
+        Loops of the complete cycles.
+    draws : Draws
+    used : sequence of int
+        Cycles that the summary is the mean of; their draws go to ``mean``.
+    mean : MeanOfDraws
+    temperatures : sequence of Temperature
+    keep : bool
+        Draw every cycle, and return its draws.
+
+    Notes
+    -----
+    Steady cycles beyond :data:`MOST_DRAWN` have the relative uncertainty of the nearest one that was drawn. A
+    figure whose uncertainty cannot be had is None there, with a warning of the cycle.
+    """
+    steady = [r.cycle.index for r in results if r.cycle.steady]
+    drawn_steady = steady if keep else _spread(steady)
+    left_out = set(steady) - set(drawn_steady)
+    kept: dict[int, Mapping[str, FloatArray]] = {}
+    known: dict[int, CycleResult] = {}
+    for result in results:
+        index = result.cycle.index
+        if index in left_out:
+            continue
+        if index in prepared:
+            drawn = cycle_draws(draws, prepared[index])
+            drawn = {**drawn, **further_draws(draws, prepared[index], result, temperatures)}
+            if index in used:
+                mean.add(drawn)
+            if keep:
+                kept[index] = drawn
+        else:
+            drawn = {**stroke_draws(draws, result.cycle), **temperature_draws(draws, result, temperatures)}
+        known[index] = _with_missing(result, {name: expanded(values) for name, values in drawn.items()})
+    completed = [
+        known[r.cycle.index] if r.cycle.index in known else _like(r, known[_nearest(drawn_steady, r)])
+        for r in results
+    ]
+    return completed, kept
+
+
+def _spread(indices: Sequence[int]) -> list[int]:
+    if len(indices) <= MOST_DRAWN:
+        return list(indices)
+    return [indices[i] for i in np.unique(np.linspace(0, len(indices) - 1, MOST_DRAWN).round().astype(int))]
+
+
+def _nearest(drawn: Sequence[int], result: CycleResult) -> int:
+    return min(drawn, key=lambda index: abs(index - result.cycle.index))
+
+
+def _like(result: CycleResult, other: CycleResult) -> CycleResult:
+    """Return a steady cycle with the relative uncertainties of another one."""
+    known: dict[str, float | None] = {}
+    for name, expanded_there in other.expanded_uncertainty.items():
+        here, there = getattr(result.quantities, name), getattr(other.quantities, name)
+        if expanded_there is not None and here is not None:
+            # Of what may be close to 0 the uncertainty itself is the same, not its share.
+            known[name] = expanded_there * abs(here / there) if name in _SHARES else expanded_there
+    return _with_missing(result, known)
+
+
+_SHARES = frozenset(
+    ("stored_energy_J", "frequency_Hz", "dynamic_stiffness_kN_per_mm", "storage_stiffness_kN_per_mm")
+)
+
+
+def _with_missing(result: CycleResult, known: Mapping[str, float | None]) -> CycleResult:
+    """Return the result with U, None for each figure that has none, and a warning that says why."""
+    missing: dict[str, list[str]] = {}
+    uncertainty: dict[str, float | None] = dict(known)
+    for field in fields(Quantities):
+        if field.name not in uncertainty and getattr(result.quantities, field.name) is not None:
+            uncertainty[field.name] = None
+            missing.setdefault(_WHY_NOT.get(field.name, _OTHERWISE), []).append(field.name)
+    texts = [f"no uncertainty of {', '.join(names)}: {why}" for why, names in missing.items()]
+    return replace(result, expanded_uncertainty=uncertainty, warnings=(*result.warnings, *texts))

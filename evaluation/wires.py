@@ -1,0 +1,166 @@
+"""The two draw wires of a stand: their mean is the stroke, their difference says whether to believe it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from evaluation.record import FloatArray, Record
+from evaluation.results import RunFacts
+from foundation.channel import ChannelUncertainty
+
+BLOCKS = 200
+"""A record is looked at in so many stretches; a wire that stands still while the other moves is out."""
+STILL = 0.1
+"""Still: moving less than this share of what the other wire moves."""
+LEAST_MOTION = 0.25
+"""A stretch tells when the other wire moves by this share of its largest motion in any stretch …"""
+LEAST_MOTION_MM = 0.5
+"""… and by at least this much (far above the noise of a wire)."""
+_MOST_FITTED = 100_000
+"""The straight line of the difference over stroke is fitted to at most so many samples, evenly picked."""
+
+
+@dataclass(frozen=True)
+class WireOut:
+    """A wire (``stroke_1``, ``stroke_2``) that stands still while the other moves: broken or stuck."""
+
+    wire: str
+    from_s: float
+
+
+@dataclass(frozen=True)
+class DrawWires:
+    """Difference stroke_1 - stroke_2 over a run.
+
+    Attributes
+    ----------
+    largest_difference_mm, at_s : float
+        Largest absolute difference, and when.
+    offset_mm, scale_mismatch : float or None
+        Straight line of the difference over the stroke: difference = offset + scale_mismatch · stroke.
+        None where the stroke does not move, or a wire is out.
+    remaining_mm : float or None
+        Largest difference from that line: tilt, and what is not linear.
+    limit_mm : float or None
+        Sum of the limits that both channels state; None where they state none.
+    out : tuple of WireOut
+        The wire that is out, if one is; the stroke is the other one alone then.
+    warnings : tuple of str
+    """
+
+    largest_difference_mm: float
+    at_s: float
+    offset_mm: float | None
+    scale_mismatch: float | None
+    remaining_mm: float | None
+    limit_mm: float | None
+    out: tuple[WireOut, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, DrawWires | None]:
+    """Compare the draw wires of a run; where one is out, let the other alone be the stroke.
+
+    Parameters
+    ----------
+    record : Record
+    facts : RunFacts
+
+    Returns
+    -------
+    (Record, RunFacts, DrawWires or None)
+        The same record and facts, but for a wire that is out: then the stroke is that of the other one, and
+        so is its uncertainty. None where the record has no two wires.
+    """
+    difference = record.wire_difference_mm
+    if difference is None or difference.size == 0:
+        return record, facts, None
+    # Where the wires' delays differ, the first and last samples of a stretch have no common instant.
+    difference = np.where(np.isfinite(difference), difference, 0.0)
+    peak = int(np.argmax(np.abs(difference)))
+    largest, at_s = float(abs(difference[peak])), float(record.time_s[peak])
+    limit = difference_limit_mm(facts.stroke_uncertainty, float(np.max(np.abs(record.stroke_mm))))
+    out = _wire_out(record.stroke_mm, difference)
+    if out is not None:
+        number, row = out
+        other = 3 - number
+        since = float(record.time_s[row])
+        sign = 0.5 if other == 1 else -0.5
+        stated = facts.stroke_uncertainty
+        text = (
+            f"draw wire stroke_{number} stands still from {since:.4g} s on while stroke_{other} moves: "
+            f"broken or stuck; the stroke is stroke_{other} alone, without the tilt"
+        )
+        gone = (WireOut(f"stroke_{number}", since),)
+        wires = DrawWires(largest, at_s, None, None, None, limit, gone, warnings=(text,))
+        return (
+            replace(record, stroke_mm=record.stroke_mm + sign * difference),
+            replace(facts, stroke_uncertainty=(stated[other - 1],) if len(stated) == 2 else stated),
+            wires,
+        )
+    line = _line(record.stroke_mm, difference)
+    warnings = []
+    if limit is None:
+        warnings.append("no limit for the difference of the draw wires: the channels state no linearity")
+    elif largest > limit:
+        parts = "" if line is None else f"; {line[0]:+.2g} mm at stroke 0, {line[1]:+.2%} of the stroke"
+        warnings.append(
+            f"the draw wires differ by up to {largest:.3g} mm at {at_s:.4g} s (limit {limit:.3g} mm{parts}): "
+            "tilt, a slack wire or a wrong calibration"
+        )
+    if line is None:
+        warnings.append("no offset and scale of the draw wires: the stroke does not move")
+    offset, mismatch, remaining = line or (None, None, None)
+    return (
+        record,
+        facts,
+        DrawWires(largest, at_s, offset, mismatch, remaining, limit, warnings=tuple(warnings)),
+    )
+
+
+def difference_limit_mm(wires: Sequence[ChannelUncertainty], stroke_mm: float) -> float | None:
+    """Return the largest difference that two wires within their stated limits can show [mm], or None.
+
+    Sum over both of zero, linearity and accuracy at the largest stroke (half-widths of the data sheet).
+    """
+    if len(wires) != 2 or any(w.linearity is None and w.accuracy_percent is None for w in wires):
+        return None
+    return sum(
+        (w.linearity or 0.0) + (w.zero or 0.0) + 0.01 * (w.accuracy_percent or 0.0) * stroke_mm for w in wires
+    )
+
+
+def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, float, float] | None:
+    """Return offset [mm], slope, and the largest remaining difference [mm] of the line over stroke."""
+    every = -(-stroke_mm.size // _MOST_FITTED)
+    stroke, difference = stroke_mm[::every], difference_mm[::every]
+    centred = stroke - np.mean(stroke)
+    spread = float(np.dot(centred, centred))
+    if np.ptp(stroke) < LEAST_MOTION_MM or spread == 0.0:
+        return None
+    slope = float(np.dot(centred, difference)) / spread
+    offset = float(np.mean(difference)) - slope * float(np.mean(stroke))
+    return offset, slope, float(np.max(np.abs(difference - offset - slope * stroke)))
+
+
+def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int] | None:
+    """Return which wire (1 or 2) stands still while the other moves, and the row from which on; or None."""
+    rows = mean_mm.size // min(BLOCKS, max(1, mean_mm.size // 8))
+    blocks = mean_mm.size // rows
+    shape, used = (blocks, rows), blocks * rows
+    moved = []
+    for sign in (0.5, -0.5):
+        wire = (mean_mm[:used] + sign * difference_mm[:used]).reshape(shape)
+        moved.append(np.max(wire, axis=1) - np.min(wire, axis=1))
+    one, two = moved
+    larger = np.maximum(one, two)
+    tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
+    for number, own, other in ((1, one, two), (2, two, one)):
+        still = tells & (own < STILL * other)
+        if np.any(still):
+            # The stretch in which the wire went may hold some of its motion: it is out from there on.
+            return number, int(np.argmax(still)) * rows
+    return None

@@ -1,0 +1,75 @@
+"""The uncertainty budget in a report: what the evaluation document states, in HTML and PDF alike."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from evaluation.document import run_entry
+from evaluation.figures.paint import draw
+from evaluation.report.budgets import budgets_section
+from evaluation.report.build import build_content
+from evaluation.report.content import Section, Table
+from evaluation.report.html import render_html
+from evaluation.report.pdf import render_pdf
+from evaluation.report.source import Source
+from evaluation.results import RunEvaluation
+from tests.evaluation.signals import StaticTest
+from tests.evaluation_report.conftest import Made
+
+
+@pytest.fixture(scope="module")
+def evaluated() -> RunEvaluation:
+    return StaticTest().evaluate()
+
+
+@pytest.fixture(scope="module")
+def source(report: Made) -> Source:
+    return report.source
+
+
+@pytest.fixture(scope="module")
+def budgeted(source: Source, evaluated: RunEvaluation) -> Source:
+    entry = json.loads(json.dumps(run_entry(evaluated)))
+    first, *others = source.runs
+    with_budget = replace(first, evaluated={**first.evaluated, "budget": entry["budget"]})
+    return replace(source, runs=(with_budget, *others))
+
+
+def table_of(section: Section | None) -> Table:
+    assert section is not None
+    (table,) = [block for block in section.blocks if isinstance(block, Table)]
+    return table
+
+
+def test_every_source_has_a_row(budgeted: Source, evaluated: RunEvaluation) -> None:
+    table = table_of(budgets_section(budgeted))
+    sources = [row[0].text for row in table.rows]
+    assert sources[:-2] == list(dict.fromkeys(line.source for b in evaluated.budget for line in b.lines))
+    assert sources[-2:] == ["Combined", "Monte Carlo"]
+    assert [c.title for c in table.columns[:5]] == ["Source", "u", "ν", "c(W_s)", "u(W_s)"]
+
+
+def test_the_numbers_are_those_of_the_budget(budgeted: Source, evaluated: RunEvaluation) -> None:
+    table = table_of(budgets_section(budgeted))
+    zero = next(row for row in table.rows if row[0].text == "force: zero")
+    stored = evaluated.budget[0]
+    line = next(line for line in stored.lines if line.source == "force: zero")
+    assert zero[2].text == "∞"
+    assert float(zero[3].text) == pytest.approx(line.sensitivity, rel=0.01)
+    assert float(zero[4].text) == pytest.approx(100.0 * line.contribution / stored.value, rel=0.06)
+    combined = table.rows[-2]
+    assert float(combined[8].text) == pytest.approx(
+        100.0 * evaluated.budget[2].u / evaluated.budget[2].value, rel=0.06
+    )
+
+
+def test_it_is_a_section_of_the_report(budgeted: Source, source: Source) -> None:
+    content = build_content(budgeted)
+    assert "uncertainty-budget" in [s.id for s in content.sections]
+    figures = tuple(draw(picture.plot) for picture in content.pictures())
+    assert "u(K_t)" in render_html(content, figures)
+    assert render_pdf(content, figures).startswith(b"%PDF")
+    assert "uncertainty-budget" not in [s.id for s in build_content(source).sections]
