@@ -15,6 +15,8 @@ _DENSE_POINTS = 800
 _MOST_POINTS = 1000
 """A branch with more samples is averaged in groups: the noise of force times that of stroke adds up with
 the number of samples, while the polygon of 2000 points is right to 2 parts in a million."""
+_LEAST_STEP = 0.5
+"""A sample nearer than this share of a step to a turning point is left out: that point stands for it."""
 END_SHARE = 0.02
 """Share of a branch from which the force at its turning point is extrapolated."""
 _LEAST_END_SAMPLES = 4
@@ -89,6 +91,10 @@ def _closed(
 ) -> FloatArray:
     """Return time, stroke and force (3, M) of a branch with its end points, dense enough to integrate."""
     inner = np.stack(branch)
+    if inner.shape[1] > 2:
+        # Noise on two points that are nearer to each other than samples are would bend a spline at will.
+        near_s = _LEAST_STEP * (inner[0, -1] - inner[0, 0]) / (inner.shape[1] - 1)
+        inner = inner[:, (inner[0] - first[0] >= near_s) & (last[0] - inner[0] >= near_s)]
     group = -(-inner.shape[1] // _MOST_POINTS)
     if group > 1:
         whole = inner.shape[1] // group * group

@@ -28,7 +28,7 @@ def block_contact(loop: Loop, slope_ratio: float) -> float | None:
     low, high = float(stroke[0]), float(stroke[-1])
     span = high - low
     before = _slope(stroke, force, high - _BEFORE[0] * span, high - _BEFORE[1] * span)
-    if span <= 0.0 or before is None:
+    if before is None:
         return None
     steep = slope_ratio * max(before, float(force[-1] - force[0]) / span)
     begins = None
@@ -42,7 +42,12 @@ def block_contact(loop: Loop, slope_ratio: float) -> float | None:
 
 
 def _slope(stroke_mm: FloatArray, force_kN: FloatArray, first_mm: float, last_mm: float) -> float | None:
+    """Return the slope of a line through a stretch; through its ends where too few samples are in it."""
     inside = (stroke_mm >= first_mm) & (stroke_mm <= last_mm)
-    if np.count_nonzero(inside) < _LEAST_SAMPLES or np.ptp(stroke_mm[inside]) < 0.5 * (last_mm - first_mm):
+    if last_mm <= first_mm:
         return None
+    if np.count_nonzero(inside) < _LEAST_SAMPLES or np.ptp(stroke_mm[inside]) < 0.5 * (last_mm - first_mm):
+        order = np.argsort(stroke_mm, kind="stable")
+        first, last = np.interp([first_mm, last_mm], stroke_mm[order], force_kN[order])
+        return float(last - first) / (last_mm - first_mm)
     return float(np.polynomial.polynomial.polyfit(stroke_mm[inside] - first_mm, force_kN[inside], 1)[1])

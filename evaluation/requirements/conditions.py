@@ -9,11 +9,12 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from evaluation.quantities import SPEED_WINDOW, TEMPERATURE_STALE_S
+from evaluation.quantities import TEMPERATURE_STALE_S
 from evaluation.record import Temperature
 from evaluation.requirements.block import block_contact
 from evaluation.requirements.limit_set import known
 from evaluation.requirements.rows import Case, Limits, row, shown, unfilled_why
+from evaluation.requirements.speed import branch_speed
 from evaluation.results import CycleResult, RequirementResult, Verdict
 
 _RUN_WIDE = ("cycle-count", "rest-after-assembly")
@@ -189,31 +190,23 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     limits = Limits.of("none", highest, "mm/s")
     if limits.nothing:
         return None
-    up = result.quantities.speed_loading_max_mm_per_s
-    down = result.quantities.speed_unloading_max_mm_per_s
-    index = result.cycle.index
-    if up is None or down is None:
-        return _condition(
-            case, "speed-limit", index, text, limits, None, "inconclusive", "too few samples for a speed"
-        )
+    cycle, sigma = result.cycle, case.prepared[result.cycle.index].noise.stroke_mm
+    branches = [
+        branch_speed(case.record, start_s, end_s, sigma)
+        for start_s, end_s in ((cycle.start_s, cycle.top.time_s), (cycle.top.leave_s, cycle.end_s))
+    ]
+    known_branches = [branch for branch in branches if branch is not None]
+    if len(known_branches) < len(branches):
+        why = "too few samples for a speed"
+        return _condition(case, "speed-limit", cycle.index, text, limits, None, "inconclusive", why)
+    (up, _), (down, _) = known_branches
     measured = max(up, down)
     # What noise alone adds to the largest of many slopes must not break a test run right at the limit.
-    noise = 3.0 * _speed_noise(case, result)
-    verdict = _met(limits, measured - noise)
+    verdict = _met(limits, max(speed - noise for speed, noise in known_branches))
     why = f"loading {up:.4g} mm/s, unloading {down:.4g} mm/s"
     if verdict == "pass" and not limits.meets(measured):
         why += "; above the limit by no more than the noise of the stroke"
-    return _condition(case, "speed-limit", index, text, limits, measured, verdict, why)
-
-
-def _speed_noise(case: Case, result: CycleResult) -> float:
-    """Return the standard deviation that noise of the stroke gives to a smoothed speed [mm/s]."""
-    cycle, time = result.cycle, case.record.time_s
-    samples = np.searchsorted(time, [cycle.start_s, cycle.top.time_s, cycle.top.leave_s, cycle.end_s])
-    count = max(5.0, SPEED_WINDOW * float(min(samples[1] - samples[0], samples[3] - samples[2])))
-    branch_s = min(cycle.top.time_s - cycle.start_s, cycle.end_s - cycle.top.leave_s)
-    sigma = case.prepared[cycle.index].noise.stroke_mm
-    return sigma * float(np.sqrt(12.0 / count)) / (SPEED_WINDOW * branch_s)
+    return _condition(case, "speed-limit", cycle.index, text, limits, measured, verdict, why)
 
 
 def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementResult | None:

@@ -21,7 +21,8 @@ from evaluation.results import RequirementResult
 PEAK_SAMPLES = 5
 """The force reached is the largest mean of so many samples in a row: never a single one."""
 REST_S = 1.0
-"""Strokes before and after are means over the last so many seconds with the specimen relieved."""
+"""Strokes before and after are medians over the last so many seconds with the specimen relieved: the first
+kilonewtons of the ramp, which still count as relieved, do not shift them."""
 
 
 @dataclass(frozen=True)
@@ -95,11 +96,11 @@ def find_relief(record: Record, threshold_kN: float) -> Relief:
 
 
 def _rest_mm(time_s: FloatArray, stroke_mm: FloatArray) -> float | None:
-    """Return the mean stroke of the last second of a stretch; None below five samples."""
+    """Return the median stroke of the last second of a stretch; None below five samples."""
     if time_s.size == 0:
         return None
     late = stroke_mm[time_s >= time_s[-1] - REST_S]
-    return float(np.mean(late)) if late.size >= PEAK_SAMPLES else None
+    return float(np.median(late)) if late.size >= PEAK_SAMPLES else None
 
 
 def _force(case: Case, load: ProofLoad) -> RequirementResult:
