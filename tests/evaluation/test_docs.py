@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from evaluation import cycles, quantities, trends
 from evaluation.document import CYCLE_QUANTITIES
 from evaluation.requirements import static
-from evaluation.requirements.limit_set import shipped_limit_set
+from evaluation.requirements.checklist import asked_items
+from evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
+from evaluation.requirements.readings import Readings
 from evaluation.results import Options
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -61,3 +64,20 @@ STATED = [
 @pytest.mark.parametrize("text", STATED)
 def test_criteria_are_stated_as_coded(text: str) -> None:
     assert text in EVALUATION
+
+
+LIMIT_SETS = (DOCS / "limit-sets.md").read_text(encoding="utf-8")
+
+
+def test_every_reading_is_explained_with_its_options() -> None:
+    for name, field in Readings.model_fields.items():
+        assert f"| `{name}` |" in LIMIT_SETS
+        for option in get_args(field.annotation):
+            assert f"`{option}`" in LIMIT_SETS
+
+
+def test_every_shipped_set_and_every_item_is_explained() -> None:
+    for name in shipped_names():
+        assert f"| `{name}` |" in LIMIT_SETS
+        for item in asked_items(find_limit_set(name)):
+            assert f"`{item}`" in LIMIT_SETS
