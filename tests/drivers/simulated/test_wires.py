@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import struct
 import termios
+import time
 import tty
 from collections import deque
 from collections.abc import Iterator
@@ -88,11 +91,22 @@ def test_it_streams_unasked_and_obeys_its_commands(amplifier: AmplifierPty, read
     assert read(reader) == encode_frames(np.array([1, 2]))
 
 
+def bytes_waiting(reader: int) -> int:
+    return int(struct.unpack("i", fcntl.ioctl(reader, termios.FIONREAD, b"\0\0\0\0"))[0])
+
+
 def test_a_reader_that_comes_too_late_finds_whole_frames_and_the_loss_is_counted(
     amplifier: AmplifierPty, reader: int
 ) -> None:
+    waiting = 0
     for start in range(0, 3000, 100):
+        before = amplifier.overruns
         send(amplifier, *range(start, start + 100))
+        waiting = 500 if amplifier.overruns > before else waiting + 500
+        deadline_s = time.monotonic() + 10.0
+        # the kernel carries bytes from one end of a pty to the other in its own time
+        while bytes_waiting(reader) != waiting and time.monotonic() < deadline_s:
+            time.sleep(0.001)
     data = read(reader)
     assert amplifier.overruns > 0
     assert len(data) <= BUFFER
