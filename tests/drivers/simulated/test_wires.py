@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import select
 import struct
 import termios
 import time
@@ -64,31 +65,44 @@ def send(amplifier: AmplifierPty, *counts: int) -> None:
     amplifier.pump()
 
 
-def read(descriptor: int) -> bytes:
+def read(descriptor: int, wanted: int = 0) -> bytes:
+    """Read what is there; wait for ``wanted`` bytes, because the kernel carries them over in its own time."""
     data = b""
-    try:
-        while piece := os.read(descriptor, 8192):
-            data += piece
-    except BlockingIOError:
-        pass
-    return data
+    deadline_s = time.monotonic() + 10.0
+    while True:
+        try:
+            while piece := os.read(descriptor, 8192):
+                data += piece
+        except BlockingIOError:
+            pass
+        if len(data) >= wanted or time.monotonic() > deadline_s:
+            return data
+        time.sleep(0.001)
+
+
+def command(amplifier: AmplifierPty, reader: int, byte: bytes) -> None:
+    os.write(reader, byte)
+    assert select.select([amplifier._master], [], [], 10.0)[0]
 
 
 def test_it_streams_unasked_and_obeys_its_commands(amplifier: AmplifierPty, reader: int) -> None:
     send(amplifier, 1, 2)
-    assert read(reader) == encode_frames(np.array([1, 2]))
-    os.write(reader, b"\x23")
+    expected = encode_frames(np.array([1, 2]))
+    assert read(reader, len(expected)) == expected
+    command(amplifier, reader, b"\x23")
     send(amplifier, 3)
     assert read(reader) == b""
-    os.write(reader, b"\x16")
+    command(amplifier, reader, b"\x16")
     amplifier.pump()
-    assert 5e6 / ((1 << 24) - int.from_bytes(read(reader), "big")) == pytest.approx(250.0)
-    os.write(reader, b"\x24")
+    assert 5e6 / ((1 << 24) - int.from_bytes(read(reader, 3), "big")) == pytest.approx(250.0)
+    command(amplifier, reader, b"\x24")
     send(amplifier, 40)
-    assert read(reader) == encode_frames(np.array([40]))
-    os.write(reader, b"\x0c")
+    expected = encode_frames(np.array([40]))
+    assert read(reader, len(expected)) == expected
+    command(amplifier, reader, b"\x0c")
     send(amplifier, 41, 42)
-    assert read(reader) == encode_frames(np.array([1, 2]))
+    expected = encode_frames(np.array([1, 2]))
+    assert read(reader, len(expected)) == expected
 
 
 def bytes_waiting(reader: int) -> int:
@@ -107,7 +121,7 @@ def test_a_reader_that_comes_too_late_finds_whole_frames_and_the_loss_is_counted
         # the kernel carries bytes from one end of a pty to the other in its own time
         while bytes_waiting(reader) != waiting and time.monotonic() < deadline_s:
             time.sleep(0.001)
-    data = read(reader)
+    data = read(reader, waiting)
     assert amplifier.overruns > 0
     assert len(data) <= BUFFER
     frames = FrameDecoder(aligned=True).feed(data + b"\x2c\x00")
@@ -119,7 +133,8 @@ def test_silence_sends_nothing_and_keeps_no_backlog(amplifier: AmplifierPty, rea
     amplifier.pump(silent=True)
     assert read(reader) == b""
     send(amplifier, 6)
-    assert read(reader) == encode_frames(np.array([6]))
+    expected = encode_frames(np.array([6]))
+    assert read(reader, len(expected)) == expected
 
 
 def test_the_link_replaces_a_stale_one_and_goes_when_closed(tmp_path: Path) -> None:
