@@ -5,11 +5,12 @@ Temperature is a condition, not a correction: what it changes is stated, nothing
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from evaluation.grouping import grouped
 from evaluation.mean_loop import MeanLoop
 from evaluation.quantities import is_two_sided
 from evaluation.results import RunEvaluation
@@ -100,7 +101,7 @@ def compare_temperatures(runs: Sequence[RunEvaluation]) -> tuple[TemperatureComp
         if r.facts.kind in ("static", "harmonic") and _start_temperature(r.mean_loop) is not None
     ]
     found = []
-    for group in _grouped(usable, _same_step):
+    for group in grouped(usable, _same_step):
         ordered = sorted(group, key=_temperature)
         reference = ordered[0]
         warmer = [r for r in ordered if _temperature(r) - _temperature(reference) > LEAST_DIFFERENCE_K]
@@ -153,19 +154,6 @@ def _start_temperature(loop: MeanLoop | None) -> float | None:
 def _temperature(run: RunEvaluation) -> float:
     value = _start_temperature(run.mean_loop)
     return float("nan") if value is None else value
-
-
-def _grouped(
-    runs: Sequence[RunEvaluation], same: Callable[[RunEvaluation, RunEvaluation], bool]
-) -> list[list[RunEvaluation]]:
-    groups: list[list[RunEvaluation]] = []
-    for run in runs:
-        group = next((g for g in groups if same(g[0], run)), None)
-        if group is None:
-            groups.append([run])
-        else:
-            group.append(run)
-    return groups
 
 
 def _same_step(one: RunEvaluation, two: RunEvaluation) -> bool:

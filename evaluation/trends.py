@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from scipy.stats import t as student
 
+from evaluation.grouping import grouped
 from evaluation.quantities import is_two_sided
 from evaluation.record import FloatArray
 from evaluation.results import RunEvaluation, Trend
@@ -52,8 +53,8 @@ def find_trends(runs: Sequence[RunEvaluation]) -> tuple[Trend, ...]:
     trends = []
     for specimen in dict.fromkeys(_specimen(r) for r in harmonic):
         own = [r for r in harmonic if _specimen(r) == specimen]
-        for prestressed in _grouped(own, _same_prestress):
-            by_amplitude = _grouped(prestressed, _same_amplitude)
+        for prestressed in grouped(own, _same_prestress):
+            by_amplitude = grouped(prestressed, _same_amplitude)
             for group in by_amplitude:
                 trends += [t for q in _NAMES if (t := _trend(q, group, constant=True)) is not None]
             if len(by_amplitude) > 1:
@@ -83,20 +84,6 @@ def _same_prestress(a: RunEvaluation, b: RunEvaluation) -> bool:
 def _same_amplitude(a: RunEvaluation, b: RunEvaluation) -> bool:
     one, two = _number(a, "amplitude_mm"), _number(b, "amplitude_mm")
     return abs(one - two) <= max(AMPLITUDE_TOLERANCE_MM, AMPLITUDE_TOLERANCE * max(one, two))
-
-
-def _grouped(
-    runs: Sequence[RunEvaluation], same: Callable[[RunEvaluation, RunEvaluation], bool]
-) -> list[list[RunEvaluation]]:
-    """Return groups of runs; a run joins the first group whose first run it agrees with."""
-    groups: list[list[RunEvaluation]] = []
-    for run in runs:
-        group = next((g for g in groups if same(g[0], run)), None)
-        if group is None:
-            groups.append([run])
-        else:
-            group.append(run)
-    return groups
 
 
 def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant: bool) -> Trend | None:
