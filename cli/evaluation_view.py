@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import click
@@ -25,13 +25,16 @@ COLUMNS = [
 
 
 def show_evaluation(document: Mapping[str, Any], *, warnings: bool = True) -> None:
-    """Print a line a run, then what each judged run met or not, then the warnings."""
+    """Print a line a run, what each judged run met or not, what the figures hang on, then the warnings."""
     show_table(COLUMNS, [_row(entry) for entry in document["runs"]])
     for entry in document["runs"]:
         if entry["requirements"]:
             _show_requirements(entry)
     for trend in document["trends"]:
         _show_trend(trend)
+    for comparison in document["temperature_comparisons"]:
+        _show_temperatures(comparison)
+    _show_evidence(document["runs"])
     if warnings:
         for entry in document["runs"]:
             for text in entry["warnings"]:
@@ -75,7 +78,7 @@ def _show_trend(trend: Mapping[str, Any]) -> None:
     if trend["slope_per_Hz"] is None:
         return
     amplitude = trend["amplitude_mm"]
-    loop = f"{trend['prestress_mm']:.0f} mm" + ("" if amplitude is None else f" ± {amplitude:.0f} mm")
+    loop = f"{trend['prestress_mm']:z.0f} mm" + ("" if amplitude is None else f" ± {amplitude:.0f} mm")
     unit = "" if trend["quantity"] == "damping" else " kN/mm"
     click.echo(
         f"\n{trend['quantity'].replace('_', ' ')} over frequency at {loop}: "
@@ -84,3 +87,74 @@ def _show_trend(trend: Mapping[str, Any]) -> None:
     )
     for text in trend["warnings"]:
         click.echo(f"  warning: {text}")
+
+
+_CHANGES = (
+    ("end force", "end_force_kN"),
+    ("stored energy", "stored_energy_J"),
+    ("absorbed energy", "absorbed_energy_J"),
+    ("damping", "damping"),
+)
+
+
+def _show_temperatures(comparison: Mapping[str, Any]) -> None:
+    reference = comparison["reference"]
+    click.echo(f"\nagainst {reference['run']} at {reference['temperature_C']:.1f} °C, at equal stroke:")
+    for run in comparison["runs"]:
+        parts = [
+            f"{words} {change['relative_change']:+.1%}" + _per_kelvin(change)
+            for words, name in _CHANGES
+            if (change := run["changes"].get(name)) and change["relative_change"] is not None
+        ]
+        click.echo(
+            f"  {run['run']} ({run['temperature_C']:.1f} °C), to {run['to_mm']:.1f} mm: "
+            f"{', '.join(parts) or 'nothing to compare'}"
+        )
+    for text in comparison["warnings"]:
+        click.echo(f"  warning: {text}")
+
+
+def _per_kelvin(change: Mapping[str, Any]) -> str:
+    per_kelvin = change["relative_change_per_K"]
+    return "" if per_kelvin is None else f" ({per_kelvin:+.2%}/K)"
+
+
+def _show_evidence(runs: Sequence[Mapping[str, Any]]) -> None:
+    """Print what 1 ms of skew would change, how the draw wires agree, and the inertia correction."""
+    concerned = [entry for entry in runs if entry["skew_sensitivity"] or entry["draw_wires"]]
+    if not concerned:
+        return
+    click.echo("\nwhat the figures hang on: 1 ms more of delay_s at the force; the draw wires; inertia")
+    show_table(
+        [("run", "whole"), ("1 ms: absorbed\nJ", "right"), ("\n%", "right"), ("1 ms: damping\n", "right"),
+         ("\n%", "right"), ("wires differ\nmm", "right"), ("tilt\nmm", "right"), ("permitted\nmm", "right"),
+         ("inertia", "whole")],
+        [
+            (
+                entry["run"]["id"],
+                *_skew(entry, "absorbed_energy_J", 2),
+                *_skew(entry, "damping", 4),
+                *(
+                    figure((entry["draw_wires"] or {}).get(name), 2)
+                    for name in ("largest_difference_mm", "remaining_mm", "limit_mm")
+                ),
+                _inertia(entry["inertia_correction"]),
+            )
+            for entry in concerned
+        ],
+    )  # fmt: skip
+
+
+def _skew(entry: Mapping[str, Any], name: str, digits: int) -> tuple[str, str]:
+    change = ((entry["skew_sensitivity"] or {}).get(f"{name}_per_ms") or {}).get("by_shifting")
+    own = (entry["summary"].get(name) or {}).get("value")
+    if change is None:
+        return "—", "—"
+    share = f"{100.0 * change / abs(own):+.2f}" if own and abs(change) <= abs(own) else "—"
+    return f"{change:+.{digits}f}", share
+
+
+def _inertia(inertia: Mapping[str, Any] | None) -> str:
+    if not inertia or not inertia["moving_mass_kg"]:
+        return "not corrected"
+    return f"{inertia['moving_mass_kg']:g} kg, up to {inertia['largest_force_kN']:.2g} kN"

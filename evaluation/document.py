@@ -27,7 +27,7 @@ from evaluation.results import (
 )
 from evaluation.run import evaluate_run
 from evaluation.trends import find_trends
-from foundation.errors import BadInput
+from recording.catalogue import run_files
 
 SCHEMA = "bufferstand/evaluation/1"
 _NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -130,31 +130,6 @@ def evaluate_file(
     return evaluate_run(record, facts, options, limit_set)
 
 
-def run_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the run files that paths stand for, each once, folders searched to any depth and sorted.
-
-    Raises
-    ------
-    BadInput
-        If a path does not exist or a folder holds no run file.
-    """
-    found: dict[Path, Path] = {}
-    for path in paths:
-        if path.is_dir():
-            files = sorted(path.rglob("*.h5"))
-            if not files:
-                raise BadInput(
-                    "no run files (*.h5) in this folder", file=path, remedy="name a folder with runs"
-                )
-        elif path.exists():
-            files = [path]
-        else:
-            raise BadInput("no such file or folder", file=path, remedy="check the path")
-        for file in files:
-            found.setdefault(file.resolve(), file)
-    return list(found.values())
-
-
 def evaluation_document(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
     """Return the evaluation document of runs that were evaluated."""
     return assemble([(run_entry(run), run) for run in runs])
@@ -218,6 +193,7 @@ def _requirement(row: RequirementResult) -> dict[str, Any]:
         "cycle": row.cycle,
         "condition": row.condition,
         "requirement": row.requirement,
+        "stroke_mm": row.stroke_mm,
         "measured": row.measured,
         "expanded_uncertainty": row.expanded_uncertainty,
         "lower_limit": row.lower_limit,

@@ -150,6 +150,8 @@ class RequirementResult:
     condition: bool = False
     """True for a condition of the test, False for a requirement on the specimen."""
     clause: str = ""
+    stroke_mm: float | None = None
+    """Where a force window stands, by the limit set [mm]; 0: the preload. None for all other rows."""
 
 
 @dataclass(frozen=True, eq=False)

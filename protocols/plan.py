@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from foundation.canonical import content_hash
+from foundation.durations import duration_text
 from foundation.errors import BadInput
 from foundation.specimen import Kind, Specimen
 from protocols.admissible import Breach, Judge, cool_down_note
@@ -144,16 +145,6 @@ class Plan:
     def rows(self) -> list[tuple[str, ...]]:
         """Return one row of text for each step, in the columns of :data:`HEADER`; empty where it has none."""
         return [_row(step) for step in self.steps]
-
-
-def duration_text(duration_s: float) -> str:
-    """Return e.g. ``2 h 05 min``, ``7 min 48 s`` or ``5.5 s``."""
-    if duration_s < 60.0:
-        return f"{duration_s:.1f} s"
-    minutes, seconds = divmod(round(duration_s), 60)
-    if minutes < 60:
-        return f"{minutes} min {seconds:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def _row(step: PlannedStep) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,44 @@ class RunFacts:
     problem: str | None = None
 
 
+def run_files(paths: Iterable[Path]) -> list[Path]:
+    """Return the run files that paths stand for: the same for every command.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Run files, and folders: all run files in them and in the folders below, sorted by path.
+
+    Returns
+    -------
+    list of Path
+        Each file once, in the order in which the paths name it first.
+
+    Raises
+    ------
+    BadInput
+        If a path does not exist or a folder holds no run file.
+    """
+    found: dict[Path, Path] = {}
+    for path in paths:
+        if path.is_dir():
+            files = sorted(file for file in path.rglob(f"*{RUN_SUFFIX}") if file.is_file())
+            if not files:
+                raise BadInput(
+                    f"no run files (*{RUN_SUFFIX}) in this folder or below it",
+                    file=path,
+                    remedy="name a run file, or a folder with runs; “bufferstand import” makes runs of "
+                    "foreign records",
+                )
+        elif path.exists():
+            files = [path]
+        else:
+            raise BadInput("no such file or folder", file=path, remedy="check the path")
+        for file in files:
+            found.setdefault(file.resolve(), file)
+    return list(found.values())
+
+
 def list_runs(path: Path) -> list[RunFacts]:
     """Return the facts of a run file, or of all in a folder and the folders below it, sorted by path.
 
@@ -44,14 +82,7 @@ def list_runs(path: Path) -> list[RunFacts]:
     BadInput
         If the path does not exist or a folder holds no run file at all.
     """
-    if path.is_file():
-        return [facts_of(path)]
-    if not path.is_dir():
-        raise BadInput("no such file or folder", file=path, remedy="check the path")
-    files = sorted(found for found in path.rglob(f"*{RUN_SUFFIX}") if found.is_file())
-    if not files:
-        raise BadInput(f"no run file (*{RUN_SUFFIX}) in this folder or below it", file=path)
-    return [facts_of(file) for file in files]
+    return [facts_of(file) for file in run_files([path])]
 
 
 def facts_of(path: Path) -> RunFacts:

@@ -16,8 +16,8 @@ from cli.samples import sample
 from daq.folder import load_record
 from evaluation.document import evaluate_paths
 from evaluation.report.writing import pdf_available, write_report
+from foundation.durations import duration_text
 from foundation.errors import BadInput, ExitStatus
-from protocols.plan import duration_text
 
 SPEED = 6.0
 """Stand time in multiples of real time: nine minutes of testing in one and a half."""

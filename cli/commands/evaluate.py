@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import get_args
 
 import click
 
 from cli.evaluation_view import show_evaluation
+from cli.judging import Judging, judging_options
 from cli.options import EXISTING, FILE, write_json
 from evaluation.document import evaluate_paths
-from evaluation.requirements.checklist import asked_items
-from evaluation.requirements.inspection import load_inspection
-from evaluation.requirements.limit_set import find_limit_set, shipped_limit_set
-from evaluation.results import DecisionRule
 from evaluation.table import write_table
 from foundation.errors import ExitStatus
 
@@ -24,40 +20,13 @@ from foundation.errors import ExitStatus
     "--json", "json_file", metavar="FILE|-", help="Write the evaluation as JSON; - is standard output."
 )
 @click.option("--table", metavar="FILE", type=FILE, help="Write a row a cycle as .csv or .parquet.")
-@click.option(
-    "--decision-rule",
-    type=click.Choice(get_args(DecisionRule)),
-    default="simple",
-    help="How a value near a limit is judged (default simple acceptance).",
-)
-@click.option(
-    "--moving-mass",
-    metavar="KG",
-    type=float,
-    help="Correct for the inertia of this mass between load cell and specimen (default: the stand file's).",
-)
-@click.option(
-    "--limits",
-    metavar="FILE.toml",
-    help="Judge every run by this limit set: a file, or the name of a shipped one (default en15551-105mm).",
-)
-@click.option(
-    "--inspection",
-    "inspections",
-    metavar="FILE.toml",
-    type=FILE,
-    multiple=True,
-    help="What an inspector saw and measured by hand; goes with the runs of its specimen.",
-)
+@judging_options
 @click.option("--strict", is_flag=True, help="End with status 1 if a specimen failed.")
 def command(
     paths: tuple[Path, ...],
     json_file: str | None,
     table: Path | None,
-    decision_rule: DecisionRule,
-    moving_mass: float | None,
-    limits: str | None,
-    inspections: tuple[Path, ...],
+    judging: Judging,
     strict: bool,
 ) -> int:
     """Evaluate runs, campaigns or whole archives; PATH is a run file or a folder of them.
@@ -65,14 +34,14 @@ def command(
     Energies, damping, stiffness and speeds a cycle with their uncertainty, trends over frequency, and the
     requirements of EN 15551 or of another limit set. Exit status 0 whatever the verdict, unless --strict.
     """
-    limit_set = shipped_limit_set() if limits is None else find_limit_set(limits)
     document = evaluate_paths(
         paths,
-        decision_rule=decision_rule,
-        limit_set=limit_set,
-        moving_mass_kg=moving_mass,
-        inspections=[load_inspection(file, asked_items(limit_set)) for file in inspections],
+        decision_rule=judging.decision_rule,
+        limit_set=judging.limit_set,
+        moving_mass_kg=judging.moving_mass_kg,
+        inspections=judging.inspections,
     )
+    judging.warn_of_unused([entry["run"] for entry in document["runs"]])
     if json_file is not None:
         write_json(document, json_file)
     if table is not None:

@@ -8,7 +8,8 @@ import click
 
 from cli.campaigns import prepare
 from cli.options import EXISTING, show_table, write_json
-from protocols.plan import HEADER, Plan, duration_text
+from foundation.durations import duration_text
+from protocols.plan import HEADER, Plan
 
 LEFT_ALIGNED = {"name", "duration"}
 

@@ -10,12 +10,13 @@ from typing import Any
 import click
 
 from cli.options import EXISTING, show_table, warn, write_json
-from evaluation.document import evaluate_file, run_files
+from evaluation.document import evaluate_file
 from evaluation.evidence import skew_effect
 from evaluation.load import load_run
 from evaluation.results import Options
 from evaluation.skew import REFERENCE_LOSS, SkewMeasurement, measure_skew
 from foundation.errors import ExitStatus
+from recording.catalogue import run_files
 
 _DRAWS = 100
 """The effect of a millisecond carries no uncertainty: few draws are enough."""

@@ -49,13 +49,24 @@ class Loop:
     frequency_Hz: float | None = None
 
 
-def static_loops(loops: Sequence[Loop], windows: Sequence[Window] = ()) -> Plot:
-    """Return the quasi-static cycles of one run, the windows of EN 15551 Table 3 and the measured forces."""
+def static_loops(loops: Sequence[Loop], windows: Sequence[Window] = (), windows_of: str = "") -> Plot:
+    """Return the quasi-static cycles of one run, the permitted force ranges and the measured forces.
+
+    ``windows_of`` names standard and clause of the ranges, for the legend.
+    """
     curves = tuple(
         _curve(loop, f"cycle {loop.cycle}", tone=number, dash=number) for number, loop in enumerate(loops)
     )
     ranges = _ranges(loops, windows)
-    return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, windows=tuple(windows), height_mm=96.0, **ranges)
+    return Plot(
+        STROKE_LABEL,
+        FORCE_LABEL,
+        curves=curves,
+        windows=tuple(windows),
+        windows_of=windows_of,
+        height_mm=96.0,
+        **ranges,
+    )
 
 
 def dynamic_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
@@ -86,6 +97,15 @@ def amplitude_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
         for n, loop in enumerate(ordered)
     ]
     return _over(static, loops, curves)
+
+
+def temperature_loops(loops: Sequence[Loop], labels: Sequence[str]) -> Plot:
+    """Return loops of one step at several temperatures, each with its label (paper, Fig. 9)."""
+    curves = tuple(
+        _curve(loop, label, tone=n, dash=n, marker=n)
+        for n, (loop, label) in enumerate(zip(loops, labels, strict=True))
+    )
+    return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, height_mm=88.0, **_ranges(loops, ()))
 
 
 def _over(static: Loop | None, loops: Sequence[Loop], curves: list[Curve], *, whole: bool = False) -> Plot:

@@ -88,7 +88,7 @@ def _paint(axes: Axes, plot: Plot) -> list[Handle]:
     for window in plot.windows:
         _paint_window(axes, window)
     if plot.windows:
-        handles += _window_legend(plot.windows)
+        handles += _window_legend(plot.windows, plot.windows_of)
     if plot.x_range is not None:
         axes.set_xlim(*plot.x_range)
     if plot.y_range is not None:
@@ -192,8 +192,9 @@ def _paint_window(axes: Axes, window: Window) -> None:
         axes.plot(at, window.measured, zorder=5, **_verdict_symbol(window.verdict))
 
 
-def _window_legend(windows: tuple[Window, ...]) -> list[Handle]:
-    bar = Line2D([], [], color=style.INK, linewidth=1.6, label="permitted range (EN 15551, Table 3)")
+def _window_legend(windows: tuple[Window, ...], source: str) -> list[Handle]:
+    named = f" ({source})" if source else ""
+    bar = Line2D([], [], color=style.INK, linewidth=1.6, label=f"permitted range{named}")
     seen = dict.fromkeys(window.verdict for window in windows if window.measured)
     marks = [
         Line2D([], [], label=f"measured: {verdict.replace('-', ' ')}", **_verdict_symbol(verdict))

@@ -102,6 +102,8 @@ class Plot:
     kind: Literal["loops", "trend", "timeline"] = "loops"
     curves: tuple[Curve, ...] = ()
     windows: tuple[Window, ...] = ()
+    windows_of: str = ""
+    """Standard and clause of the windows, for the legend."""
     spans: tuple[Span, ...] = ()
     levels: tuple[Level, ...] = ()
     stops: tuple[Stop, ...] = ()

@@ -12,6 +12,7 @@ from evaluation.report.closing import (
     warnings_section,
 )
 from evaluation.report.content import Block, Content, Section, Texts
+from evaluation.report.evidence import evidence_section, temperature_section
 from evaluation.report.fields import missing_fields
 from evaluation.report.gallery import figures_section
 from evaluation.report.identification import (
@@ -51,10 +52,12 @@ def build_content(source: Source) -> Content:
         requirements_section(source),
         runs_section(source),
         cycles_section(source),
+        temperature_section(source),
         figures_section(source),
         deviations_section(source),
         warnings_section(source, overdue(calibration)),
         rule_section(source),
+        evidence_section(source),
         budgets_section(source),
         calibration,
         data_section(source),

@@ -133,12 +133,6 @@ def rule_section(source: Source) -> Section:
         _UNCERTAINTY,
         "A result that is missing, not reached or not shown by the record is never counted as passed.",
     ]
-    sets = {
-        " ".join(str(limits[key]) for key in ("id", "edition", "date", "sha256") if limits.get(key))
-        for run in source.runs
-        if isinstance(limits := run.evaluated.get("limit_set"), dict)
-    }
-    items += [f"Limits applied: {text}." for text in sorted(sets)]
     return Section("decision-rule", "Decision rule and uncertainty", (Texts(tuple(items)),))
 
 

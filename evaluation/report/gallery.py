@@ -7,9 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.figures.loops import Loop, amplitude_loops, dynamic_loops, frequency_loops, static_loops
+from evaluation.figures.loops import (
+    Loop,
+    amplitude_loops,
+    dynamic_loops,
+    frequency_loops,
+    static_loops,
+    temperature_loops,
+)
 from evaluation.figures.plot import Plot, Window
 from evaluation.report.content import DASH, Cell, Column, Picture, Section, Table, Texts
+from evaluation.report.evidence import as_recorded
 from evaluation.report.numbers import fixed, quantity_cell, significant, usable
 from evaluation.report.samples import at_strokes, loop_of
 from evaluation.report.source import ReportRun, Source, runs_text
@@ -37,6 +45,7 @@ def figures_section(source: Source) -> Section:
         *_static_pictures(source),
         *_dynamic_pictures(source),
         *trend_pictures(source),
+        *_temperature_pictures(source),
         *timeline_pictures(source),
     ]
     numbered = tuple(
@@ -58,7 +67,7 @@ def _static_pictures(source: Source) -> list[Unnumbered]:
         if not loops:
             continue
         windows = _windows(run)
-        limits = " with the permitted ranges of EN 15551, Table 3" if windows else ""
+        limits = f" with the permitted ranges of {_source_of_windows(run)}" if windows else ""
         top = max(loops, key=lambda loop: float(np.nanmax(loop.stroke_mm)))
         force, stroke = (fixed(float(np.nanmax(v)), 1) for v in (top.force_kN, top.stroke_mm))
         count = f"{len(loops)} cycle{'s' if len(loops) > 1 else ''}"
@@ -67,25 +76,34 @@ def _static_pictures(source: Source) -> list[Unnumbered]:
                 caption=f"Force over stroke of {count} of run {run.number} ({run.kind}){limits}.",
                 alt=f"{len(loops)} force–stroke loops of run {run.number}, up to {force} kN at {stroke} mm. "
                 + " ".join(f"At {w.at:g} mm: {w.verdict.replace('-', ' ')}." for w in windows),
-                plot=static_loops(loops, windows),
+                plot=static_loops(loops, windows, _source_of_windows(run)),
                 numbers=_levels_table(loops),
             )
         )
     return pictures
 
 
+def _source_of_windows(run: ReportRun) -> str:
+    """Return standard and clause that the force windows are from."""
+    sources = dict.fromkeys(
+        ", ".join(str(r[key]) for key in ("standard", "clause") if r.get(key))
+        for r in run.requirements
+        if usable(r.get("stroke_mm")) is not None
+    )
+    return "; ".join(sources)
+
+
 def _windows(run: ReportRun) -> list[Window]:
-    """Return the permitted force ranges with what was measured in all cycles, and the gravest verdict."""
-    by_stroke: dict[float, list[Mapping[str, Any]]] = {}
+    """Return the permitted force ranges with what was measured in all cycles, and the gravest verdict.
+
+    A window that the limit set leaves open to one side is tabled and not drawn.
+    """
+    by_id: dict[tuple[float, str], list[Mapping[str, Any]]] = {}
     for requirement in run.requirements:
-        identifier = str(requirement["id"])
-        if identifier == "preload":
-            by_stroke.setdefault(0.0, []).append(requirement)
-        elif identifier.startswith("force-at-"):
-            at = float(identifier.removeprefix("force-at-").removesuffix("mm"))
-            by_stroke.setdefault(at, []).append(requirement)
+        if (stroke_mm := usable(requirement.get("stroke_mm"))) is not None:
+            by_id.setdefault((stroke_mm, str(requirement["id"])), []).append(requirement)
     windows = []
-    for at, requirements in sorted(by_stroke.items()):
+    for (at, _), requirements in sorted(by_id.items()):
         lower, upper = (usable(requirements[0].get(key)) for key in ("lower_limit", "upper_limit"))
         if lower is None or upper is None:
             continue
@@ -162,6 +180,31 @@ def _dynamic_pictures(source: Source) -> list[Unnumbered]:
                 constant = "constant prestress and amplitude and several frequencies"
                 caption = f"Loops at {constant}, {_conditions(trend)}{over_static}."
                 pictures.append(_loops_picture(chosen, caption, frequency_loops(loops, static)))
+    return pictures
+
+
+def _temperature_pictures(source: Source) -> list[Unnumbered]:
+    """Return a figure for each comparison of runs of one step at several temperatures."""
+    pictures = []
+    for comparison in source.document.get("temperature_comparisons") or []:
+        loops, labels = [], []
+        for entry in (comparison["reference"], *comparison["runs"]):
+            run = next((run for run in source.runs if run.id == entry["run"]), None)
+            cycle = None if run is None else run.shown_cycle()
+            loop = None if run is None or cycle is None else loop_of(run, cycle)
+            if run is not None and loop is not None:
+                loops.append(loop)
+                labels.append(f"{fixed(entry['temperature_C'], 1)} °C (run {run.number})")
+        if len(loops) < 2:
+            continue
+        pictures.append(
+            Unnumbered(
+                caption=f"Force over stroke of the same step at {len(loops)} temperatures of the specimen.",
+                alt=f"Force–stroke loops at {', '.join(labels)}; the numbers are tabulated.",
+                plot=temperature_loops(loops, labels),
+                numbers=as_recorded(source, comparison),
+            )
+        )
     return pictures
 
 

@@ -135,13 +135,3 @@ def moment_of(value: object) -> datetime | None:
         return datetime.fromisoformat(value)
     except ValueError:
         return None
-
-
-def duration_text(seconds: float) -> str:
-    """Return a duration as a person says it: ``42.5 s``, ``12 min 05 s``, ``3 h 02 min``."""
-    if seconds < 120.0:
-        return f"{fixed(seconds, 1)} s"
-    minutes, rest = divmod(round(seconds), 60)
-    if minutes < 120:
-        return f"{minutes} min {rest:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"

@@ -13,36 +13,14 @@ from evaluation.load import load_run
 from evaluation.record import Record
 from evaluation.report.fields import load_fields
 from evaluation.report.source import ReportRun, Source
-from evaluation.results import DecisionRule, Options
+from evaluation.requirements.limit_set import LimitSet
+from evaluation.results import Options
 from foundation.canonical import file_hash
 from foundation.errors import BadInput
+from recording.catalogue import run_files
 from recording.runfile import Run, open_run
 
 _EARLIEST = datetime.min.replace(tzinfo=UTC)
-
-
-def run_files(path: Path) -> list[Path]:
-    """Return the run files that a path stands for: itself, ``runs/*.h5``, or ``*.h5``.
-
-    Raises
-    ------
-    BadInput
-        If there is none.
-    """
-    if path.is_file():
-        return [path]
-    if not path.is_dir():
-        raise BadInput(
-            "there is no such file or folder", file=path, remedy="name a run file or a campaign folder"
-        )
-    for folder in (path / "runs", path):
-        if found := sorted(folder.glob("*.h5")):
-            return found
-    raise BadInput(
-        "no run files in this folder",
-        file=path,
-        remedy="name a run file (*.h5), or a folder with run files or with runs/ in it",
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +45,10 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
     BadInput
         If there are no runs, or none can be read.
     """
-    files = run_files(path)
+    files = run_files([path])
     findings = [
         f"{left.name}: a journal that was never sealed; its run is not in this report"
-        for left in sorted(files[0].parent.glob("*.journal"))
-        if path.is_dir()
+        for left in sorted(path.rglob("*.journal") if path.is_dir() else ())
     ]
     loaded = []
     for file in files:
@@ -90,7 +67,10 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
 
 
 def read_source(
-    path: Path, document: Mapping[str, Any] | None = None, decision_rule: DecisionRule = "simple"
+    path: Path,
+    document: Mapping[str, Any] | None = None,
+    options: Options | None = None,
+    limit_set: LimitSet | None = None,
 ) -> Source:
     """Read the runs of a report and join each with its evaluation.
 
@@ -100,8 +80,10 @@ def read_source(
         A run file or a campaign folder.
     document : mapping, optional
         The evaluation document of these runs (contracts § 4); without one they are evaluated here.
-    decision_rule : "simple" or "guard-band"
-        How to judge where they are evaluated here.
+    options : Options, optional
+        How to evaluate where they are evaluated here.
+    limit_set : LimitSet, optional
+        Limits to judge by then; the shipped set by default.
 
     Returns
     -------
@@ -114,10 +96,10 @@ def read_source(
         If there are no runs, none can be read, the document lacks one of them or is of another content.
     """
     loaded, findings = load_files(path)
-    rule: str | None = decision_rule
+    options = options or Options()
+    rule: str | None = options.decision_rule
     if document is None:
-        options = Options(decision_rule=decision_rule)
-        document = evaluation_document([evaluate_file(one.run.path, options) for one in loaded])
+        document = evaluation_document([evaluate_file(one.run.path, options, limit_set) for one in loaded])
     else:
         rule = document.get("decision_rule")
     entries = _entries(document)

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from evaluation.report.content import DASH, Cell, Column, Section, Table
-from evaluation.report.numbers import duration_text, measured_cell, moment_text, quantity_cell, usable
+from evaluation.report.numbers import measured_cell, moment_text, quantity_cell, usable
 from evaluation.report.source import NOT_RECORDED, ReportRun, Source
 from evaluation.report.verdicts import verdict_cell
+from foundation.durations import duration_text
 
 MOST_HARMONIC_CYCLES = 10
 """Cycles of a harmonic run that are printed; the evaluation document holds them all."""

@@ -6,10 +6,11 @@ import numpy as np
 
 from evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot
 from evaluation.report.content import DASH, Cell, Column, Table
-from evaluation.report.numbers import duration_text, fixed, quantity_cell
+from evaluation.report.numbers import fixed, quantity_cell
 from evaluation.report.samples import campaign_clock, steps_of, stroke_trace, temperature_traces
 from evaluation.report.source import ReportRun, Source
 from evaluation.report.unnumbered import Unnumbered
+from foundation.durations import duration_text
 
 
 def timeline_pictures(source: Source) -> list[Unnumbered]:

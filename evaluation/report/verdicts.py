@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone, VerdictLine
+from evaluation.report.judged_by import inspection_blocks, limit_set_sheets
 from evaluation.report.numbers import limits_text, measured_cell, probability_text, usable
 from evaluation.report.source import ReportRun, Source
 
@@ -131,16 +132,15 @@ def requirements_section(source: Source) -> Section | None:
     judged = [requirement for run in source.runs for requirement in run.requirements]
     standards = dict.fromkeys(str(r["standard"]) for r in judged)
     editions = dict.fromkeys(f"{r['standard']}, edition: {r.get('edition') or 'not stated'}." for r in judged)
-    blocks: tuple[Texts | Table, ...] = (Texts(tuple(editions)), *tables)
+    sets = limit_set_sheets(source)
+    blocks = (*(sets or (Texts(tuple(editions)),)), *tables, *inspection_blocks(source))
     return Section("requirements", f"Requirements of {', '.join(standards)}", blocks)
 
 
 def _reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
     """Cycle by cycle; the forces by stroke, then the energies."""
-    identifier = str(requirement["id"])
-    forces = identifier == "preload" or identifier.startswith("force-at-")
-    at = float(identifier.removeprefix("force-at-").removesuffix("mm")) if "force-at-" in identifier else 0.0
-    return int(requirement.get("cycle") or 0), 0 if forces else 1, at
+    at = usable(requirement.get("stroke_mm"))
+    return int(requirement.get("cycle") or 0), 1 if at is None else 0, at or 0.0
 
 
 def _table(run: ReportRun, requirements: Sequence[Mapping[str, Any]], *, conditions: bool) -> Table:

@@ -13,7 +13,9 @@ from evaluation.report.content import Content
 from evaluation.report.html import render_html
 from evaluation.report.pdf import render_pdf
 from evaluation.report.reading import read_source
-from evaluation.results import DecisionRule
+from evaluation.requirements.inspection import Inspection
+from evaluation.requirements.limit_set import LimitSet
+from evaluation.results import DecisionRule, Options
 from foundation.errors import BadInput
 
 
@@ -36,6 +38,9 @@ def write_report(
     formats: Sequence[str] = ("html", "pdf"),
     document: Mapping[str, Any] | None = None,
     decision_rule: DecisionRule = "simple",
+    limit_set: LimitSet | None = None,
+    moving_mass_kg: float | None = None,
+    inspections: Sequence[Inspection] = (),
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
 
@@ -52,6 +57,8 @@ def write_report(
         The evaluation document of these runs (contracts § 4); without one they are evaluated here.
     decision_rule : "simple" or "guard-band"
         How to judge where they are evaluated here; a document states its own.
+    limit_set, moving_mass_kg, inspections
+        As of :func:`evaluation.document.evaluate_paths`, where they are evaluated here.
 
     Returns
     -------
@@ -67,7 +74,10 @@ def write_report(
     """
     if unknown := [name for name in formats if name not in _RENDERERS]:
         raise BadInput(f"there is no report format “{unknown[0]}”", remedy=f"use {' or '.join(_RENDERERS)}")
-    source = read_source(path, document, decision_rule)
+    options = Options(
+        decision_rule=decision_rule, moving_mass_kg=moving_mass_kg, inspections=tuple(inspections)
+    )
+    source = read_source(path, document, options, limit_set)
     content = build_content(source)
     figures = [draw(picture.plot) for picture in content.pictures()]
     # All are rendered before the first is written: a report is whole or not there.

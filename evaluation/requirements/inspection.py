@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -81,6 +81,18 @@ def load_inspection(path: Path, known_items: Sequence[str]) -> Inspection:
                 f"item “{identity}” is answered twice", file=path, place="item", remedy="answer it once"
             )
     return inspection
+
+
+def unused(inspections: Sequence[Inspection], runs: Sequence[Mapping[str, Any]]) -> list[Inspection]:
+    """Return the inspections that belong to none of the runs; ``runs``: ``run`` of each document entry."""
+    return [
+        one
+        for one in inspections
+        if not any(
+            run["specimen"].get("id") == one.inspection.specimen and one.inspection.run in ("", run["id"])
+            for run in runs
+        )
+    ]
 
 
 def inspection_of(facts: RunFacts, inspections: Sequence[Inspection]) -> Inspection | None:

@@ -227,9 +227,9 @@ class LimitSet(Settings):
 
     def covers(self, kind: Kind) -> bool:
         """Say whether the set requires anything of runs of a kind."""
-        static = {"conditions", "force", "energy"} & self.model_fields_set or self.maintenance is not None
+        static = {"conditions", "force", "energy"} & self.model_fields_set
         covered = {
-            "static": bool(static),
+            "static": bool(static) or self.maintenance is not None or bool(self.inspection),
             "impact": "impact" in self.model_fields_set,
             "proof": self.proof is not None,
         }

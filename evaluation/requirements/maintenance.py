@@ -24,10 +24,14 @@ _LEAST_SAMPLES = 4
 
 
 def judge_maintenance(case: Case) -> list[RequirementResult]:
-    """Return the four readings in their order, then the items of the visual inspection."""
+    """Return the four readings in their order, then the items of the visual inspection.
+
+    A set may have either without the other.
+    """
+    items = [judge_item(case, item) for item in case.limits.inspection]
     limits = case.limits.maintenance
     if limits is None:
-        return []
+        return items
     inspected = case.inspection.inspection if case.inspection else None
     assembled = known(inspected.assembled_length_mm) if inspected else None
     final = known(inspected.final_length_mm) if inspected else None
@@ -42,7 +46,7 @@ def judge_maintenance(case: Case) -> list[RequirementResult]:
         ),
         _held(case, limits, assembled),
         _by_hand(case, "final-length", final, limits.final_length_min_mm, limits.final_length_max_mm),
-        *(judge_item(case, item) for item in case.limits.inspection),
+        *items,
     ]
 
 
@@ -55,7 +59,7 @@ def _preload(case: Case, limits: Maintenance) -> RequirementResult:
         upper_kN=limits.preload_max_kN,
     )
     if case.cycles:
-        return preload(case, case.cycles[0].cycle.index, window)
+        return replace(preload(case, case.cycles[0].cycle.index, window), stroke_mm=0.0)
     bounds = Limits.of(limits.preload_min_kN, limits.preload_max_kN, "kN")
     why = "no complete cycle on record"
     return row(case, "preload", None, "preload", bounds, "not-tested", why, clause=limits.clause)

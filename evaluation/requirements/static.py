@@ -62,6 +62,10 @@ def _binds(case: Case, position: int, count: int) -> bool:
 
 
 def _force(case: Case, result: CycleResult, window: ForceWindow) -> RequirementResult:
+    return replace(_window(case, result, window), stroke_mm=known(window.stroke_mm))
+
+
+def _window(case: Case, result: CycleResult, window: ForceWindow) -> RequirementResult:
     limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
     index = result.cycle.index
     if window.stroke_mm == 0.0:

@@ -11,13 +11,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from evaluation.document import evaluation_document, run_files
+from evaluation.document import evaluation_document
 from evaluation.record import make_record
 from evaluation.requirements.limit_set import load_limit_set, shipped_limit_set
 from evaluation.results import RunFacts
 from evaluation.run import evaluate_run
 from evaluation.table import COLUMNS, cycle_table, write_table
 from foundation.errors import BadInput
+from recording.catalogue import run_files
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 CYCLE_KEYS = {

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from evaluation.report import numbers
 from evaluation.report.content import DASH
+from foundation.durations import duration_text
 
 
 @pytest.mark.parametrize(
@@ -80,6 +81,6 @@ def test_moments_and_durations_read_as_people_write_them() -> None:
     assert numbers.moment_text("2026-03-05T09:00:00+01:00") == "2026-03-05 09:00:00 UTC+01:00"
     assert numbers.moment_text("yesterday") is None
     assert numbers.moment_text(None) is None
-    assert numbers.duration_text(42.46) == "42.5 s"
-    assert numbers.duration_text(725.0) == "12 min 05 s"
-    assert numbers.duration_text(10_920.0) == "3 h 02 min"
+    assert duration_text(42.46) == "42.5 s"
+    assert duration_text(725.0) == "12 min 05 s"
+    assert duration_text(10_920.0) == "3 h 02 min"

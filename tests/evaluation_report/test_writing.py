@@ -11,11 +11,13 @@ import pytest
 
 from evaluation.report import fields
 from evaluation.report.build import build_content
-from evaluation.report.reading import read_source, run_files
+from evaluation.report.reading import read_source
 from evaluation.report.verdicts import name_of
 from evaluation.report.writing import write_report
+from evaluation.results import Options
 from foundation.canonical import file_hash
 from foundation.errors import BadInput
+from recording.catalogue import run_files
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 from tests.evaluation_report.make_runs import Made as MadeRun
@@ -63,12 +65,13 @@ def test_a_single_run_makes_a_report_of_its_own(tmp_path: Path, report: Made) ->
 
 
 def test_runs_are_found_below_runs_or_directly(report: Made, tmp_path: Path) -> None:
-    assert run_files(report.folder) == run_files(report.folder / "runs")
-    assert run_files(report.folder / "runs" / "01-static-1.h5") == [report.folder / "runs" / "01-static-1.h5"]
-    with pytest.raises(BadInput, match="no run files in this folder"):
-        run_files(tmp_path)
+    assert run_files([report.folder]) == run_files([report.folder / "runs"])
+    one = report.folder / "runs" / "01-static-1.h5"
+    assert run_files([one]) == [one]
+    with pytest.raises(BadInput, match=r"no run files .* in this folder"):
+        run_files([tmp_path])
     with pytest.raises(BadInput, match="no such file or folder"):
-        run_files(tmp_path / "nothing")
+        run_files([tmp_path / "nothing"])
 
 
 def test_runs_are_in_the_order_of_their_start_with_their_files_hashes(report: Made) -> None:
@@ -157,7 +160,7 @@ def test_a_specimen_with_markup_in_its_name_goes_all_the_way(tmp_path: Path) -> 
 def test_without_a_document_the_runs_are_evaluated_and_the_rule_is_stated(tmp_path: Path) -> None:
     runs = (PAPER_LIKE[0], PAPER_LIKE[2], PAPER_LIKE[4])
     folder = write_campaign(tmp_path / "campaign", runs, rate_Hz=100.0)
-    source = read_source(folder, decision_rule="guard-band")
+    source = read_source(folder, options=Options(decision_rule="guard-band"))
     text = "\n".join(strings(build_content(source).document()))
     assert "Guard band (ILAC-G8:09/2019, w = U)" in text
     static = source.runs[0]

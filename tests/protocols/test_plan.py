@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from foundation.durations import duration_text
 from model.spring import HeatBalance
 from protocols.campaign import HarmonicStep, MotionSettings
 from protocols.expansion import motions_of
 from protocols.limits import StandLimits, TestLimits, envelope
-from protocols.plan import HEADER, DataRate, duration_text
+from protocols.plan import HEADER, DataRate
 from protocols.prediction import Temperatures, sensor_after
 from protocols.steps import Harmonic, Hold, PlannedStep
 from protocols.thermal import FADE_SHARE, Surroundings, Walk, Walker, cooling_time_s
