@@ -58,7 +58,9 @@ def write_json(content: Any, target: str) -> None:
     try:
         Path(target).write_text(text, encoding="utf-8")
     except OSError as error:
-        raise BadInput(f"cannot be written: {error.strerror}", file=target) from None
+        raise BadInput(
+            f"cannot be written: {error.strerror}", file=target, remedy="name a file in an existing folder"
+        ) from None
 
 
 def warn(message: str) -> None:

@@ -44,13 +44,50 @@ def load_run(path: Path) -> tuple[Record, RunFacts]:
         return _record(run), facts
     except BadInput as error:
         if any(stream.rows > 1 for stream in run.streams.values()):
-            raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
+            raise _explained(run, error) from None
         problem = f"nothing to evaluate: the run holds no samples (status {run.status}) {run.reason}".rstrip()
         return Record(_EMPTY, _EMPTY, _EMPTY), replace(facts, problems=(*facts.problems, problem))
 
 
+def _explained(run: Run, error: BadInput) -> BadInput:
+    """Return what is wrong with a record that cannot be used: which of its columns hold no number."""
+    for name in ("force", *STROKES):
+        if not run.has(name):
+            continue
+        value = run.series(name).value
+        missing = int(np.count_nonzero(~np.isfinite(value)))
+        if missing > value.size - 2:
+            count = "none" if missing == value.size else f"only {value.size - missing}"
+            return BadInput(
+                f"{count} of its {value.size} samples is a number",
+                file=run.path,
+                place=f"channel {name}",
+                remedy="import the record again with the column that holds it "
+                f"(--column {name}=HEADER), or record the test again",
+            )
+    time_s = run.series("stroke").time_s
+    latest = np.maximum.accumulate(np.concatenate(([-np.inf], np.nan_to_num(time_s[:-1], nan=-np.inf))))
+    late = int(np.count_nonzero(~(time_s > latest)))
+    if late > time_s.size - 2:
+        return BadInput(
+            f"{late} of its {time_s.size} time stamps do not advance",
+            file=run.path,
+            place="time",
+            remedy="sort the record by time, or name its time (--column time=HEADER); import it again",
+        )
+    return BadInput(error.problem, file=run.path, place=error.place, remedy=error.remedy)
+
+
+def _wires(run: Run) -> list[str]:
+    """Return the stroke channels that hold a number: an empty column is a wire that was not there."""
+    there = [name for name in STROKES if run.has(name)]
+    filled = [name for name in there if np.any(np.isfinite(run.series(name).value))]
+    return filled or there
+
+
 def _record(run: Run) -> Record:
-    stroke = run.series("stroke")
+    wires = _wires(run)
+    stroke = run.series("stroke" if len(wires) > 1 else wires[0] if wires else "stroke")
     time_s = stroke.time_s
     stream = run.stream_of("stroke")
     breaks = [row + 1 for row, _ in run.gaps(stream.name)]
@@ -60,7 +97,7 @@ def _record(run: Run) -> Record:
         time_s,
         to_inside(stroke.value, "stroke", stroke.unit),
         to_inside(force_kN, "force", run.series("force").unit),
-        wire_difference_mm=_wire_difference_mm(run, time_s, breaks),
+        wire_difference_mm=_wire_difference_mm(run, time_s, breaks) if len(wires) > 1 else None,
         speed_mm_per_s=None if speed is None else to_inside(speed, "speed", run.series("speed").unit),
         temperatures=_temperatures(run),
         lost_before=[(row + 1, lost) for row, lost in run.gaps(stream.name)],
@@ -145,7 +182,8 @@ def _facts(run: Run) -> RunFacts:
             remedy="import it again",
         )
     channels = {name: c for stream in run.streams.values() for name, c in stream.channels.items()}
-    wires = [_stated(channels[name]) for name in STROKES if name in channels and run.has(name)]
+    used = _wires(run)
+    wires = [_stated(channels[name]) for name in used if name in channels]
     return RunFacts(
         id=run.id,
         kind=cast("Kind", kind),
@@ -155,12 +193,25 @@ def _facts(run: Run) -> RunFacts:
         started=_moment(run.metadata["run"].get("started_utc")),
         status=run.status,
         step=run.step,
-        problems=tuple(str(text) for text in (run.metadata.get("original") or {}).get("findings") or ()),
+        problems=(*_import_findings(run), *_empty_wires(run, used)),
         force_uncertainty=_stated(channels["force"]) if "force" in channels else None,
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         moving_mass_kg=moving_mass_kg(run.metadata),
         proof_load=_proof_load(run),
+    )
+
+
+def _import_findings(run: Run) -> tuple[str, ...]:
+    return tuple(str(text) for text in (run.metadata.get("original") or {}).get("findings") or ())
+
+
+def _empty_wires(run: Run, used: Sequence[str]) -> tuple[str, ...]:
+    """Return a warning for each draw wire of which no sample is a number, while the other one has some."""
+    empty = [name for name in STROKES if run.has(name) and name not in used]
+    return tuple(
+        f"{name}: none of its {run.stream_of(name).rows} samples is a number; {used[0]} alone is the stroke"
+        for name in empty
     )
 
 

@@ -89,4 +89,8 @@ def write_table(document: Mapping[str, Any], path: Path) -> None:
         else:
             table.to_parquet(path, index=False)
     except OSError as error:
-        raise BadInput(f"cannot be written: {error.strerror or error}", file=path) from None
+        raise BadInput(
+            f"cannot be written: {error.strerror or error}",
+            file=path,
+            remedy="name a file in an existing folder",
+        ) from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -22,14 +23,20 @@ class Settings(BaseModel):
 
 def _as_datetime(value: object) -> object:
     if isinstance(value, str):
-        value = datetime.fromisoformat(value)
+        try:
+            value = datetime.fromisoformat(value)
+        except ValueError:
+            raise ValueError("not a date and time; write it as 2026-03-05T14:02:11Z") from None
     if isinstance(value, datetime) and value.tzinfo is None:
         value = value.replace(tzinfo=UTC)
     return value
 
 
 def _as_date(value: object) -> object:
-    return date.fromisoformat(value) if isinstance(value, str) else value
+    try:
+        return date.fromisoformat(value) if isinstance(value, str) else value
+    except ValueError:
+        raise ValueError("not a date; write it as 2026-03-05") from None
 
 
 Moment = Annotated[datetime, BeforeValidator(_as_datetime)]
@@ -102,6 +109,41 @@ def _known_keys(schema: type[BaseModel], location: tuple[str | int, ...]) -> lis
     return sorted({key for model in models for key in model.model_fields})
 
 
+_WORDS_OF_TYPE = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "string_type": "a text",
+    "bool_type": "true or false",
+}
+
+
+def _alternatives(
+    findings: Sequence[Mapping[str, Any]], location: tuple[str | int, ...], known_keys: Sequence[str]
+) -> str:
+    """Return what a key may be, where pydantic tried several types on it and none fits; else nothing.
+
+    Each alternative is a finding of its own, at the key's place and one part more: the type's name.
+    """
+    if isinstance(location[-1], int) or location[-1] in known_keys:
+        return ""
+    key = location[:-1]
+    tried = [f for f in findings if tuple(f["loc"])[: len(key)] == key and len(f["loc"]) == len(location)]
+    if len(tried) < 2 or any(f["input"] is not tried[0]["input"] for f in tried):
+        return ""
+    words: list[str] = []
+    for finding in tried:
+        if finding["type"] == "literal_error":
+            words += str(finding["ctx"]["expected"]).replace(" or ", ", ").split(", ")
+        else:
+            expected = finding["msg"].removeprefix("Input should be ")
+            words.append(_WORDS_OF_TYPE.get(finding["type"], expected))
+    *others, last = dict.fromkeys(words)
+    return f"must be {', '.join(others)} or {last}" if others else f"must be {last}"
+
+
 def _explain(error: ValidationError, schema: type[BaseModel], path: Path, text: str) -> BadInput:
     """Turn the first finding into one message; the others are counted."""
     lines = _lines_of_keys(text)
@@ -120,6 +162,10 @@ def _explain(error: ValidationError, schema: type[BaseModel], path: Path, text: 
     elif first["type"] == "missing":
         problem = "this key is missing"
         remedy = "add it"
+    elif location[-1:] and (alternatives := _alternatives(findings, location, _known_keys(schema, location))):
+        problem = f"{alternatives} (got {first['input']!r})"
+        key = ".".join(str(part) for part in location[:-1] if not isinstance(part, int))
+        findings = [f for f in findings if tuple(f["loc"])[: len(location) - 1] != location[:-1]] + [first]
     else:
         shown = "" if isinstance(first.get("input"), dict | list) else f" (got {first.get('input')!r})"
         problem = first["msg"].removeprefix("Value error, ") + shown

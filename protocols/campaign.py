@@ -34,6 +34,16 @@ class StaticStep(Settings):
     stroke_limit_mm: Positive | None = None
     cycles: int = Field(default=1, gt=0)
     pause_s: float = Field(default=0.0, ge=0)
+    proof_load: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$")] | None = None
+    """Which proof load this step applies (F1 …); it is recorded and judged as a proof run."""
+
+    @model_validator(mode="after")
+    def _proof_load_has_a_force(self) -> Self:
+        if self.proof_load is not None and self.force_limit_kN is None:
+            raise ValueError(
+                f"a step with proof_load = “{self.proof_load}” needs the force: add force_limit_kN"
+            )
+        return self
 
 
 class _Rated(Settings):

@@ -45,6 +45,8 @@ def _harmonic_name(step: HarmonicStep) -> str:
 def _own_name(step: SingleStep) -> str:
     if isinstance(step, HarmonicStep):
         return _harmonic_name(step)
+    if isinstance(step, StaticStep) and step.proof_load is not None:
+        return f"proof load {step.proof_load}, {step.cycles} × to {step.force_limit_kN:g} kN"
     if isinstance(step, StaticStep):
         return f"static, {step.cycles} × at {step.speed_mm_per_s:g} mm/s"
     if isinstance(step, HoldStep):

@@ -296,7 +296,8 @@ class _Estimator:
             prestress, amplitude = step.prestress_mm, step.amplitude_mm
             frequency, speed = step.rate()
         elif isinstance(step, StaticStep):
-            run_kind, speed = "static", step.speed_mm_per_s
+            run_kind, speed = "static" if step.proof_load is None else "proof", step.speed_mm_per_s
+        proof_load = step.proof_load if isinstance(step, StaticStep) else None
         duration_s = sum(estimate.duration_s for estimate in walk.estimates)
         self._note(index, request, walk)
         return PlannedStep(
@@ -323,7 +324,8 @@ class _Estimator:
             expected_duration_s=walk.expected_duration_s,
             disk_bytes=0 if run_kind is None else self._rate.of_run(duration_s),
             stops=walk.stops,
-            plan_hash=self._hash(motions),
+            plan_hash=self._hash(motions, proof_load),
+            proof_load=proof_load,
         )
 
     def _peak_force(self, step: SingleStep, temperature_C: float) -> float | None:
@@ -342,8 +344,10 @@ class _Estimator:
             return force_at(predictor, step.stroke_mm, ramp_speed, temperature_C)
         return None
 
-    def _hash(self, motions: Sequence[Motion]) -> str:
+    def _hash(self, motions: Sequence[Motion], proof_load: str | None) -> str:
         content = self._hashing | {"motions": [motion_dict(motion) for motion in motions]}
+        if proof_load is not None:  # else as ever: hashes of recorded runs must stay
+            content |= {"proof_load": proof_load}
         same = content_hash(content)
         self._seen[same] += 1
         return content_hash({"content": same, "occurrence": self._seen[same]})

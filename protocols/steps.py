@@ -196,6 +196,8 @@ class PlannedStep:
         Where the temperature stop is expected.
     plan_hash : str
         SHA-256 of motions, specimen and limits, and of how many like it came before (for ``resume``).
+    proof_load : str or None
+        Which proof load the step applies (F1 …); None for any other step.
     """
 
     index: int
@@ -222,6 +224,7 @@ class PlannedStep:
     disk_bytes: int
     stops: tuple[ExpectedStop, ...]
     plan_hash: str
+    proof_load: str | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the step as JSON-ready data, for run files and ``plan --json``."""

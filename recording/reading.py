@@ -31,6 +31,11 @@ def open_tree(path: Path) -> Iterator[Any]:
     try:
         tree = h5py.File(path, "r", locking=False)
     except OSError as error:
+        if not h5py.is_hdf5(path):
+            remedy = "name a run file (*.h5); “bufferstand import” makes one of a foreign record"
+            raise BadInput(
+                "no HDF5 file", file=path, remedy=f"{remedy}; of a damaged one, {RESTORE}"
+            ) from None
         raise BadInput(f"no HDF5 file, or damaged ({_short(error)})", file=path, remedy=RESTORE) from None
     try:
         yield tree

@@ -74,7 +74,8 @@ def load_inspection(path: Path, known_items: Sequence[str]) -> Inspection:
     answered = [item.id for item in inspection.item]
     for identity in answered:
         if identity not in known_items:
-            remedy = f"the limit set asks for: {', '.join(known_items)}" if known_items else "take it out"
+            asked = ", ".join(known_items) or "nothing"
+            remedy = f"the limit set asks for: {asked}; take the item out, or name its set with --limits"
             raise BadInput(f"unknown item “{identity}”", file=path, place="item", remedy=remedy)
         if answered.count(identity) > 1:
             raise BadInput(

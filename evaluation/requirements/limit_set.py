@@ -193,9 +193,25 @@ class LimitSet(Settings):
             twice = {name for name in names if names.count(name) > 1}
             if twice:
                 raise ValueError(f"{what}: the id {sorted(twice)[0]} is given twice")
+        for what, lower, upper in self._windows():
+            least, most = known(lower), known(upper)
+            if least is not None and most is not None and least > most:
+                raise ValueError(f"{what}: the lower limit {least:g} is above the upper one {most:g}")
         if self.readings.static_extent == "proof-load" and self.proof_load("F1") is None:
             raise ValueError("readings.static_extent is proof-load, but the set has no proof.load F1")
         return self
+
+    def _windows(self) -> Iterator[tuple[str, Limit, Limit]]:
+        """Yield name, lower and upper limit of everything that has both."""
+        conditions, maintenance = self.conditions, self.maintenance
+        yield "conditions.temperature", conditions.temperature_min_C, conditions.temperature_max_C
+        for window in self.force:
+            yield f"force {window.id}", window.lower_kN, window.upper_kN
+        if maintenance is not None:
+            for name in ("preload", "assembled_length", "length_at_hold", "final_length"):
+                unit = "kN" if name == "preload" else "mm"
+                lower, upper = (getattr(maintenance, f"{name}_{end}_{unit}") for end in ("min", "max"))
+                yield f"maintenance.{name}", lower, upper
 
     @property
     def sha256(self) -> str:

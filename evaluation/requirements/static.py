@@ -239,5 +239,6 @@ def _ratio(case: Case, result: CycleResult, position: int, short: bool) -> Requi
     return replace(
         verdict,
         verdict="inconclusive",
+        conformance_probability=None,
         why="the ratio of a loop that stops short of full stroke is not that of the standard",
     )

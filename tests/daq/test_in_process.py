@@ -15,6 +15,7 @@ from daq.runner import CampaignOutcome, run_campaign
 from drivers.interfaces import MotionState
 from drivers.simulated.faults import ScheduledFault
 from drivers.simulated.inprocess import InProcessStand, open_in_process
+from evaluation.document import evaluate_paths
 from recording.runfile import open_run
 from recording.verify import verify
 from tests.daq.cases import SAMPLES, Lines
@@ -63,6 +64,32 @@ def run(
     outcome = run_campaign(plan, opened.stand, opened.clock, folder / "out", facts, progress=shown)
     opened.stand.close()
     return outcome, opened, shown
+
+
+PROOF = """
+[[step]]
+kind = "static"
+proof_load = "F3"
+force_limit_kN = 206.0
+speed_mm_per_s = 20.0
+"""
+
+
+def test_a_proof_step_is_recorded_and_judged_as_the_proof_load_that_it_names(tmp_path: Path) -> None:
+    outcome, _, _ = run(tmp_path, PROOF)
+    assert outcome.exit_status == 0
+    found = open_run(outcome.runs[0])
+    assert (found.kind, found.step["proof_load"]) == ("proof", "F3")
+    (entry,) = evaluate_paths([outcome.runs[0]], draws=50)["runs"]
+    verdicts = {row["id"]: row["verdict"] for row in entry["requirements"]}
+    assert verdicts["proof-load-f3"] == "pass", "206 kN of at least 200"
+    # The tolerance is the maker's, and nobody has looked at the buffer yet.
+    assert (verdicts["permanent-deformation"], verdicts["serviceable-condition"]) == (
+        "inconclusive",
+        "not-tested",
+    )
+    deformation = next(r for r in entry["requirements"] if r["id"] == "permanent-deformation")
+    assert deformation["measured"] == pytest.approx(0.0, abs=0.5), "the record begins and ends relieved"
 
 
 def test_forty_degrees_stop_the_stand_at_zero_force_with_the_data_kept(tmp_path: Path) -> None:

@@ -80,7 +80,22 @@ def test_refusals(tmp_path: Path) -> None:
         ("ratio_later_min = 0.42\n", "", "line .*energy.ratio_later_min: this key is missing"),
         ('preload = "extrapolated"', 'preload = "guessed"', "readings.preload"),
         ('id = "force-at-25mm"', 'id = "preload"', "given twice"),
-        ("pause_max_s = 600.0", 'pause_max_s = "about ten minutes"', "conditions.pause_max_s"),
+        (
+            "pause_max_s = 600.0",
+            'pause_max_s = "about ten minutes"',
+            r"line \d+: conditions.pause_max_s: must be a number, 'fill-in' or 'none' \(got 'about",
+        ),
+        (
+            "temperature_min_C = 15.0",
+            "temperature_min_C = 35.0",
+            "the lower limit 35 is above the upper one 25",
+        ),
+        (
+            "lower_kN = 30.0",
+            "lower_kN = 300.0",
+            "force-at-25mm: the lower limit 300 is above the upper one 130",
+        ),
+        ("date = 2026-01-15", 'date = "last year"', r"line \d+: date: not a date; write it as 2026-03-05"),
     ):
         assert old in text
         own.write_text(text.replace(old, new), encoding="utf-8")

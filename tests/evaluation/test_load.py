@@ -198,3 +198,47 @@ def test_imported_static_test(tmp_path: Path) -> None:
     assert run["verdict"] == "pass"
     assert all(row["expanded_uncertainty"] is None for row in run["requirements"] if row["unit"] == "kN")
     assert any("no expanded uncertainties" in w for w in run["warnings"])
+
+
+SAMPLES = 400
+NOTHING = np.full(SAMPLES, np.nan)
+
+
+def csv_of(path: Path, **columns: Floats) -> Path:
+    """Import a record of the ellipse with columns replaced; returns the run file."""
+    time, stroke, force = (column[:SAMPLES] for column in ELLIPSE.columns(2.0, 100.0, 8.5))
+    given = {"time [s]": time, "stroke [mm]": stroke, "force [kN]": force}
+    given |= {name.replace("__", " [") + "]": values for name, values in columns.items()}
+    lines = [",".join(given), *(",".join("" if np.isnan(v) else repr(float(v)) for v in row)
+             for row in zip(*given.values(), strict=True))]  # fmt: skip
+    path.write_text("\n".join(lines))
+    return import_csv(path, path.parent, ImportOptions(kind="harmonic")).path
+
+
+def test_an_empty_wire_is_a_wire_that_was_not_there(tmp_path: Path) -> None:
+    """The other one alone is the stroke: the same figures as of a record without the column, and said."""
+    both, one = csv_of(tmp_path / "both.csv", stroke_2__mm=NOTHING), csv_of(tmp_path / "one.csv")
+    record, facts = load_run(both)
+    alone, _ = load_run(one)
+    np.testing.assert_array_equal(record.stroke_mm, alone.stroke_mm)
+    assert record.wire_difference_mm is None
+    assert "stroke_2: none of its 400 samples is a number; stroke_1 alone is the stroke" in facts.problems
+
+
+def test_a_column_without_a_number_is_named_with_its_count_and_remedy(tmp_path: Path) -> None:
+    single = NOTHING.copy()
+    single[7] = 1.0
+    for name, column, count in (("force__kN", NOTHING, "none"), ("stroke__mm", single, "only 1")):
+        run = csv_of(tmp_path / f"{count[:4]}.csv", **{name: column})
+        with pytest.raises(BadInput, match=f"{count} of its 400 samples is a number") as caught:
+            load_run(run)
+        assert caught.value.file == run
+        assert caught.value.place == ("channel force" if name == "force__kN" else "channel stroke_1")
+        assert "--column" in caught.value.remedy
+
+
+def test_time_that_runs_backwards_is_said_to(tmp_path: Path) -> None:
+    run = csv_of(tmp_path / "back.csv", time__s=np.linspace(4.0, 0.0, SAMPLES))
+    with pytest.raises(BadInput, match="399 of its 400 time stamps do not advance") as caught:
+        load_run(run)
+    assert caught.value.place == "time"

@@ -107,3 +107,21 @@ def test_unreadable_files(tmp_path: Path) -> None:
     latin.write_bytes('name = "Prüfstand"'.encode("latin-1"))
     with pytest.raises(BadInput, match="not UTF-8"):
         load_settings(latin, Cart)
+
+
+class Bracket(Settings):
+    limit_N: float | Literal["open", "none"] = "none"
+    load_N: float | Literal["open"] = "open"
+
+
+def test_a_value_of_no_permitted_type_names_all_of_them() -> None:
+    with pytest.raises(BadInput) as caught:
+        parse_settings('limit_N = "about 5"\nload_N = "x"\n', Bracket, Path("b.toml"))
+    assert caught.value.place == "line 1: limit_N"
+    assert caught.value.problem.startswith("must be a number, 'open' or 'none' (got 'about 5')")
+
+
+def test_two_keys_with_the_same_wrong_value_are_two_findings() -> None:
+    error = refuse('name = "a"\n[spring]\nkind = 1\nstiffness_kN_per_mm = "1"\n')
+    assert error.place == "line 3: spring.kind"
+    assert "1 more in this file" in error.problem

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundation.durations import duration_text
+from foundation.errors import BadInput
 from model.spring import HeatBalance
 from protocols.campaign import HarmonicStep, MotionSettings
 from protocols.expansion import motions_of
@@ -380,3 +381,26 @@ def test_cooling_is_over_when_the_sensor_says_so(plan: MakePlan) -> None:
     cool = plan(text, spring=LaggingSpring()).steps[1]
     assert cool.sensor_end_temperature_C == pytest.approx(25.0, abs=1e-3)
     assert cool.end_temperature_C < 25.0  # the mass is ahead of the sensor on the way down, too
+
+
+PROOF = '[[step]]\nkind = "static"\nproof_load = "F2"\nforce_limit_kN = 510.0\n'
+SAME_BUT_STATIC = '[[step]]\nkind = "static"\nforce_limit_kN = 510.0\n'
+
+
+def test_a_step_that_applies_a_proof_load_is_a_proof_run(plan: MakePlan) -> None:
+    (step,) = plan(PROOF).steps
+    assert (step.run_kind, step.proof_load, step.as_dict()["proof_load"]) == ("proof", "F2", "F2")
+    assert step.name == "proof load F2, 1 × to 510 kN"
+    (static,) = plan(SAME_BUT_STATIC).steps
+    assert (static.run_kind, static.proof_load) == ("static", None)
+    assert static.motions == step.motions
+    assert static.plan_hash != step.plan_hash, "another test, though the same motion"
+
+
+def test_a_proof_load_needs_its_force_and_is_for_static_steps(plan: MakePlan) -> None:
+    with pytest.raises(BadInput, match="proof_load = “F2” needs the force: add force_limit_kN"):
+        plan('[[step]]\nkind = "static"\nproof_load = "F2"\n')
+    with pytest.raises(BadInput, match="proof_load"):
+        plan('[[step]]\nkind = "static"\nproof_load = "second"\nforce_limit_kN = 510.0\n')
+    with pytest.raises(BadInput, match="unknown key “proof_load”"):
+        plan('[[step]]\nkind = "hold"\nduration_s = 5.0\nproof_load = "F2"\n')
