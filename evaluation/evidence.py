@@ -23,6 +23,19 @@ def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
         "skew_sensitivity": _plain(run.skew_sensitivity),
         "draw_wires": wires,
         "inertia_correction": _plain(run.inertia_correction),
+        "impact": _impact(run),
+    }
+
+
+def _impact(run: RunEvaluation) -> dict[str, float | None] | None:
+    """Return speed and mass as stated, and the largest force on record; None of any other kind of run."""
+    if run.facts.kind != "impact":
+        return None
+    forces = [q.force_max_kN for c in run.cycles if (q := c.quantities).force_max_kN is not None]
+    return {
+        "speed_km_h": run.facts.impact_speed_km_h,
+        "mass_t": run.facts.impact_mass_t,
+        "force_max_kN": max(forces, default=None),
     }
 
 

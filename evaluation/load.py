@@ -199,6 +199,8 @@ def _facts(run: Run) -> RunFacts:
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         moving_mass_kg=moving_mass_kg(run.metadata),
         proof_load=_proof_load(run),
+        impact_speed_km_h=_stated_number(run, "impact_speed_km_h"),
+        impact_mass_t=_stated_number(run, "impact_mass_t"),
     )
 
 
@@ -213,6 +215,11 @@ def _empty_wires(run: Run, used: Sequence[str]) -> tuple[str, ...]:
         f"{name}: none of its {run.stream_of(name).rows} samples is a number; {used[0]} alone is the stroke"
         for name in empty
     )
+
+
+def _stated_number(run: Run, key: str) -> float | None:
+    value = (run.metadata.get("test") or {}).get(key)
+    return float(value) if isinstance(value, int | float) else None
 
 
 def _proof_load(run: Run) -> str | None:

@@ -53,6 +53,10 @@ class RunFacts:
     """Mass between load cell and specimen that the stand file states [kg]; None: no inertia correction."""
     proof_load: str | None = None
     """Which proof load a proof run applied (F1 …)."""
+    impact_speed_km_h: float | None = None
+    """Speed of the impact, as the laboratory states it [km/h]."""
+    impact_mass_t: float | None = None
+    """Mass of the wagon that ran up, as the laboratory states it [t]."""
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 

@@ -146,11 +146,25 @@ def _record_warnings(
         warnings.append("no summary: no cycle is complete and steady")
     if facts.status not in ("complete", "imported"):
         warnings.append(f"the run is not whole: its status is {facts.status}")
+    if facts.kind == "impact":
+        warnings += _unstated_impact(facts)
     if not any(sensor.role == "specimen" for sensor in record.temperatures):
         warnings.append("no temperature: no sensor on the specimen is on record")
     elif results and all(r.quantities.temperature_max_C is None for r in results):
         warnings.append("no temperature: the sensors on the specimen have no reading within 30 s of a cycle")
     return warnings
+
+
+def _unstated_impact(facts: RunFacts) -> list[str]:
+    """Return what the laboratory does not state of an impact, and what follows."""
+    stated = {"impact_speed_km_h": facts.impact_speed_km_h, "impact_mass_t": facts.impact_mass_t}
+    missing = [name for name, value in stated.items() if value is None]
+    if not missing:
+        return []
+    text = f"not on record: {' and '.join(missing)} ([test] of the specimen file)"
+    if facts.impact_speed_km_h is None:
+        text += "; whether the impact is one that the category counts for is not judged"
+    return [text]
 
 
 def _cycle_warnings(results: Sequence[CycleResult]) -> list[str]:

@@ -37,6 +37,10 @@ class Test(Settings):
     kind: Kind | None = None
     proof_load: str | None = None
     """Of a proof run: which of the limit set's proof loads was applied (F1 …)."""
+    impact_speed_km_h: float | None = Field(default=None, gt=0)
+    """Of an impact: speed of the wagon that ran up."""
+    impact_mass_t: float | None = Field(default=None, gt=0)
+    """Of an impact: mass of that wagon."""
     started: Moment | None = None
     operator: str = ""
     laboratory: str = ""

@@ -22,6 +22,7 @@ _NAMES = {
     "immediate-unloading": "Unloading follows at once",
     "full-release": "Full release between cycles",
     "full-stroke": "Full stroke",
+    "impact-speed": "Impact speed",
     "stored-energy-category": "Stored energy of the category",
 }
 _SYMBOLS: dict[str, tuple[str, Tone]] = {

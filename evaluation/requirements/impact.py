@@ -7,16 +7,45 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from evaluation.requirements.decision import govern
 from evaluation.requirements.limit_set import Limit
-from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row
-from evaluation.results import CycleResult, RequirementResult
+from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row, shown, unfilled_why
+from evaluation.results import CycleResult, RequirementResult, Verdict
 
 
 def judge_impact(case: Case) -> list[RequirementResult]:
-    """Return the requirements of the impact test for the impact of a run.
+    """Return the requirements of the impact test for the impact of a run, and its speed where it is stated.
 
     The category is that of the specimen; without one, or without a complete cycle, nothing can be concluded.
     """
+    speed = _speed(case)
+    results = _energies(case)
+    if speed is None:
+        return results
+    return [speed, *(govern(result, [speed]) for result in results)]
+
+
+def _speed(case: Case) -> RequirementResult | None:
+    """Return the condition on the impact speed; None where the set has none, or none is stated.
+
+    The speed is the laboratory's word, without an uncertainty: its value alone decides.
+    """
+    speed, limits = case.facts.impact_speed_km_h, Limits.of("none", case.limits.impact.speed_max_km_h, "km/h")
+    if speed is None or limits.nothing:
+        return None
+    mass = case.facts.impact_mass_t
+    why = f"stated by the laboratory: {speed:g} km/h" + ("" if mass is None else f", wagon of {mass:g} t")
+    verdict: Verdict = "pass" if limits.meets(speed) else "fail"
+    if limits.unfilled:
+        verdict, why = "inconclusive", f"{why}; {unfilled_why(case)}"
+    text = f"impact speed at most {shown(case.limits.impact.speed_max_km_h)} km/h"
+    clause = case.limits.impact.clause
+    return row(
+        case, "impact-speed", None, text, limits, verdict, why, measured=speed, clause=clause, condition=True
+    )
+
+
+def _energies(case: Case) -> list[RequirementResult]:
     category = case.facts.specimen.get("category")
     if not case.cycles:
         why = "no complete cycle on record"

@@ -99,6 +99,8 @@ class ImpactLimits(Settings):
     clause: str = ""
     stored_min_J: dict[str, Limit]
     ratio_min: Limit
+    speed_max_km_h: Positive = "none"
+    """Up to this impact speed the energies are required."""
     printed_greater: Names = ()
     """Categories, or ``ratio_min``, that the source prints with “greater than”."""
 

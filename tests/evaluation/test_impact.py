@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from evaluation.document import run_entry
 from evaluation.record import make_record
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.results import DecisionRule, Options, RunEvaluation, RunFacts
@@ -21,6 +23,7 @@ def impact(
     rebound: float = 0.0,
     limits: LimitSet | None = None,
     rule: DecisionRule = "simple",
+    speed_km_h: float | None = None,
     **specimen: Any,
 ) -> RunEvaluation:
     """Return an impact of 32 kJ · scale that takes 0.2 s, with a rebound of a share of its stroke."""
@@ -33,6 +36,7 @@ def impact(
     stroke = stroke + 100.0 * rebound * np.sin(np.pi * again)
     force = force + scale * 640.0 * rebound * np.sin(np.pi * again) * np.where(again <= 0.5, 1.0, 1.0 - ratio)
     facts = RunFacts("impact-1", "impact", specimen={"id": "B", **specimen}, **STATED)  # type: ignore[arg-type]
+    facts = replace(facts, impact_speed_km_h=speed_km_h, impact_mass_t=80.0)
     return evaluate_run(make_record(time, stroke, force), facts, Options(rule, draws=200), limits)
 
 
@@ -133,3 +137,28 @@ def test_impact_that_does_not_return_is_inconclusive() -> None:
     run = evaluate_run(make_record(time, stroke, 6.4 * stroke), facts)
     assert set(verdicts(run).values()) == {"inconclusive"}
     assert "no complete cycle" in run.requirements[0].why
+
+
+@pytest.mark.parametrize(
+    ("speed_km_h", "speed", "others", "run_verdict"),
+    [(11.8, "pass", "pass", "pass"), (12.0, "pass", "pass", "pass"), (12.1, "fail", "invalid", "invalid")],
+)
+def test_impact_speed_is_a_condition_where_it_is_stated(
+    speed_km_h: float, speed: str, others: str, run_verdict: str
+) -> None:
+    run = impact(category="A", speed_km_h=speed_km_h)
+    assert verdicts(run) == {
+        "impact-speed": speed, "stored-energy-category": others, "absorbed-energy-ratio": others,
+    }  # fmt: skip
+    assert run.verdict == run_verdict
+    assert run.requirements[0].condition
+    assert f"{speed_km_h:g} km/h, wagon of 80 t" in run.requirements[0].why
+
+
+def test_impact_speed_unknown_is_said_and_recorded_as_unknown() -> None:
+    run = impact(category="A")
+    assert any("not on record: impact_speed_km_h (" in text for text in run.warnings)
+    entry = run_entry(run)["impact"]
+    assert (entry["speed_km_h"], entry["mass_t"]) == (None, 80.0)
+    assert entry["force_max_kN"] == pytest.approx(640.0, rel=0.05), "its peak is a jump"
+    assert not any("impact_speed" in text for text in impact(category="A", speed_km_h=9.0).warnings)

@@ -115,9 +115,11 @@ def joined(gap_s: float) -> tuple[Floats, Floats, Floats]:
     return np.concatenate((time, later)), np.tile(stroke, 2), np.tile(force, 2)
 
 
-def test_joining_two_records() -> None:
+@given(gap_s=st.floats(2.0, 1e4))
+@settings(max_examples=6)
+def test_joining_two_records(gap_s: float) -> None:
     """The cycles of both are found with the same figures, and none across the place where they meet."""
-    twice = figures(*joined(7.0))
+    twice = figures(*joined(gap_s))
     agree(twice, REFERENCE * 2, rel=2e-4)
 
 
@@ -142,3 +144,28 @@ def test_stiffnesses_scale(factor: float, stretch: float) -> None:
             assert getattr(one, key) == pytest.approx(getattr(two, key) * factor / stretch, rel=1e-5)
         assert one.damping == pytest.approx(two.damping, rel=1e-5)
         assert one.stored_energy_J == pytest.approx((two.stored_energy_J or 0.0) * factor * stretch, rel=1e-5)
+
+
+@given(factor=st.floats(0.1, 10.0))
+@settings(max_examples=6)
+def test_a_force_that_counts_the_other_way_turns_every_energy_round(factor: float) -> None:
+    """The sign of the loop area is kept, and no damping comes of a negative energy."""
+    time, stroke, force = BASE
+    for one, two in zip(figures(time, stroke, -factor * force), REFERENCE, strict=True):
+        for name in ENERGIES:
+            assert getattr(one, name) == pytest.approx(-factor * getattr(two, name), rel=1e-9)
+        assert one.damping is None
+        for name in ("tangent", "secant", "storage", "loss"):
+            key = f"{name}_stiffness_kN_per_mm"
+            assert getattr(one, key) == pytest.approx(-factor * getattr(two, key), rel=1e-6)
+
+
+def test_both_signs_turned_give_the_same_area() -> None:
+    """Stroke and force both counted the other way: loading begins at the other turn, the area is the same."""
+    ellipse = Ellipse()
+    time, stroke, force = ellipse.columns(1.0, 400.0, 4.4)
+    turned = figures(time, -stroke, -force)
+    assert len(turned) >= 3
+    for q in turned:
+        assert q.absorbed_energy_J == pytest.approx(ellipse.absorbed, rel=5e-4)
+        assert q.loss_factor == pytest.approx(figures(time, stroke, force)[0].loss_factor, rel=1e-3)

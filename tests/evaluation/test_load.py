@@ -232,7 +232,7 @@ def test_a_column_without_a_number_is_named_with_its_count_and_remedy(tmp_path: 
         run = csv_of(tmp_path / f"{count[:4]}.csv", **{name: column})
         with pytest.raises(BadInput, match=f"{count} of its 400 samples is a number") as caught:
             load_run(run)
-        assert caught.value.file == run
+        assert caught.value.file == str(run)
         assert caught.value.place == ("channel force" if name == "force__kN" else "channel stroke_1")
         assert "--column" in caught.value.remedy
 

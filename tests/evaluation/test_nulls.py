@@ -24,12 +24,14 @@ REASONS = {
     "half_width_95": ("no summary", "no cycle found", "no expanded uncertaint", "no damping", "no loss"),
     "skew_sensitivity": ("no summary", "no cycle found", "no closed form", "no change of damping"),
     "draw_wires": ("draw wires",),
+    "impact.": ("not on record: impact_", "no cycle found"),
 }
 NO_VALUES = (
     "verdict", "limit_set", "inspection", "budget", "requirements.cycle", "requirements.lower_limit",
-    "requirements.upper_limit",
+    "requirements.upper_limit", "requirements.stroke_mm",
 )  # fmt: skip
-"""Null means «none» there: no verdict is due, no limit on this side, the whole run, an infinite number."""
+"""Null means «none» there, and of ``impact`` itself: no verdict is due, no limit on this side, the whole run,
+no place, an infinite number."""
 
 
 def nulls(value: Any, path: str = "") -> Iterator[str]:
@@ -48,7 +50,7 @@ def unexplained(run: RunEvaluation) -> set[str]:
     warnings = entry["warnings"]
     left = set()
     for path in set(nulls({key: value for key, value in entry.items() if key != "run"})):
-        if path.startswith(NO_VALUES):
+        if path.startswith(NO_VALUES) or path == "impact":
             continue
         if path.startswith("requirements."):
             reasons: tuple[str, ...] = (
