@@ -98,7 +98,9 @@ def _read(
     """
     if moving_mass_kg is not None and not 0.0 <= moving_mass_kg < float("inf"):
         raise BadInput(
-            f"{moving_mass_kg:g} kg is no mass", file="--moving-mass", remedy="give kilograms, 0 or more"
+            f"{moving_mass_kg:g} kg can be no moving mass",
+            file="--moving-mass",
+            remedy="give kilograms, 0 or more",
         )
     limit_set = shipped_limit_set() if limits is None else find_limit_set(limits)
     inspections = tuple(load_inspection(file, asked_items(limit_set)) for file in files)
