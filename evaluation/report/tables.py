@@ -115,7 +115,7 @@ def _done(run: ReportRun) -> tuple[Cell, ...]:
 
 def _result(run: ReportRun) -> tuple[Cell, ...]:
     shown = run.shown_cycle()
-    nothing = run.problem or (
+    nothing = _no_record(run) or (
         "no complete cycle in the run" if shown is None else "no cycle of the run is complete and steady"
     )
     cells = [Cell(str(run.number), "number")]
@@ -134,13 +134,18 @@ def _result(run: ReportRun) -> tuple[Cell, ...]:
     return tuple(cells)
 
 
+def _no_record(run: ReportRun) -> str:
+    """Return why a run has no samples; nothing where it has: then its problem is no reason for a dash."""
+    return run.problem if run.record is None else ""
+
+
 def _temperature_of_run(run: ReportRun) -> Cell:
     starts = [usable((cycle.get("temperature_C") or {}).get("start")) for cycle in run.cycles]
     tops = [usable((cycle.get("temperature_C") or {}).get("max")) for cycle in run.cycles]
     known_starts = [value for value in starts if value is not None]
     known_tops = [value for value in tops if value is not None]
     if not known_starts or not known_tops:
-        why = run.problem or (
+        why = _no_record(run) or (
             "the run has no temperature channel"
             if run.record is None or not run.record.temperatures
             else "no reading within a cycle"
