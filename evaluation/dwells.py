@@ -1,0 +1,75 @@
+"""Dwells at a reversal: the stroke arrives, rests or creeps, and leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.record import FloatArray
+from evaluation.turn_sides import Side
+
+_PLATEAU_BANDS = (0.001, 0.003, 0.01)
+"""Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""
+_PLATEAU_NOISE = 6.5
+_PLATEAU_WIDER = 9.0
+_PLATEAU_RATIO = 1.8
+"""Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """A dwell: when and where the stroke arrives and leaves (turned as the side is), and its first sample."""
+
+    arrive_s: float
+    arrive: float
+    leave_s: float
+    leave: float
+    index: int
+    u: float
+
+
+def plateau(side: Side) -> Dwell | None:
+    """Return the dwell about the peak, if it is one, at the finest scale at which it shows."""
+    for share in _PLATEAU_BANDS:
+        band = max(_PLATEAU_NOISE * side.sigma, share * side.height)
+        near = side.value[side.above(side.value[side.peak] - 2.0 * band)]
+        level = float(np.median(near))
+        inner = side.above(level - band)
+        outer = side.above(level - _PLATEAU_WIDER * band)
+        if inner.stop - inner.start < side.least_samples:
+            continue
+        inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
+        outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
+        if outer_s <= _PLATEAU_RATIO * inner_s:
+            return _dwell(side, inner, outer, level, band)
+    return None
+
+
+def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) -> Dwell:
+    time, value = side.time_s[inner], side.value[inner]
+    rise_s = float(time[0] - side.time_s[outer.start])
+    fall_s = float(side.time_s[outer.stop - 1] - time[-1])
+    climb = (_PLATEAU_WIDER - 1.0) * band
+    arrive_s, arrive = _corner(time, value, level - band, rise_s / climb)
+    leave_s, leave = _corner(-time[::-1], value[::-1], level - band, fall_s / climb)
+    u = float(np.std(np.diff(value))) / float(np.sqrt(2.0 * value.size))
+    index = inner.start + int(np.searchsorted(time, arrive_s))
+    return Dwell(arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u)
+
+
+def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float) -> tuple[float, float]:
+    """Return time and value where a flank, which enters the band at ``time[0]``, meets the dwell.
+
+    ``slowness`` is the flank's time per value. The value is the median just behind the corner, so that
+    creep during the dwell does not shift it.
+    """
+    middle = 0.5 * float(time[0] + time[-1])
+    corner, level = float(time[0]), float(np.median(value))
+    for _ in range(3):
+        corner = min(float(time[0]) + max(level - entered, 0.0) * slowness, middle)
+        first = min(int(np.searchsorted(time, corner)), time.size - 5)
+        span = max(2.0 * abs(level - entered) * slowness, 0.02 * float(time[-1] - time[0]))
+        last = max(int(np.searchsorted(time, corner + span)), first + 5)
+        level = float(np.median(value[first:last]))
+    return corner, level
