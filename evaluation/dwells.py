@@ -11,6 +11,11 @@ from evaluation.turn_sides import Side
 
 _PLATEAU_BANDS = (0.001, 0.003, 0.01)
 """Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""
+LEAST_SAMPLES = 4
+"""A dwell has at least so many samples."""
+_NEAR = 0.05
+_RESOLVED_STEPS = 2.0
+"""A band is no narrower than so many of the smallest steps: the rounded top of a coarse sine is no dwell."""
 _PLATEAU_NOISE = 6.5
 _PLATEAU_WIDER = 9.0
 _PLATEAU_RATIO = 1.8
@@ -31,8 +36,9 @@ class Dwell:
 
 def plateau(side: Side) -> Dwell | None:
     """Return the dwell about the peak, if it is one, at the finest scale at which it shows."""
+    resolved = _RESOLVED_STEPS * _resolution(side)
     for share in _PLATEAU_BANDS:
-        band = max(_PLATEAU_NOISE * side.sigma, share * side.height)
+        band = max(_PLATEAU_NOISE * side.sigma, share * side.wide_height, resolved)
         near = side.value[side.above(side.value[side.peak] - 2.0 * band)]
         level = float(np.median(near))
         inner = side.above(level - band)
@@ -44,6 +50,14 @@ def plateau(side: Side) -> Dwell | None:
         if outer_s <= _PLATEAU_RATIO * inner_s:
             return _dwell(side, inner, outer, level, band)
     return None
+
+
+def _resolution(side: Side) -> float:
+    """Return the smallest step between neighbours near the peak, 0 where it is no converter's."""
+    near = side.value[side.above(side.value[side.peak] - _NEAR * side.height)]
+    step = np.abs(np.diff(near))
+    least = float(np.min(step[step > 0.0], initial=np.inf))
+    return least if least <= _PLATEAU_BANDS[-1] * side.height else 0.0
 
 
 def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) -> Dwell:
@@ -68,8 +82,8 @@ def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float
     corner, level = float(time[0]), float(np.median(value))
     for _ in range(3):
         corner = min(float(time[0]) + max(level - entered, 0.0) * slowness, middle)
-        first = min(int(np.searchsorted(time, corner)), time.size - 5)
+        first = max(0, min(int(np.searchsorted(time, corner)), time.size - LEAST_SAMPLES))
         span = max(2.0 * abs(level - entered) * slowness, 0.02 * float(time[-1] - time[0]))
-        last = max(int(np.searchsorted(time, corner + span)), first + 5)
+        last = max(int(np.searchsorted(time, corner + span)), first + LEAST_SAMPLES)
         level = float(np.median(value[first:last]))
     return corner, level

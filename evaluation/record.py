@@ -91,8 +91,11 @@ def usual_step_s(time_s: FloatArray) -> float:
 
     The step itself for an even sampling; for an uneven one, five times the step that 98 % stay below.
     """
-    shortest, longest = _step_limits(time_s)
-    if 0.0 < longest <= 1.2 * shortest:  # even: no need to sort millions of steps
+    return _usual_step_s(time_s, *_step_limits(time_s))
+
+
+def _usual_step_s(time_s: FloatArray, shortest_s: float, longest_s: float) -> float:
+    if 0.0 < longest_s <= 1.2 * shortest_s:  # even: no need to sort millions of steps
         return _GAP_STEPS * float(time_s[-1] - time_s[0]) / (time_s.size - 1)
     step = np.diff(time_s)
     step = step[step > 0.0]
@@ -166,12 +169,14 @@ def make_record(
     kept: NDArray[np.intp] | slice = slice(None)
     defects: list[Defect] = []
     break_at: list[int] = []
-    if not _is_clean(time, stroke, force):
+    shortest_s, longest_s = _step_limits(time)
+    if not (shortest_s > 0.0 and _is_finite(time, stroke, force)):
         kept, defects, break_at = _kept(time, stroke, force)
+        shortest_s, longest_s = _step_limits(time[kept])
     time_kept = time[kept]
-    limit_s = usual_step_s(time_kept)
+    limit_s = _usual_step_s(time_kept, shortest_s, longest_s)
     known = set(break_at)
-    steps = _longer_steps(time_kept, limit_s)
+    steps = _longer_steps(time_kept, limit_s) if longest_s > limit_s else set()
     for raw_index, samples in lost_before:
         at = raw_index if isinstance(kept, slice) else int(np.searchsorted(kept, raw_index))
         if 0 < at < time_kept.size and (samples > 0 or at not in known | steps):
@@ -196,13 +201,13 @@ def make_record(
     )
 
 
-def _is_clean(time: FloatArray, stroke: FloatArray, force: FloatArray) -> bool:
-    """Say whether every sample is usable: the usual case, told in a few passes over the columns."""
+def _is_finite(time: FloatArray, stroke: FloatArray, force: FloatArray) -> bool:
+    """Say whether every sample is usable where time rises strictly: the usual case, told in a few passes."""
     if time.size < 2:
         return False
-    # Strictly rising says that no time is NaN; a sum is finite only if all its terms are.
-    rising = _step_limits(time)[0] > 0.0 and bool(np.isfinite(time[0]) and np.isfinite(time[-1]))
-    return rising and bool(np.isfinite(np.sum(stroke)) and np.isfinite(np.sum(force)))
+    # Strictly rising says that no time inside is NaN; a sum is finite only if all its terms are.
+    ends = bool(np.isfinite(time[0]) and np.isfinite(time[-1]))
+    return ends and bool(np.isfinite(np.sum(stroke)) and np.isfinite(np.sum(force)))
 
 
 def _longer_steps(time: FloatArray, limit_s: float) -> set[int]:

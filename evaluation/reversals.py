@@ -18,6 +18,7 @@ _LEAST_SHARE = 1e-3
 _LEAST_CYCLE_SHARE = 0.05
 """Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
 _REPEATED_SHARE = 0.02
+_SEVERAL_SHARE = 0.005
 _NOISE_SAMPLES = 20_000
 """Differences are taken at about so many places, spread evenly over the record."""
 _STRETCHES, _STRETCH = 32, 2048
@@ -78,7 +79,8 @@ def quantum(values: FloatArray) -> float:
     least = float(np.quantile(moving, 0.02))
     multiples = moving / least
     off = float(np.quantile(np.abs(multiples - np.round(multiples)), 0.9))
-    if off > 0.1 or not (rows > 0.25 * moving.size or np.max(multiples) >= 2.5):
+    several = np.count_nonzero(multiples > 1.5) > _SEVERAL_SHARE * moving.size
+    if off > 0.1 or not (rows > 0.25 * moving.size or several):
         return 0.0
     return least
 
@@ -140,25 +142,30 @@ def _extremes_among(values: FloatArray, index: IndexArray) -> IndexArray:
     return _alternating(values, index[np.concatenate(([0], changes + 1))])
 
 
-def _candidates(values: FloatArray, threshold: float) -> IndexArray:
+def _block_extremes(values: FloatArray) -> tuple[IndexArray, IndexArray]:
+    """Return the lowest and the highest sample of each of the coarsest blocks."""
+    grid = values[: values.size // _BLOCKS[0] * _BLOCKS[0]].reshape(-1, _BLOCKS[0])
+    first = _BLOCKS[0] * np.arange(grid.shape[0])
+    return first + np.argmin(grid, axis=1), first + np.argmax(grid, axis=1)
+
+
+def _candidates(values: FloatArray, low: IndexArray, high: IndexArray, threshold: float) -> IndexArray:
     """Return samples among which are all reversals larger than ``threshold``, in order.
 
-    Of a block whose range is smaller no two reversals are, so that its extremes stand for it; of the other
-    blocks those of their eighths do, down to single samples.
+    Of a block whose range is smaller no two reversals are, so that its extremes ``low`` and ``high`` stand
+    for it; of the other blocks those of their eighths do, down to single samples.
     """
-    whole = values.size // _BLOCKS[0] * _BLOCKS[0]
+    whole = low.size * _BLOCKS[0]
     found = [np.zeros(1, dtype=np.intp), np.arange(whole, values.size)]
-    rows = np.arange(whole // _BLOCKS[0])
-    for block in _BLOCKS:
-        grid = values[:whole].reshape(-1, block)
-        part = grid if rows.size == grid.shape[0] else grid[rows]
-        low, high = np.argmin(part, axis=1), np.argmax(part, axis=1)
-        each = np.arange(rows.size)
-        steep = part[each, high] - part[each, low] >= threshold
-        first = rows[~steep] * block
-        found += [first + low[~steep], first + high[~steep]]
+    rows = np.arange(low.size)
+    for finer in (*_BLOCKS[1:], 1):
+        steep = values[high] - values[low] >= threshold
+        found += [low[~steep], high[~steep]]
         rows = (8 * rows[steep][:, None] + np.arange(8)).ravel()
-    index = np.sort(np.concatenate([*found, rows]))
+        grid = values[:whole].reshape(-1, finer)
+        part = grid if rows.size == grid.shape[0] else grid[rows]
+        low, high = rows * finer + np.argmin(part, axis=1), rows * finer + np.argmax(part, axis=1)
+    index = np.sort(np.concatenate([*found, low]))
     return index[np.concatenate(([True], index[1:] > index[:-1]))]
 
 
@@ -183,13 +190,18 @@ def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
         At least two entries when the stroke moves at all; neighbours differ by more than noise, the
         converter's resolution and 5 % of the largest cycle.
     """
-    span = float(np.ptp(stroke_mm)) if stroke_mm.size else 0.0
-    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * quantum(stroke_mm), _LEAST_SHARE * span)
     index = np.arange(stroke_mm.size)
-    if stroke_mm.size > _STRETCHES * _STRETCH:
-        coarse = _extremes_among(stroke_mm, _candidates(stroke_mm, np.inf))
+    low = high = index[:0]
+    long = stroke_mm.size > _STRETCHES * _STRETCH
+    if long:
+        low, high = _block_extremes(stroke_mm)
+        index = _candidates(stroke_mm, low, high, np.inf)
+    span = float(np.ptp(stroke_mm[index])) if index.size else 0.0
+    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * quantum(stroke_mm), _LEAST_SHARE * span)
+    if long:
+        coarse = _extremes_among(stroke_mm, index)
         largest = _largest_cycle(stroke_mm, _remove_small(stroke_mm, coarse, least))
-        index = _candidates(stroke_mm, max(least, _LEAST_CYCLE_SHARE * largest))
+        index = _candidates(stroke_mm, low, high, max(least, _LEAST_CYCLE_SHARE * largest))
     index = _extremes_among(stroke_mm, index)
     if index.size < 2:
         return index

@@ -42,6 +42,7 @@ class Reversal:
 class Side:
     """Samples about one reversal. ``first`` is the index of ``time_s[0]`` in the record.
 
+    ``height`` is that of the lower side, ``wide_height`` that of the higher one, at most twice that.
     ``open_left``, ``open_right``: that side is not on record. ``least_samples``: so many make a dwell.
     """
 
@@ -50,6 +51,7 @@ class Side:
     peak: int
     first: int
     height: float
+    wide_height: float
     open_left: bool
     open_right: bool
     sigma: float
@@ -99,12 +101,14 @@ def side_of(
     open_left = left <= max(least, ONE_SIDED * right if reversal.at_end[0] else 0.0)
     open_right = right <= max(least, ONE_SIDED * left if reversal.at_end[1] else 0.0)
     heights = [height for height, is_open in ((left, open_left), (right, open_right)) if not is_open]
+    height = min(heights, default=max(left, right, 1e-12))
     return Side(
         time_s=time_s[first : last + 1],
         value=value,
         peak=peak,
         first=first,
-        height=min(heights, default=max(left, right, 1e-12)),
+        height=height,
+        wide_height=min(max(heights, default=height), 2.0 * height),
         open_left=open_left,
         open_right=open_right,
         sigma=sigma_mm,

@@ -10,16 +10,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.dwells import Dwell, plateau
+from evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
 from evaluation.edges import CONSISTENT, EdgeFit, edge_fit
 from evaluation.motion import TurningPoint, TurnMethod
 from evaluation.record import FloatArray
 from evaluation.turn_fits import LEAST_POINTS, Fits, best_fits, points_of
 from evaluation.turn_sides import IndexArray, Reversal, Side, side_of
 
-_LEVELS = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3])
+_LEVELS = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5])
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""
-_DWELL_SAMPLES = 5
+_SPARSE = 12
+"""The widest is for flanks alone, and only where the one before has fewer samples (20 a cycle)."""
 
 
 def fit_turning_points(
@@ -46,7 +47,7 @@ def fit_turning_points(
     list of TurningPoint
         ``edge`` or ``cut`` when only one side of the turn is on record.
     """
-    sides = [side_of(time_s, stroke_mm, r, sigma_mm, _DWELL_SAMPLES * held) for r in reversals]
+    sides = [side_of(time_s, stroke_mm, r, sigma_mm, LEAST_SAMPLES * held) for r in reversals]
     dwells = [plateau(side) for side in sides]
     whole = [
         i for i, side in enumerate(sides) if dwells[i] is None and not (side.open_left or side.open_right)
@@ -63,8 +64,10 @@ def fit_turning_points(
         dwell, turn = dwells[i], fitted.get(i)
         if dwell is not None:
             turns.append(_rested(dwell, side, reversal))
+        elif side.open_left or side.open_right:
+            turns.append(_one_sided(edge_fit(side), side, reversal))
         else:
-            turns.append(turn or _one_sided(edge_fit(side), side, reversal))
+            turns.append(turn or _extreme(side, reversal))
     return turns
 
 
@@ -91,6 +94,16 @@ def _one_sided(fit: EdgeFit, side: Side, reversal: Reversal) -> TurningPoint:
     return TurningPoint(moment, moment, stroke, stroke, reversal.kind, index, fit.method, fit.u, side.step_s)
 
 
+def _extreme(side: Side, reversal: Reversal) -> TurningPoint:
+    """Return the extreme sample of a turn that has too few samples for any fit."""
+    at = float(side.time_s[side.peak])
+    value = float(side.value[side.peak])
+    about = side.value[max(0, side.peak - 1) : side.peak + 2]
+    u = max(side.sigma, 0.5 * (value - float(np.max(about[about < value], initial=float(np.min(about))))))
+    stroke = value if reversal.kind == "upper" else -value
+    return TurningPoint(at, at, stroke, stroke, reversal.kind, reversal.index, "polynomial", u, side.step_s)
+
+
 def _nearest(time_s: FloatArray, moment_s: float) -> int:
     after = int(np.clip(np.searchsorted(time_s, moment_s), 1, time_s.size - 1))
     return after if time_s[after] - moment_s < moment_s - time_s[after - 1] else after - 1
@@ -109,6 +122,7 @@ def _fitted(
     if turn.size:
         points = points_of(time_s, stroke_mm, sign[turn], edges[turn, 0, level], edges[turn, 1, level])
         smooth, sharp = best_fits(points, sides[0].sigma)
+        smooth.residual[level == _LEVELS.size - 1] = np.inf
     both = [Fits.none(edges[:, 0].size), Fits.none(edges[:, 0].size)]
     place = np.zeros(edges[:, 0].shape, dtype=bool)
     place[turn, level] = True
@@ -143,8 +157,9 @@ def _windows(side: Side) -> tuple[IndexArray, IndexArray]:
     first, last = side.windows(_LEVELS)
     same = np.zeros(_LEVELS.size, dtype=bool)
     same[1:] = (first[1:] == first[:-1]) & (last[1:] == last[:-1])
+    same[-1] |= last[-2] - first[-2] >= _SPARSE
     last = np.where(same, first, last)
-    if np.all(last - first < LEAST_POINTS):  # few samples, or a turn near the end of the record
+    if np.all((last - first)[:-1] < LEAST_POINTS):  # few samples, or a turn near the end of the record
         at = side.first + side.peak
         first[0] = max(side.first, at - LEAST_POINTS + 1)
         last[0] = min(side.first + side.value.size, at + LEAST_POINTS)
