@@ -67,11 +67,10 @@ def samples_a_block(record: Record) -> int:
 
 def _means(values: FloatArray, edges: NDArray[np.intp], size: int) -> FloatArray:
     """Return means over blocks of ``size`` values between neighbouring edges; the last of each is shorter."""
-    weights = np.full(size, 1.0 / size)
     parts = []
     for first, last in pairwise(edges):
         whole = first + (last - first) // size * size
-        parts.append(values[first:whole].reshape(-1, size) @ weights)
+        parts.append(np.einsum("ij->i", values[first:whole].reshape(-1, size)) / size)
         if whole < last:
             parts.append(np.array([np.mean(values[whole:last])]))
     return np.concatenate(parts)

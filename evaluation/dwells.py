@@ -36,20 +36,27 @@ class Dwell:
 
 def plateau(side: Side) -> Dwell | None:
     """Return the dwell about the peak, if it is one, at the finest scale at which it shows."""
-    resolved = _RESOLVED_STEPS * _resolution(side)
     for share in _PLATEAU_BANDS:
-        band = max(_PLATEAU_NOISE * side.sigma, share * side.wide_height, resolved)
-        near = side.value[side.above(side.value[side.peak] - 2.0 * band)]
-        level = float(np.median(near))
-        inner = side.above(level - band)
-        outer = side.above(level - _PLATEAU_WIDER * band)
-        if inner.stop - inner.start < side.least_samples:
-            continue
-        inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
-        outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
-        if outer_s <= _PLATEAU_RATIO * inner_s:
-            return _dwell(side, inner, outer, level, band)
+        band = max(_PLATEAU_NOISE * side.sigma, share * side.wide_height)
+        found = _within(side, band)
+        if found is not None and band < (resolved := _RESOLVED_STEPS * _resolution(side)):
+            band, found = resolved, _within(side, resolved)
+        if found is not None:
+            return _dwell(side, *found, band)
     return None
+
+
+def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
+    """Return the samples within one and nine bands about a dwell, and its level, if it is one."""
+    near = side.value[side.above(side.value[side.peak] - 2.0 * band)]
+    level = float(np.median(near))
+    inner = side.above(level - band)
+    if inner.stop - inner.start < side.least_samples:
+        return None
+    outer = side.above(level - _PLATEAU_WIDER * band)
+    inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
+    outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
+    return (inner, outer, level) if outer_s <= _PLATEAU_RATIO * inner_s else None
 
 
 def _resolution(side: Side) -> float:
