@@ -81,8 +81,8 @@ def area_rate_J_per_s(record: Record, cycle: Cycle) -> float:  # noqa: N802 - th
     """
     inside = cycle_samples(record, cycle)
     time = record.time_s[inside]
-    stroke = harmonics(time, record.stroke_mm[inside], cycle.start_s, cycle.duration_s, _HARMONICS)
-    force = harmonics(time, record.force_kN[inside], cycle.start_s, cycle.duration_s, _HARMONICS)
+    both = np.stack((record.stroke_mm[inside], record.force_kN[inside]))
+    stroke, force = harmonics(time, both, cycle.start_s, cycle.duration_s, _HARMONICS)
     order = np.arange(_HARMONICS + 1.0)
     omega = 2.0 * np.pi / cycle.duration_s
     return float(np.pi * omega * np.sum(order**2 * np.sum(stroke * force, axis=1)))

@@ -7,16 +7,17 @@ motion, or rests of the specimen to which the stroke returns, and no break of th
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.record import FloatArray, Record, describe
 from evaluation.reversals import find_reversals, held_samples, noise_sigma
-from evaluation.turning import fit_turning_point
+from evaluation.turn_sides import Reversal, TurnKind
+from evaluation.turning import fit_turning_points
 
 STEADY_STROKE = 0.02
 """Turning points of a steady cycle agree within this share of its range …"""
@@ -30,8 +31,8 @@ EDGE_CLOSURE = 0.02
 """A cycle that begins or ends with the record returns within this share of its range."""
 _HARMONICS = 10
 _LEAST_SAMPLES = 8
-_MOST_SAMPLES = 600
-"""Harmonics are fitted to group means of at most so many samples a cycle: 5e-6 less of the first one."""
+_MOST_SAMPLES = 400
+"""Harmonics are fitted to group means of at most so many samples a cycle: 1e-5 less of the first one."""
 
 
 def find_cycles(record: Record) -> tuple[Cycle, ...]:
@@ -67,29 +68,19 @@ def _starts(turns: Sequence[TurningPoint]) -> range:
 
 def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPoint]:
     """Fit each reversal between its neighbours, without looking across a break of the record."""
-    turns = []
-    breaks = np.array(record.breaks, dtype=np.intp)
     stroke = record.stroke_mm
-    held = held_samples(stroke)
+    reversals = []
     for position, at in enumerate(index):
         before = index[position - 1] if position > 0 else 0
         after = index[position + 1] if position + 1 < len(index) else stroke.size - 1
         other = after if position + 1 < len(index) else before
-        left_breaks = breaks[(breaks > before) & (breaks <= at)]
-        right_breaks = breaks[(breaks > at) & (breaks <= after)]
-        limits = (
-            int(left_breaks[-1]) if left_breaks.size else before,
-            int(right_breaks[0]) - 1 if right_breaks.size else after,
-        )
-        kind: Literal["lower", "upper"] = "upper" if stroke[at] > stroke[other] else "lower"
-        at_end = (
-            position <= 1 or bool(left_breaks.size),
-            position >= len(index) - 2 or bool(right_breaks.size),
-        )
-        turns.append(
-            fit_turning_point(record.time_s, stroke, at, limits, kind, sigma, at_end=at_end, held=held)
-        )
-    return turns
+        breaks = record.breaks[bisect_right(record.breaks, before) : bisect_right(record.breaks, after)]
+        left, right = [b for b in breaks if b <= at], [b for b in breaks if b > at]
+        limits = (left[-1] if left else before, right[0] - 1 if right else after)
+        at_end = (position <= 1 or bool(left), position >= len(index) - 2 or bool(right))
+        kind: TurnKind = "upper" if stroke[at] > stroke[other] else "lower"
+        reversals.append(Reversal(at, limits, kind, at_end))
+    return fit_turning_points(record.time_s, stroke, reversals, sigma, held=held_samples(stroke))
 
 
 def _judge_complete(record: Record, number: int, turns: Sequence[TurningPoint]) -> Cycle:
@@ -129,39 +120,39 @@ def _samples(time_s: FloatArray, start_s: float, end_s: float) -> tuple[int, int
 def harmonics(
     time_s: FloatArray, value: FloatArray, start_s: float, period_s: float, count: int
 ) -> FloatArray:
-    """Return cosine and sine amplitudes of a signal over one period by least squares.
+    """Return cosine and sine amplitudes of signals over one period by least squares.
 
     Parameters
     ----------
-    time_s, value : arrays, shape (N,)
+    time_s : array, shape (N,)
         Samples inside the period, ends included, evenly spaced or not.
+    value : array, shape (N,) or (M, N)
+        One signal, or several.
     start_s, period_s : float
     count : int
         Harmonics asked for; fewer are fitted where there are too few samples.
 
     Returns
     -------
-    array, shape (count + 1, 2)
+    array, shape (count + 1, 2) or (M, count + 1, 2)
         Row k: amplitudes of cos(k ω (t - start)) and sin(k ω (t - start)); row 0 holds the mean and 0.
     """
     if time_s.size > _MOST_SAMPLES:
         group = -(-time_s.size // _MOST_SAMPLES)
         whole = time_s.size // group * group
         time_s = time_s[:whole].reshape(-1, group).mean(axis=1)
-        value = value[:whole].reshape(-1, group).mean(axis=1)
-    fitted = min(count, max(1, (value.size - 3) // 2))
-    phase = 2.0 * np.pi * (time_s - start_s) / period_s
-    columns = [np.ones_like(phase)]
-    for k in range(1, fitted + 1):
-        columns += [np.cos(k * phase), np.sin(k * phase)]
+        value = value[..., :whole].reshape(*value.shape[:-1], -1, group).mean(axis=-1)
+    fitted = min(count, max(1, (time_s.size - 3) // 2))
+    turn = np.exp(2.0j * np.pi * (time_s - start_s) / period_s)
+    waves = np.cumprod(np.broadcast_to(turn, (fitted, turn.size)), axis=0)
     # Weights of the trapezoidal rule make the fit an integral over the period, however it was sampled.
     step = np.diff(time_s)
     weight = np.sqrt(0.5 * (np.concatenate((step[:1], step)) + np.concatenate((step, step[-1:]))))
-    matrix = np.stack(columns, axis=1) * weight[:, None]
-    solution = np.linalg.solve(matrix.T @ matrix, matrix.T @ (value * weight))
-    result = np.zeros((count + 1, 2))
-    result[0, 0] = solution[0]
-    result[1 : fitted + 1, :] = solution[1:].reshape(-1, 2)
+    rows = np.concatenate((np.ones((1, turn.size)), waves.real, waves.imag)) * weight
+    solution = np.linalg.solve(rows @ rows.T, rows @ (value * weight).T).T
+    result = np.zeros((*value.shape[:-1], count + 1, 2))
+    result[..., : fitted + 1, 0] = solution[..., : fitted + 1]
+    result[..., 1 : fitted + 1, 1] = solution[..., fitted + 1 :]
     return result
 
 

@@ -7,6 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from evaluation.motion import Cycle, Loop
 from evaluation.record import FloatArray, Record
+from evaluation.smoothing import polynomial
 
 DENSE_SAMPLES = 200
 """A branch with fewer samples is interpolated (cubic spline over time, each branch by itself), because the
@@ -81,7 +82,7 @@ def _end_force(branch: tuple[FloatArray, FloatArray, FloatArray], at_s: float, *
         return float("nan")
     scale = float(np.max(np.abs(near))) or 1.0
     degree = min(2 if near.size <= 2 * _LEAST_END_SAMPLES else 1, near.size - 1)
-    return float(np.polynomial.polynomial.polyfit(near / scale, value, degree)[0])
+    return float(polynomial(near / scale, value, degree)[0])
 
 
 def _closed(

@@ -87,7 +87,8 @@ def mean_loop(record: Record, results: Sequence[CycleResult], used: Sequence[int
     None where no cycle is complete or they have no common range.
     """
     complete = [r for r in results if r.cycle.complete]
-    chosen = [r for r in complete if r.cycle.index in used] or complete
+    wanted = set(used)
+    chosen = [r for r in complete if r.cycle.index in wanted] or complete
     if not chosen:
         return None
     # Ten cycles say what all do, and keep long records cheap.

@@ -34,7 +34,8 @@ def missing_warnings(
         lacking = [r.cycle.index for r in results if r.cycle.complete and getattr(r.quantities, name) is None]
         if lacking:
             warnings.append(f"{numbered(lacking)}: no {name}: too few samples")
-    chosen = [r for r in results if r.cycle.index in summary.cycles_used]
+    used = set(summary.cycles_used)
+    chosen = [r for r in results if r.cycle.index in used]
     for name, measured in summary.values.items():
         lacking = [r.cycle.index for r in chosen if getattr(r.quantities, name) is None]
         if measured.value is None and lacking and len(lacking) < len(chosen):

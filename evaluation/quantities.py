@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from evaluation.cycles import STEADY_STROKE, cycle_samples, harmonics
 from evaluation.loops import cut_loop
 from evaluation.motion import Cycle, Loop
 from evaluation.record import FloatArray, Record, Temperature
 from evaluation.results import CycleResult, Quantities
+from evaluation.smoothing import polynomial, smoothed
 
 TANGENT_WINDOW = 0.15
 """Tangent stiffness: cubic fit of force over stroke within ± this share of the range about the mean."""
@@ -61,7 +61,7 @@ def local_force(
     if count < degree + 2:
         return None
     z = (stroke[inside] - stroke_mm) / half_width_mm
-    coefficients = np.polynomial.polynomial.polyfit(z, force[inside], degree)
+    coefficients = polynomial(z, force[inside], degree)
     return float(coefficients[0]), float(coefficients[1]) / half_width_mm, count
 
 
@@ -75,8 +75,8 @@ def branch_speed_mm_per_s(time_s: FloatArray, stroke_mm: FloatArray) -> float | 
         return None
     even = np.linspace(time_s[0], time_s[-1], time_s.size)
     window = _odd_window(SPEED_WINDOW, even.size)
-    speed = savgol_filter(np.interp(even, time_s, stroke_mm), window, 2, deriv=1, delta=even[1] - even[0])
-    return float(np.max(np.abs(speed)))
+    speed = smoothed(np.interp(even, time_s, stroke_mm), window, 2, derivative=1)
+    return float(np.max(np.abs(speed)) / (even[1] - even[0]))
 
 
 def _smoothed_force(loop: Loop) -> FloatArray:
@@ -85,7 +85,7 @@ def _smoothed_force(loop: Loop) -> FloatArray:
     for branch in (loop.loading, loop.unloading):
         force = loop.force_kN[branch]
         window = _odd_window(FORCE_WINDOW, force.size)
-        parts.append(savgol_filter(force, window, 2) if force.size >= window else force)
+        parts.append(smoothed(force, window, 2) if force.size >= window else force)
     return np.concatenate(parts)
 
 
@@ -201,8 +201,8 @@ def first_harmonic(record: Record, cycle: Cycle) -> complex:
     """Return K* = K′ + i K″ [kN/mm], the ratio of the first harmonics of force and stroke (ISO 4664-1)."""
     inside = cycle_samples(record, cycle)
     time = record.time_s[inside]
-    stroke = harmonics(time, record.stroke_mm[inside], cycle.start_s, cycle.duration_s, _HARMONICS)
-    force = harmonics(time, record.force_kN[inside], cycle.start_s, cycle.duration_s, _HARMONICS)
+    both = np.stack((record.stroke_mm[inside], record.force_kN[inside]))
+    stroke, force = harmonics(time, both, cycle.start_s, cycle.duration_s, _HARMONICS)
     # cos, sin amplitudes a, b are the phasor a - i b of exp(+i ω t); force leads stroke when K″ > 0.
     return complex(force[1, 0], -force[1, 1]) / complex(stroke[1, 0], -stroke[1, 1])
 
@@ -239,7 +239,9 @@ def _slope_warnings(loop: Loop, span: float) -> list[str]:
         inside = (stroke >= first) & (stroke <= last)
         if np.count_nonzero(inside) < 4 or np.ptp(stroke[inside]) < 0.5 * (last - first):
             return None
-        return float(np.polynomial.polynomial.polyfit(stroke[inside] - first, force[inside], 1)[1])
+        return float(polynomial((stroke[inside] - first) / (last - first), force[inside], 1)[1]) / (
+            last - first
+        )
 
     warnings = []
     foot = slope(low, low + SLACK_STROKE * span)

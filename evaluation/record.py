@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -17,6 +18,8 @@ DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan"]
 
 _GAP_STEPS = 1.5
 """A step longer than this many usual steps is a gap (a missing sample makes 2)."""
+_CHUNK = 65_536
+"""Samples that are looked at together: what is made of them stays in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,8 @@ class Record:
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""
-        return any(first < index <= last for index in self.breaks)
+        after = bisect_right(self.breaks, first)
+        return after < len(self.breaks) and self.breaks[after] <= last
 
 
 def describe(defects: Sequence[Defect], most: int = 3) -> str:
@@ -87,9 +91,13 @@ def usual_step_s(time_s: FloatArray) -> float:
 
     The step itself for an even sampling; for an uneven one, five times the step that 98 % stay below.
     """
+    return _usual_step_s(time_s, *_step_limits(time_s))
+
+
+def _usual_step_s(time_s: FloatArray, shortest_s: float, longest_s: float) -> float:
+    if 0.0 < longest_s <= 1.2 * shortest_s:  # even: no need to sort millions of steps
+        return _GAP_STEPS * float(time_s[-1] - time_s[0]) / (time_s.size - 1)
     step = np.diff(time_s)
-    if step.size and 0.0 < np.max(step) <= 1.2 * np.min(step):
-        return _GAP_STEPS * float(np.mean(step))  # even: no need to sort millions of steps
     step = step[step > 0.0]
     if step.size == 0:
         return float("inf")
@@ -97,8 +105,18 @@ def usual_step_s(time_s: FloatArray) -> float:
     return float(_GAP_STEPS * median if high <= 1.2 * median else 5.0 * high)
 
 
+def _step_limits(time_s: FloatArray) -> tuple[float, float]:
+    """Return the shortest and the longest step between samples [s]; NaN where a time is none."""
+    shortest, longest = [np.inf], [-np.inf]
+    for first in range(0, time_s.size - 1, _CHUNK):
+        step = np.diff(time_s[first : first + _CHUNK + 1])
+        shortest.append(float(np.min(step)))
+        longest.append(float(np.max(step)))
+    return float(np.min(shortest)), float(np.max(longest))
+
+
 def _as_column(name: str, values: ArrayLike, size: int | None) -> FloatArray:
-    column = np.array(values, dtype=np.float64)
+    column = np.asarray(values, dtype=np.float64)
     if column.ndim != 1:
         raise BadInput(f"{name} must be one column of numbers, got shape {column.shape}", place=name)
     if size is not None and column.size != size:
@@ -121,7 +139,8 @@ def make_record(
     Parameters
     ----------
     time_s, stroke_mm, force_kN : array_like, shape (N,)
-        Time [s] as recorded (may repeat, step back, hold NaN).
+        Time [s] as recorded (may repeat, step back, hold NaN). Arrays of floats are not copied: they
+        belong to the record from now on.
     speed_mm_per_s : array_like, shape (N,), optional
     wire_difference_mm : array_like, shape (N,), optional
         stroke_1 - stroke_2, where the stroke is the mean of two draw wires.
@@ -150,12 +169,14 @@ def make_record(
     kept: NDArray[np.intp] | slice = slice(None)
     defects: list[Defect] = []
     break_at: list[int] = []
-    if not _is_clean(time, stroke, force):
+    shortest_s, longest_s = _step_limits(time)
+    if not (shortest_s > 0.0 and _is_finite(time, stroke, force)):
         kept, defects, break_at = _kept(time, stroke, force)
+        shortest_s, longest_s = _step_limits(time[kept])
     time_kept = time[kept]
-    limit_s = usual_step_s(time_kept)
+    limit_s = _usual_step_s(time_kept, shortest_s, longest_s)
     known = set(break_at)
-    steps = {int(i) + 1 for i in np.flatnonzero(np.diff(time_kept) > limit_s)}
+    steps = _longer_steps(time_kept, limit_s) if longest_s > limit_s else set()
     for raw_index, samples in lost_before:
         at = raw_index if isinstance(kept, slice) else int(np.searchsorted(kept, raw_index))
         if 0 < at < time_kept.size and (samples > 0 or at not in known | steps):
@@ -180,13 +201,23 @@ def make_record(
     )
 
 
-def _is_clean(time: FloatArray, stroke: FloatArray, force: FloatArray) -> bool:
-    """Say whether every sample is usable: the usual case, told in a few passes over the columns."""
+def _is_finite(time: FloatArray, stroke: FloatArray, force: FloatArray) -> bool:
+    """Say whether every sample is usable where time rises strictly: the usual case, told in a few passes."""
     if time.size < 2:
         return False
-    # Strictly rising says that no time is NaN; a sum is finite only if all its terms are.
-    rising = bool(np.all(time[1:] > time[:-1])) and bool(np.isfinite(time[0]) and np.isfinite(time[-1]))
-    return rising and bool(np.isfinite(np.sum(stroke)) and np.isfinite(np.sum(force)))
+    # Strictly rising says that no time inside is NaN; a sum is finite only if all its terms are.
+    ends = bool(np.isfinite(time[0]) and np.isfinite(time[-1]))
+    return ends and bool(np.isfinite(np.sum(stroke)) and np.isfinite(np.sum(force)))
+
+
+def _longer_steps(time: FloatArray, limit_s: float) -> set[int]:
+    """Return the samples that follow a step longer than a limit."""
+    found: set[int] = set()
+    for first in range(0, time.size - 1, _CHUNK):
+        step = np.diff(time[first : first + _CHUNK + 1])
+        if np.max(step) > limit_s:
+            found.update(int(i) + first + 1 for i in np.flatnonzero(step > limit_s))
+    return found
 
 
 def _kept(

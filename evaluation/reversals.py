@@ -18,8 +18,13 @@ _LEAST_SHARE = 1e-3
 _LEAST_CYCLE_SHARE = 0.05
 """Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
 _REPEATED_SHARE = 0.02
+_SEVERAL_SHARE = 0.005
 _NOISE_SAMPLES = 20_000
 """Differences are taken at about so many places, spread evenly over the record."""
+_STRETCHES, _STRETCH = 32, 2048
+"""Converter steps and held samples of a longer record are looked for in so many stretches of it."""
+_BLOCKS = (512, 64, 8)
+"""Sizes of the blocks of which, from coarse to fine, only the extremes are candidates for a reversal."""
 _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
 _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
@@ -34,11 +39,20 @@ def noise_sigma(values: FloatArray) -> float:
     """
     distinct = values
     if held_samples(values) > 1:
-        distinct = values[np.concatenate(([0], np.flatnonzero(np.diff(values) != 0.0) + 1))]
+        near = _stretches(values).ravel()
+        distinct = near[np.concatenate(([0], np.flatnonzero(np.diff(near) != 0.0) + 1))]
     if distinct.size < 16:
         return 0.0
     spread = min(_difference_sigma(distinct, weights) for weights in _DIFFERENCES)
     return max(spread, quantum(values) / float(np.sqrt(12.0)))
+
+
+def _stretches(values: FloatArray) -> FloatArray:
+    """Return the record as one row, or stretches of a long one, evenly spread, a row each."""
+    if values.size <= 2 * _STRETCHES * _STRETCH:
+        return values[None, :]
+    starts = np.linspace(0, values.size - _STRETCH, _STRETCHES).astype(np.intp)
+    return np.stack([values[start : start + _STRETCH] for start in starts])
 
 
 def _difference_sigma(values: FloatArray, weights: tuple[float, ...]) -> float:
@@ -55,27 +69,27 @@ def quantum(values: FloatArray) -> float:
     Rest alone is no sign of it: there, equal values come in few long rows. All steps are whole multiples of
     the converter's, and there are steps of several sizes or rests between most of them.
     """
-    step = np.abs(np.diff(values))
+    step = np.abs(np.diff(_stretches(values), axis=1))
     moves = step > 0.0
     moving = step[moves]
-    rows = np.count_nonzero(moves[1:] & ~moves[:-1])
+    rows = np.count_nonzero(moves[:, 1:] & ~moves[:, :-1])
     if rows < max(8, _REPEATED_SHARE * moving.size):
         return 0.0
     # A low quantile, not the least: rounding of the input's decimals makes steps near zero.
     least = float(np.quantile(moving, 0.02))
     multiples = moving / least
     off = float(np.quantile(np.abs(multiples - np.round(multiples)), 0.9))
-    if off > 0.1 or not (rows > 0.25 * moving.size or np.max(multiples) >= 2.5):
+    several = np.count_nonzero(multiples > 1.5) > _SEVERAL_SHARE * moving.size
+    if off > 0.1 or not (rows > 0.25 * moving.size or several):
         return 0.0
     return least
 
 
 def held_samples(values: FloatArray) -> int:
     """Return for how many samples a value usually stays the same: 1, or more where samples are held."""
-    changes = np.flatnonzero(np.diff(values) != 0.0)
-    if changes.size < 2:
-        return 1
-    return int(np.median(np.diff(changes)))
+    row, change = np.nonzero(np.diff(_stretches(values), axis=1) != 0.0)
+    lasted = np.diff(change)[np.diff(row) == 0]
+    return int(np.median(lasted)) if lasted.size else 1
 
 
 def _remove_small(values: FloatArray, index: IndexArray, threshold: float) -> IndexArray:
@@ -117,11 +131,48 @@ def _alternating(values: FloatArray, index: IndexArray) -> IndexArray:
 
 def local_extremes(values: FloatArray) -> IndexArray:
     """Return the indices of all local extremes and of both ends; runs of equal values count once."""
-    changes = np.flatnonzero(np.diff(values) != 0.0)
+    return _extremes_among(values, np.arange(values.size))
+
+
+def _extremes_among(values: FloatArray, index: IndexArray) -> IndexArray:
+    """Return those of ``index`` (rising) that are extremes among them, and both ends."""
+    changes = np.flatnonzero(np.diff(values[index]) != 0.0)
     if changes.size == 0:
-        return np.array([0], dtype=np.intp)
-    index = np.concatenate(([0], changes + 1)).astype(np.intp)
-    return _alternating(values, index)
+        return index[:1]
+    return _alternating(values, index[np.concatenate(([0], changes + 1))])
+
+
+def _block_extremes(values: FloatArray) -> tuple[IndexArray, IndexArray]:
+    """Return the lowest and the highest sample of each of the coarsest blocks."""
+    grid = values[: values.size // _BLOCKS[0] * _BLOCKS[0]].reshape(-1, _BLOCKS[0])
+    first = _BLOCKS[0] * np.arange(grid.shape[0])
+    return first + np.argmin(grid, axis=1), first + np.argmax(grid, axis=1)
+
+
+def _candidates(values: FloatArray, low: IndexArray, high: IndexArray, threshold: float) -> IndexArray:
+    """Return samples among which are all reversals larger than ``threshold``, in order.
+
+    Of a block whose range is smaller no two reversals are, so that its extremes ``low`` and ``high`` stand
+    for it; of the other blocks those of their eighths do, down to single samples.
+    """
+    whole = low.size * _BLOCKS[0]
+    found = [np.zeros(1, dtype=np.intp), np.arange(whole, values.size)]
+    rows = np.arange(low.size)
+    for finer in (*_BLOCKS[1:], 1):
+        steep = values[high] - values[low] >= threshold
+        found += [low[~steep], high[~steep]]
+        rows = (8 * rows[steep][:, None] + np.arange(8)).ravel()
+        grid = values[:whole].reshape(-1, finer)
+        part = grid if rows.size == grid.shape[0] else grid[rows]
+        low, high = rows * finer + np.argmin(part, axis=1), rows * finer + np.argmax(part, axis=1)
+    index = np.sort(np.concatenate([*found, low]))
+    return index[np.concatenate(([True], index[1:] > index[:-1]))]
+
+
+def _largest_cycle(values: FloatArray, index: IndexArray) -> float:
+    """Return the largest smaller side of a reversal, 0 where there is none."""
+    height = np.abs(np.diff(values[index]))
+    return float(np.max(np.minimum(height[:-1], height[1:]), initial=0.0))
 
 
 def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
@@ -139,14 +190,23 @@ def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
         At least two entries when the stroke moves at all; neighbours differ by more than noise, the
         converter's resolution and 5 % of the largest cycle.
     """
-    index = local_extremes(stroke_mm)
+    index = np.arange(stroke_mm.size)
+    low = high = index[:0]
+    long = stroke_mm.size > _STRETCHES * _STRETCH
+    if long:
+        low, high = _block_extremes(stroke_mm)
+        index = _candidates(stroke_mm, low, high, np.inf)
+    span = float(np.ptp(stroke_mm[index])) if index.size else 0.0
+    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * quantum(stroke_mm), _LEAST_SHARE * span)
+    if long:
+        coarse = _extremes_among(stroke_mm, index)
+        largest = _largest_cycle(stroke_mm, _remove_small(stroke_mm, coarse, least))
+        index = _candidates(stroke_mm, low, high, max(least, _LEAST_CYCLE_SHARE * largest))
+    index = _extremes_among(stroke_mm, index)
     if index.size < 2:
         return index
-    span = float(np.ptp(stroke_mm))
-    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * quantum(stroke_mm), _LEAST_SHARE * span)
     index = _remove_small(stroke_mm, index, least)
-    height = np.abs(np.diff(stroke_mm[index]))
-    if height.size >= 2:
-        largest_cycle = float(np.max(np.minimum(height[:-1], height[1:])))
-        index = _remove_small(stroke_mm, index, max(least, _LEAST_CYCLE_SHARE * largest_cycle))
+    if index.size >= 3:
+        largest = _largest_cycle(stroke_mm, index)
+        index = _remove_small(stroke_mm, index, max(least, _LEAST_CYCLE_SHARE * largest))
     return index

@@ -9,6 +9,7 @@ import numpy as np
 
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
 from evaluation.budget import run_budget
+from evaluation.condense import condensed
 from evaluation.cycles import find_cycles
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
@@ -60,6 +61,7 @@ def evaluate_run(
     options = options or Options()
     limits = limit_set or shipped_limit_set()
     record, facts, wires = check_wires(record, facts)
+    record = condensed(record)
     cycles = find_cycles(record)
     record, inertia = correct_inertia(record, cycles, facts.moving_mass_kg, options.moving_mass_kg)
     noise = record_noise(record)
@@ -116,7 +118,8 @@ def evaluate_run(
 def _skew_sensitivity(
     record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
 ) -> SkewSensitivity:
-    chosen = [result.cycle for result in results if result.cycle.index in used]
+    wanted = set(used)
+    chosen = [result.cycle for result in results if result.cycle.index in wanted]
     return skew_sensitivity(record, chosen, periodic=facts.kind in ("static", "harmonic"))
 
 

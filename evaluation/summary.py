@@ -58,7 +58,8 @@ def summarise(cycles: Sequence[CycleResult], used: tuple[int, ...], draws: MeanO
     The standard uncertainty joins that of the channels with the scatter between the cycles (standard
     deviation of the mean, from three cycles on). A figure that one of the cycles lacks has no mean.
     """
-    chosen = [c for c in cycles if c.cycle.index in used]
+    numbers_used = set(used)
+    chosen = [c for c in cycles if c.cycle.index in numbers_used]
     values = {}
     for name in SUMMARY_NAMES:
         numbers = [getattr(c.quantities, name) for c in chosen]

@@ -1,155 +1,261 @@
-"""Shapes that are fitted to a reversal: a polynomial for a smooth turn, two flanks for a sharp one."""
+"""Shapes that are fitted to reversals: a polynomial for a smooth turn, two flanks for a sharp one.
+
+All windows of all reversals of a run are fitted at once: rows of points, padded to one length, whose normal
+equations are solved together. A window by itself would cost a thousand times its arithmetic.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from evaluation.motion import TurnMethod
 from evaluation.record import FloatArray
 
+MOST_POINTS = 100
+"""Samples of a window are averaged in groups down to this many points."""
+MANY_POINTS = 12
+"""Flanks are parabolas from so many points on, else straight lines."""
+LEAST_POINTS = 5
 _TIP_SLACK = 0.25
 """Flanks may meet so much further out than half a step of the samples."""
+_CHUNK_POINTS = 100_000
+"""Points that are fitted together: what is made of them stays in the processor's cache."""
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A fitted reversal: moment, height, the residual (one sample's), and the u of height and moment."""
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points of many windows, a row each: ``used`` says which of the (R, P) are points and which padding.
 
-    method: TurnMethod
-    time_s: float
-    value: float
-    residual: float
-    u: float
-    u_s: float = 0.0
+    ``group`` (R,): samples that were averaged to a point. Values are turned so that each is a maximum.
+    """
 
+    time_s: FloatArray
+    value: FloatArray
+    used: BoolArray
+    group: IndexArray
 
-def grouped(time_s: FloatArray, value: FloatArray, most: int) -> tuple[FloatArray, FloatArray, int]:
-    """Return means over groups of neighbours, at most ``most`` points, and the size of a group."""
-    group = max(1, -(-time_s.size // most))
-    if group == 1:
-        return time_s, value, 1
-    whole = (time_s.size // group) * group
-    shape = (-1, group)
-    return time_s[:whole].reshape(shape).mean(axis=1), value[:whole].reshape(shape).mean(axis=1), group
+    @property
+    def count(self) -> IndexArray:
+        """Points of each row."""
+        return np.asarray(np.count_nonzero(self.used, axis=1))
 
-
-def value_at(coefficients: list[float], z: float) -> float:
-    """Return a polynomial's value, coefficients from the lowest power (Horner's scheme on plain floats)."""
-    total = 0.0
-    for coefficient in reversed(coefficients):
-        total = total * z + coefficient
-    return total
+    def rows(self, chosen: BoolArray) -> Points:
+        """Return some of the rows."""
+        return Points(self.time_s[chosen], self.value[chosen], self.used[chosen], self.group[chosen])
 
 
-def slope_of(coefficients: list[float]) -> list[float]:
-    """Return the coefficients of the derivative."""
-    return [k * c for k, c in enumerate(coefficients)][1:]
+@dataclass(frozen=True, eq=False)
+class Fits:
+    """Fitted reversals, shape (R,) each: moment, height, residual (one sample's), u of height and of moment.
+
+    Where a fit is none, residual and u are infinite.
+    """
+
+    time_s: FloatArray
+    value: FloatArray
+    residual: FloatArray
+    u: FloatArray
+    u_s: FloatArray
+
+    @classmethod
+    def none(cls, rows: int) -> Fits:
+        """Return rows without a fit."""
+        zero, never = np.zeros(rows), np.full(rows, np.inf)
+        return cls(zero, zero.copy(), never, never.copy(), never.copy())
+
+    def put(self, chosen: BoolArray, fits: Fits) -> None:
+        """Write the fits of some of the rows."""
+        for name in ("time_s", "value", "residual", "u", "u_s"):
+            getattr(self, name)[chosen] = getattr(fits, name)
+
+
+def points_of(
+    time_s: FloatArray, value: FloatArray, sign: FloatArray, first: IndexArray, last: IndexArray
+) -> Points:
+    """Return the points of windows ``first`` … ``last`` (excluded), at most :data:`MOST_POINTS` of each.
+
+    ``sign`` (R,) turns lower reversals upside down.
+    """
+    size = last - first
+    group = np.maximum(1, -(-size // MOST_POINTS))
+    count = size // group
+    # The sums below end where the next group begins, which must be a sample of the record.
+    count -= (first + count * group == value.size) & (group > 1)
+    width = int(np.max(count, initial=1))
+    at = first[:, None] + group[:, None] * np.minimum(np.arange(width + 1), count[:, None])
+    used = np.arange(width) < count[:, None]
+    if np.all(group == 1):
+        at = np.minimum(at[:, :-1], last[:, None] - 1)
+        time, level = time_s[at], value[at]
+    else:
+        flat = np.minimum(at, value.size - 1).ravel()
+        time, level = (np.add.reduceat(a, flat).reshape(at.shape)[:, :-1] for a in (time_s, value))
+        time, level = time / group[:, None], level / group[:, None]
+        single = group == 1
+        alone = np.minimum(at[single, :-1], last[single, None] - 1)
+        time[single], level[single] = time_s[alone], value[alone]
+    return Points(time, level * sign[:, None], used, group)
+
+
+def best_fits(points: Points, sigma: float) -> tuple[Fits, Fits]:
+    """Return the polynomial and the flanks of every row; ``sigma`` is the noise of a sample."""
+    smooth, sharp = Fits.none(points.group.size), Fits.none(points.group.size)
+    step = max(1, _CHUNK_POINTS // points.time_s.shape[1])
+    for start in range(0, points.group.size, step):
+        part = np.zeros(points.group.size, dtype=bool)
+        part[start : start + step] = True
+        few = points.count <= LEAST_POINTS
+        # A parabola's misfit hides in noise and shifts the turn: fourth degree where there are points for it.
+        for degree, chosen in ((2, part & few), (4, part & ~few)):
+            if chosen.any():
+                smooth.put(chosen, _smooth(points.rows(chosen), degree, sigma))
+        few = points.count < MANY_POINTS
+        for degree, chosen in ((1, part & few), (2, part & ~few)):
+            if chosen.any():
+                sharp.put(chosen, _flanks(points.rows(chosen), degree, sigma))
+    return smooth, sharp
 
 
 def powers(z: FloatArray, degree: int) -> FloatArray:
-    """Return the matrix of powers 0 … ``degree`` of ``z``, shape (N, degree + 1)."""
-    matrix = np.empty((z.size, degree + 1))
-    matrix[:, 0] = 1.0
+    """Return the powers 0 … degree of ``z``, shape (..., degree + 1)."""
+    matrix = np.empty((*z.shape, degree + 1))
+    matrix[..., 0] = 1.0
     for k in range(degree):
-        matrix[:, k + 1] = matrix[:, k] * z
+        matrix[..., k + 1] = matrix[..., k] * z
     return matrix
 
 
-def maximum(coefficients: list[float], guess: float) -> float | None:
-    """Return where a polynomial has its maximum near ``guess`` inside ±0.9, by Newton's method."""
-    slope = slope_of(coefficients)
-    bend = slope_of(slope)
-    z = guess
+def _value(coefficients: FloatArray, z: FloatArray) -> FloatArray:
+    """Return polynomials, shape (R, degree + 1) from the lowest power, at one z each (Horner's scheme)."""
+    total = np.zeros_like(z)
+    for k in range(coefficients.shape[1] - 1, -1, -1):
+        total = total * z + coefficients[:, k]
+    return total
+
+
+def _slope(coefficients: FloatArray) -> FloatArray:
+    return coefficients[:, 1:] * np.arange(1.0, coefficients.shape[1])
+
+
+def _solved(
+    z: FloatArray, value: FloatArray, used: BoolArray, degree: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return coefficients, inverse of the normal matrix, fitted values and the sum of squared errors."""
+    matrix = powers(z, degree) * used[..., None]
+    turned = matrix.transpose(0, 2, 1)
+    normal = turned @ matrix
+    # A row that cannot be solved gets a matrix that can; its count of points rules it out later.
+    weak = np.count_nonzero(used, axis=1) <= degree
+    normal[weak] = np.eye(degree + 1)
+    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    coefficients = (inverse @ (turned @ value[..., None]))[..., 0]
+    fitted = (matrix @ coefficients[..., None])[..., 0]
+    error = np.where(used, value - fitted, 0.0)
+    return coefficients, inverse, fitted, np.einsum("rp,rp->r", error, error)
+
+
+def _gain(row: FloatArray, inverse: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ri,rij,rj->r", row, inverse, row), 0.0)))
+
+
+def maxima(coefficients: FloatArray, guess: FloatArray) -> FloatArray:
+    """Return where polynomials have a maximum near ``guess`` inside ±0.9, by Newton's method; else NaN."""
+    slope = _slope(coefficients)
+    bend = _slope(slope)
+    z = guess.copy()
+    lost = np.zeros(z.size, dtype=bool)
     for _ in range(12):
-        curvature = value_at(bend, z)
-        if curvature >= 0.0:
-            return None
-        step = value_at(slope, z) / curvature
-        z -= step
-        if abs(z) > 0.9:
-            return None
-        if abs(step) < 1e-12:
+        curvature = _value(bend, z)
+        lost |= curvature >= 0.0
+        step = np.where(lost, 0.0, _value(slope, z) / np.where(curvature < 0.0, curvature, -1.0))
+        z = z - step
+        lost |= np.abs(z) > 0.9
+        if np.all(lost | (np.abs(step) < 1e-12)):
             break
-    return z
+    return np.where(lost, np.nan, z)
 
 
-def smooth_fit(time_s: FloatArray, value: FloatArray, degree: int, noise: float) -> Fit | None:
-    """Fit a polynomial and return its maximum inside the window; u is never below what ``noise`` makes it."""
-    spare = time_s.size - degree - 1
-    if spare < 1:
-        return None
-    middle, half = 0.5 * float(time_s[0] + time_s[-1]), 0.5 * float(time_s[-1] - time_s[0])
-    matrix = powers((time_s - middle) / half, degree)
-    normal = matrix.T @ matrix
-    inverse = np.linalg.inv(normal)
-    coefficients = inverse @ (matrix.T @ value)
-    fitted = matrix @ coefficients
-    error = value - fitted
-    residual = float(np.sqrt(error @ error / spare))
-    top = maximum(coefficients.tolist(), float(matrix[np.argmax(fitted), 1]))
-    if top is None:
-        return None
-    row = top ** np.arange(degree + 1)
-    gain = float(np.sqrt(row @ inverse @ row))
-    height = value_at(coefficients.tolist(), top)
-    scatter = max(residual, noise)
+def _smooth(points: Points, degree: int, sigma: float) -> Fits:
+    """Fit a polynomial to each row; u is never below what ``sigma`` makes it."""
+    count = points.count
+    last = np.take_along_axis(points.time_s, count[:, None] - 1, axis=1)[:, 0]
+    middle, half = 0.5 * (points.time_s[:, 0] + last), 0.5 * (last - points.time_s[:, 0])
+    z = np.where(points.used, (points.time_s - middle[:, None]) / half[:, None], 0.0)
+    level = np.where(points.used, points.value, 0.0)
+    coefficients, inverse, fitted, errors = _solved(z, level, points.used, degree)
+    spare = count - degree - 1
+    highest = np.argmax(np.where(points.used, fitted, -np.inf), axis=1)
+    top = maxima(coefficients, np.take_along_axis(z, highest[:, None], axis=1)[:, 0])
+    good = (spare >= 1) & np.isfinite(top)
+    top = np.where(good, top, 0.0)
+    residual = np.sqrt(errors / np.maximum(spare, 1))
+    scatter = np.maximum(residual, sigma / np.sqrt(points.group))
+    row = powers(top, degree)
     # The maximum lies where the slope is 0: an error of the slope moves it by that over the curvature.
-    slope_row = np.concatenate(([0.0], np.arange(1.0, degree + 1) * row[:-1]))
-    curvature = value_at(slope_of(slope_of(coefficients.tolist())), top)
-    u_s = half * scatter * float(np.sqrt(slope_row @ inverse @ slope_row)) / -curvature
-    return Fit("polynomial", middle + half * top, height, residual, scatter * gain, u_s)
+    slope_row = np.concatenate((np.zeros((top.size, 1)), np.arange(1.0, degree + 1) * row[:, :-1]), axis=1)
+    curvature = np.where(good, _value(_slope(_slope(coefficients)), top), -1.0)
+    return Fits(
+        time_s=middle + half * top,
+        value=_value(coefficients, top),
+        residual=np.where(good, residual * np.sqrt(points.group), np.inf),
+        u=np.where(good, scatter * _gain(row, inverse), np.inf),
+        u_s=half * scatter * _gain(slope_row, inverse) / -curvature,
+    )
 
 
-def _flank(z: FloatArray, value: FloatArray, degree: int) -> tuple[list[float], float, FloatArray] | None:
-    if z.size < degree + 2:
-        return None
-    scale = float(np.max(np.abs(z)))
-    stretch = scale ** -np.arange(degree + 1.0)
-    matrix = powers(z / scale, degree)
-    inverse = np.linalg.inv(matrix.T @ matrix)
-    coefficients = inverse @ (matrix.T @ value)
-    error = value - matrix @ coefficients
-    return (coefficients * stretch).tolist(), float(error @ error), inverse * np.outer(stretch, stretch)
+def _meeting(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return where two flanks of first or second degree meet, closest to 0; NaN where they do not."""
+    c = left - right
+    c0, c1, c2 = c[:, 0], c[:, 1], c[:, 2] if c.shape[1] > 2 else np.zeros(len(c))
+    safe = np.where(c1 == 0.0, 1.0, c1)
+    discriminant = np.where(c1 == 0.0, -1.0, 1.0 - 4.0 * c0 * c2 / safe**2)
+    root = np.sqrt(np.maximum(discriminant, 0.0))
+    return np.where(discriminant < 0.0, np.nan, -2.0 * c0 / safe / (1.0 + root))
 
 
-def _meeting(left: list[float], right: list[float]) -> float | None:
-    """Return where two flanks of first or second degree meet, closest to 0."""
-    c0, c1, c2 = ([a - b for a, b in zip(left, right, strict=True)] + [0.0])[:3]
-    if c1 == 0.0:
-        return None
-    straight = -c0 / c1
-    discriminant = 1.0 - 4.0 * c0 * c2 / c1**2
-    if discriminant < 0.0:
-        return None
-    return 2.0 * straight / (1.0 + float(np.sqrt(discriminant)))
-
-
-def flank_fit(time_s: FloatArray, value: FloatArray, degree: int, noise: float) -> Fit | None:
-    """Fit both flanks and return where they meet; u is never below what ``noise`` makes it."""
-    spare = time_s.size - 1 - 2 * (degree + 1)
-    at = int(np.argmax(value))
-    half = 0.5 * float(time_s[-1] - time_s[0])
-    z = (time_s - time_s[at]) / half
-    left, right = _flank(z[:at], value[:at], degree), _flank(z[at + 1 :], value[at + 1 :], degree)
-    if left is None or right is None or spare < 1:
-        return None
+def _flanks(points: Points, degree: int, sigma: float) -> Fits:
+    """Fit both flanks of each row and find where they meet; u is never below what ``sigma`` makes it."""
+    level = np.where(points.used, points.value, -np.inf)
+    at = np.argmax(level, axis=1)[:, None]
+    order = np.arange(level.shape[1])
+    count = points.count
+    last = np.take_along_axis(points.time_s, count[:, None] - 1, axis=1)[:, 0]
+    half = 0.5 * (last - points.time_s[:, 0])
+    tip_s = np.take_along_axis(points.time_s, at, axis=1)[:, 0]
+    z = np.where(points.used, (points.time_s - tip_s[:, None]) / half[:, None], 0.0)
+    value = np.where(points.used, points.value, 0.0)
+    sides = [points.used & (order < at), points.used & (order > at)]
+    left, right = (_solved(z * side, value * side, side, degree) for side in sides)
     meet = _meeting(left[0], right[0])
     # The sample nearest to a sharp tip is at most half a step away, in time and so in height. Flanks that
     # meet further out have a short dwell between them, not a tip.
-    step = float(np.max(np.diff(z[max(0, at - 1) : at + 2])))
-    if meet is None or abs(meet) > 0.5 * step + _TIP_SLACK * step:
-        return None
-    rise, fall = value_at(slope_of(left[0]), meet), -value_at(slope_of(right[0]), meet)
-    if rise <= 0.0 or fall <= 0.0:
-        return None
-    if value_at(left[0], meet) - value[at] > (0.5 + _TIP_SLACK) * step * max(rise, fall) + 3.0 * noise:
-        return None
-    residual = float(np.sqrt((left[1] + right[1]) / spare))
-    row = meet ** np.arange(degree + 1)
-    gain = 0.5 * float(np.sqrt(row @ left[2] @ row + row @ right[2] @ row))
-    peak = value_at(left[0], meet)
-    scatter = max(residual, noise)
-    u_s = half * scatter * 2.0 * gain / (rise + fall)
-    return Fit("lines", float(time_s[at]) + half * meet, peak, residual, scatter * gain, u_s)
+    before = np.take_along_axis(z, np.maximum(at - 1, 0), axis=1)[:, 0]
+    after = np.take_along_axis(z, np.minimum(at + 1, count[:, None] - 1), axis=1)[:, 0]
+    step = np.maximum(-before, after)
+    good = np.all([np.count_nonzero(side, axis=1) >= degree + 2 for side in sides], axis=0)
+    good &= (count - 1 - 2 * (degree + 1) >= 1) & (
+        np.abs(np.nan_to_num(meet, nan=np.inf)) <= (0.5 + _TIP_SLACK) * step
+    )
+    meet = np.where(good, meet, 0.0)
+    rise, fall = _value(_slope(left[0]), meet), -_value(_slope(right[0]), meet)
+    good &= (rise > 0.0) & (fall > 0.0)
+    peak = _value(left[0], meet)
+    noise = sigma / np.sqrt(points.group)
+    overshoot = peak - np.take_along_axis(value, at, axis=1)[:, 0]
+    good &= overshoot <= (0.5 + _TIP_SLACK) * step * np.maximum(rise, fall) + 3.0 * noise
+    residual = np.sqrt((left[3] + right[3]) / np.maximum(count - 1 - 2 * (degree + 1), 1))
+    row = powers(meet, degree)
+    gain = 0.5 * np.hypot(_gain(row, left[1]), _gain(row, right[1]))
+    scatter = np.maximum(residual, noise)
+    return Fits(
+        time_s=tip_s + half * meet,
+        value=peak,
+        residual=np.where(good, residual * np.sqrt(points.group), np.inf),
+        u=np.where(good, scatter * gain, np.inf),
+        u_s=half * scatter * 2.0 * gain / np.where(good, rise + fall, 1.0),
+    )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -97,10 +98,18 @@ class CyclePropagation:
         self.cycle = cycle
         self.noise = noise
         self.loop = cut_loop(record, cycle)
-        self.force = force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading)
-        self.stroke = stroke_terms(self.loop.stroke_mm)
         inside = np.searchsorted(record.time_s, [cycle.start_s, cycle.end_s])
         self.samples_a_point = max(1.0, float(inside[1] - inside[0]) / self.loop.time_s.size)
+
+    @cached_property
+    def force(self) -> FloatArray:
+        """Terms of the force (:func:`evaluation.error_model.force_terms`), shape (5, M)."""
+        return force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading)
+
+    @cached_property
+    def stroke(self) -> FloatArray:
+        """Terms of the stroke (:func:`evaluation.error_model.stroke_terms`), shape (8, M)."""
+        return stroke_terms(self.loop.stroke_mm)
 
     def _integrals(self, part: slice) -> FloatArray:
         middle = 0.5 * (self.force[:, part][:, 1:] + self.force[:, part][:, :-1])

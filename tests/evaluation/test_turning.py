@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 import pytest
 
 from evaluation.motion import TurningPoint
 from evaluation.reversals import noise_sigma
-from evaluation.turning import fit_turning_point
+from evaluation.turn_sides import Reversal, TurnKind
+from evaluation.turning import fit_turning_points
 from tests.evaluation.signals import Floats
 
 TIME = np.arange(0.0, 2.0, 0.001)
 
 
-def fitted(stroke: Floats, index: int, kind: Literal["lower", "upper"] = "upper") -> TurningPoint:
-    return fit_turning_point(TIME, stroke, index, (0, stroke.size - 1), kind, noise_sigma(stroke))
+def fitted(stroke: Floats, index: int, kind: TurnKind = "upper") -> TurningPoint:
+    reversal = Reversal(index, (0, stroke.size - 1), kind)
+    return fit_turning_points(TIME, stroke, [reversal], noise_sigma(stroke))[0]
 
 
 def test_smooth_turn_in_noise_beats_the_extreme_sample() -> None:

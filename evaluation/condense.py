@@ -1,0 +1,76 @@
+"""A record at the resolution that its cycles need: means over blocks of samples, never across a break.
+
+A cycle of 100 000 samples says nothing that 4000 means do not: of a sine they take (π / 4000)² / 6 = 1e-7 of
+the amplitude, and noise adds up as before. What is wrong with single samples (gaps, time stamps, NaN) was
+found before, on the record as it was taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.record import FloatArray, Record
+from evaluation.reversals import find_reversals, noise_sigma
+
+POINTS_A_CYCLE = 4000
+"""The shortest cycle of a run keeps at least so many points."""
+
+
+def condensed(record: Record) -> Record:
+    """Return the record as means over blocks of equally many samples, or itself where its cycles are short.
+
+    Parameters
+    ----------
+    record : Record
+
+    Returns
+    -------
+    Record
+        Every column averaged over the same blocks, time too; a shorter block ends each unbroken stretch.
+        ``breaks`` count the blocks, ``defects`` and ``temperatures`` are those of the record.
+    """
+    size = samples_a_block(record)
+    if size == 1:
+        return record
+    edges = np.array([0, *record.breaks, record.time_s.size])
+    starts = np.concatenate([np.arange(first, last, size) for first, last in pairwise(edges)])
+
+    def column(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else _means(values, edges, size)
+
+    return replace(
+        record,
+        time_s=_means(record.time_s, edges, size),
+        stroke_mm=_means(record.stroke_mm, edges, size),
+        force_kN=_means(record.force_kN, edges, size),
+        speed_mm_per_s=column(record.speed_mm_per_s),
+        wire_difference_mm=column(record.wire_difference_mm),
+        breaks=tuple(int(i) for i in np.searchsorted(starts, record.breaks)),
+    )
+
+
+def samples_a_block(record: Record) -> int:
+    """Return how many samples may be averaged so that the shortest cycle keeps its points; at least 1."""
+    if record.time_s.size < 2 * POINTS_A_CYCLE:
+        return 1
+    turns = find_reversals(record.stroke_mm, noise_sigma(record.stroke_mm))
+    if turns.size < 3:
+        return 1
+    # The ends of the record cut cycles off: they count only where there are no others.
+    inner = turns[1:-1] if turns.size >= 5 else turns
+    return max(1, int(np.min(inner[2:] - inner[:-2])) // POINTS_A_CYCLE)
+
+
+def _means(values: FloatArray, edges: NDArray[np.intp], size: int) -> FloatArray:
+    """Return means over blocks of ``size`` values between neighbouring edges; the last of each is shorter."""
+    parts = []
+    for first, last in pairwise(edges):
+        whole = first + (last - first) // size * size
+        parts.append(np.einsum("ij->i", values[first:whole].reshape(-1, size)) / size)
+        if whole < last:
+            parts.append(np.array([np.mean(values[whole:last])]))
+    return np.concatenate(parts)

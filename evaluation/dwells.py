@@ -1,0 +1,96 @@
+"""Dwells at a reversal: the stroke arrives, rests or creeps, and leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.record import FloatArray
+from evaluation.turn_sides import Side
+
+_PLATEAU_BANDS = (0.001, 0.003, 0.01)
+"""Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""
+LEAST_SAMPLES = 4
+"""A dwell has at least so many samples."""
+_NEAR = 0.05
+_RESOLVED_STEPS = 2.0
+"""A band is no narrower than so many of the smallest steps: the rounded top of a coarse sine is no dwell."""
+_PLATEAU_NOISE = 6.5
+_PLATEAU_WIDER = 9.0
+_PLATEAU_RATIO = 1.8
+"""Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """A dwell: when and where the stroke arrives and leaves (turned as the side is), and its first sample."""
+
+    arrive_s: float
+    arrive: float
+    leave_s: float
+    leave: float
+    index: int
+    u: float
+
+
+def plateau(side: Side) -> Dwell | None:
+    """Return the dwell about the peak, if it is one, at the finest scale at which it shows."""
+    for share in _PLATEAU_BANDS:
+        band = max(_PLATEAU_NOISE * side.sigma, share * side.wide_height)
+        found = _within(side, band)
+        if found is not None and band < (resolved := _RESOLVED_STEPS * _resolution(side)):
+            band, found = resolved, _within(side, resolved)
+        if found is not None:
+            return _dwell(side, *found, band)
+    return None
+
+
+def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
+    """Return the samples within one and nine bands about a dwell, and its level, if it is one."""
+    near = side.value[side.above(side.value[side.peak] - 2.0 * band)]
+    level = float(np.median(near))
+    inner = side.above(level - band)
+    if inner.stop - inner.start < side.least_samples:
+        return None
+    outer = side.above(level - _PLATEAU_WIDER * band)
+    inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
+    outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
+    return (inner, outer, level) if outer_s <= _PLATEAU_RATIO * inner_s else None
+
+
+def _resolution(side: Side) -> float:
+    """Return the smallest step between neighbours near the peak, 0 where it is no converter's."""
+    near = side.value[side.above(side.value[side.peak] - _NEAR * side.height)]
+    step = np.abs(np.diff(near))
+    least = float(np.min(step[step > 0.0], initial=np.inf))
+    return least if least <= _PLATEAU_BANDS[-1] * side.height else 0.0
+
+
+def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) -> Dwell:
+    time, value = side.time_s[inner], side.value[inner]
+    rise_s = float(time[0] - side.time_s[outer.start])
+    fall_s = float(side.time_s[outer.stop - 1] - time[-1])
+    climb = (_PLATEAU_WIDER - 1.0) * band
+    arrive_s, arrive = _corner(time, value, level - band, rise_s / climb)
+    leave_s, leave = _corner(-time[::-1], value[::-1], level - band, fall_s / climb)
+    u = float(np.std(np.diff(value))) / float(np.sqrt(2.0 * value.size))
+    index = inner.start + int(np.searchsorted(time, arrive_s))
+    return Dwell(arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u)
+
+
+def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float) -> tuple[float, float]:
+    """Return time and value where a flank, which enters the band at ``time[0]``, meets the dwell.
+
+    ``slowness`` is the flank's time per value. The value is the median just behind the corner, so that
+    creep during the dwell does not shift it.
+    """
+    middle = 0.5 * float(time[0] + time[-1])
+    corner, level = float(time[0]), float(np.median(value))
+    for _ in range(3):
+        corner = min(float(time[0]) + max(level - entered, 0.0) * slowness, middle)
+        first = max(0, min(int(np.searchsorted(time, corner)), time.size - LEAST_SAMPLES))
+        span = max(2.0 * abs(level - entered) * slowness, 0.02 * float(time[-1] - time[0]))
+        last = max(int(np.searchsorted(time, corner + span)), first + LEAST_SAMPLES)
+        level = float(np.median(value[first:last]))
+    return corner, level
