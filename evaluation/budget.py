@@ -25,7 +25,8 @@ from evaluation.error_model import (
 )
 from evaluation.quantities import TANGENT_WINDOW
 from evaluation.record import FloatArray
-from evaluation.results import CycleResult, Summary
+from evaluation.results import Summary
+from evaluation.summary import LEAST_SCATTER
 from evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading
 from foundation.channel import ChannelUncertainty
 
@@ -39,8 +40,6 @@ _UNITS = {
 }
 _MOST_CYCLES = 50
 """Loops are averaged over at most so many of the cycles used, evenly chosen."""
-_LEAST_SCATTER = 3
-"""The scatter between cycles counts from so many on."""
 _SQRT3 = math.sqrt(3.0)
 
 
@@ -106,7 +105,6 @@ def run_budget(
     force: ChannelUncertainty | None,
     wires: Sequence[ChannelUncertainty],
     prepared: Mapping[int, CyclePropagation],
-    results: Sequence[CycleResult],
     summary: Summary,
 ) -> tuple[Budget, ...]:
     """Return the budgets of a run's main results.
@@ -117,7 +115,6 @@ def run_budget(
         Uncertainty of the channels.
     prepared : mapping of int to CyclePropagation
         Loops of the complete cycles.
-    results : sequence of CycleResult
     summary : Summary
         Means over the cycles used, with the uncertainty of record.
 
@@ -132,7 +129,6 @@ def run_budget(
     chosen = [used[i] for i in np.unique(np.linspace(0, len(used) - 1, _MOST_CYCLES).round().astype(int))]
     loops = [prepared[index] for index in chosen]
     inputs = _Inputs(force, wires)
-    cycles = [r for r in results if r.cycle.index in used]
     budgets = []
     energies = _energies(inputs, loops, len(used))
     tangent = _tangent(inputs, loops, len(used))
@@ -142,7 +138,7 @@ def run_budget(
         if figure is None or value is None:
             continue
         result, own = figure
-        own = (*own, *_scatter(name, cycles))
+        own = (*own, *_scatter(name, summary.values[name].scatter_u, len(used)))
         expanded = summary.values[name].expanded_uncertainty
         u_drawn = None if expanded is None else expanded / COVERAGE
         budgets.append(_drawn_up(name, value, result, inputs, own, u_drawn))
@@ -194,15 +190,11 @@ def _tangent(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) ->
     return slope, (_Source("noise and resolution", "kN/mm", None, "normal", (noise,)),)
 
 
-def _scatter(name: str, cycles: Sequence[CycleResult]) -> tuple[_Source, ...]:
-    """Return the scatter between the cycles, as the standard deviation of their mean (type A)."""
-    values = [value for c in cycles if (value := getattr(c.quantities, name)) is not None]
-    if len(values) < _LEAST_SCATTER:
+def _scatter(name: str, u: float, cycles: int) -> tuple[_Source, ...]:
+    """Return what the cycles scatter by beyond their noise, as an uncertainty of their mean (type A)."""
+    if cycles < LEAST_SCATTER:
         return ()
-    u = float(np.std(values, ddof=1)) / math.sqrt(len(values))
-    return (
-        _Source("scatter between cycles", _UNITS[name], None, "t", (GTC.ureal(0.0, u, len(values) - 1),)),
-    )
+    return (_Source("scatter between cycles", _UNITS[name], None, "t", (GTC.ureal(0.0, u, cycles - 1),)),)
 
 
 def _drawn_up(

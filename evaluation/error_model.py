@@ -33,12 +33,18 @@ STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
 
 @dataclass(frozen=True)
 class StrokeFacts:
-    """Uncertainty of the mean of all draw wires: limits [share, mm, mm] and standard u of the delay [s]."""
+    """Uncertainty of the mean of all draw wires: limits [share, mm, mm] and standard u of the delay [s].
+
+    ``scale`` and ``zero_mm`` are joint limits: those of one rectangular error with the same standard
+    uncertainty. ``scales`` and ``zeros_mm`` are what each wire's own error makes of the mean.
+    """
 
     scale: float
     zero_mm: float
     linearity_mm: float
     u_delay_s: float
+    scales: tuple[float, ...]
+    zeros_mm: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +64,9 @@ class Draws:
         Relative error of the clock.
     thermometer : array, shape (N,)
         Error of the temperature sensors as a share of their limit, -1 … 1.
+    overreach : array, shape (N,)
+        Standard normal: by how much a largest or smallest reading is off because noise is, as a share of what
+        it may be. It has one sign in all cycles, and does not average out.
     """
 
     force: FloatArray
@@ -66,6 +75,7 @@ class Draws:
     generator: np.random.Generator
     time_base: FloatArray
     thermometer: FloatArray
+    overreach: FloatArray
 
 
 def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
@@ -82,6 +92,8 @@ def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
         zero_mm=mean([wire.zero for wire in wires]),
         linearity_mm=mean([wire.linearity for wire in wires]),
         u_delay_s=mean([wire.u_delay_s for wire in wires]),
+        scales=tuple((wire.accuracy_percent or 0.0) / 100.0 / count for wire in wires),
+        zeros_mm=tuple((wire.zero or 0.0) / count for wire in wires),
     )
 
 
@@ -122,8 +134,9 @@ def draw_errors(
         return None
     generator = np.random.default_rng(seed)
 
-    def within(limit: float) -> FloatArray:
-        return generator.uniform(-limit, limit, draws)
+    def within(*limits: float) -> FloatArray:
+        """Return sums of rectangular errors: two wires' mean is no rectangle, its tails reach further."""
+        return np.asarray(sum(generator.uniform(-limit, limit, draws) for limit in limits))
 
     skew_s = float(np.hypot(force.u_delay_s or 0.0, stroke.u_delay_s))
     force_errors = np.column_stack(
@@ -138,10 +151,11 @@ def draw_errors(
     waves = 2 * len(SHAPE_HALF_WAVES)
     shape_mm = SHAPE_SHARE * stroke.linearity_mm / float(np.sqrt(len(SHAPE_HALF_WAVES)))
     stroke_errors = np.column_stack(
-        (np.ones(draws), within(stroke.scale), generator.normal(0.0, shape_mm, (draws, waves)))
+        (np.ones(draws), within(*stroke.scales), generator.normal(0.0, shape_mm, (draws, waves)))
     )
-    zero_mm, time_base, thermometer = within(stroke.zero_mm), within(TIME_BASE_LIMIT), within(1.0)
-    return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer)
+    zero_mm, time_base, thermometer = within(*stroke.zeros_mm), within(TIME_BASE_LIMIT), within(1.0)
+    overreach = generator.standard_normal(draws)
+    return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach)
 
 
 def stroke_terms(stroke_mm: FloatArray) -> FloatArray:

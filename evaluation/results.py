@@ -120,6 +120,8 @@ class Measured:
     coverage_factor: float = 2.0
     half_width_95: float | None = None
     """Half-width of the 95 % coverage interval of the Monte Carlo propagation (JCGM 101)."""
+    scatter_u: float = 0.0
+    """Standard uncertainty of the mean by what its cycles scatter beyond their noise; part of the above."""
 
 
 @dataclass(frozen=True)

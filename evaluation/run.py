@@ -105,7 +105,7 @@ def evaluate_run(
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
         inspection=inspection.record() if inspection and requirements else None,
-        budget=run_budget(facts.force_uncertainty, facts.stroke_uncertainty, prepared, results, summary),
+        budget=run_budget(facts.force_uncertainty, facts.stroke_uncertainty, prepared, summary),
         skew_sensitivity=skew,
         draw_wires=wires,
         inertia_correction=inertia,

@@ -11,9 +11,10 @@ from typing import Literal
 
 import numpy as np
 
+from evaluation.corners import corner_moment
 from evaluation.motion import TurningPoint
 from evaluation.record import FloatArray
-from evaluation.turn_fits import Fit, flank_fit, grouped, maximum, powers, smooth_fit, value_at
+from evaluation.turn_fits import Fit, flank_fit, grouped, maximum, powers, slope_of, smooth_fit, value_at
 
 _LEVELS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""
@@ -107,6 +108,8 @@ class _Dwell:
     leave: float
     index: int
     u: float
+    u_arrive_s: float
+    u_leave_s: float
 
 
 def _plateau(side: _Side) -> _Dwell | None:
@@ -134,8 +137,18 @@ def _dwell(side: _Side, inner: slice, outer: slice, level: float, band: float) -
     arrive_s, arrive = _corner(time, value, level - band, rise_s / climb)
     leave_s, leave = _corner(-time[::-1], value[::-1], level - band, fall_s / climb)
     u = float(np.std(np.diff(value))) / float(np.sqrt(2.0 * value.size))
+    u_arrive_s = u_leave_s = _step_s(side)
+    if (at := corner_moment(side.time_s, side.value, inner.start, arrive, band, side.sigma)) is not None:
+        arrive_s, u_arrive_s = at
+    back = side.value.size - inner.stop
+    if (at := corner_moment(-side.time_s[::-1], side.value[::-1], back, leave, band, side.sigma)) is not None:
+        leave_s, u_leave_s = at
+    arrive_s = min(arrive_s, 0.5 * float(time[0] + time[-1]))
+    leave_s = min(leave_s, -0.5 * float(time[0] + time[-1]))
     index = inner.start + int(np.searchsorted(time, arrive_s))
-    return _Dwell(arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u)
+    return _Dwell(
+        arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u, u_arrive_s, u_leave_s
+    )
 
 
 def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float) -> tuple[float, float]:
@@ -213,7 +226,13 @@ def _one_sided(side: _Side, time_s: FloatArray, value: FloatArray, degree: int, 
     top = value_at(coefficients.tolist(), vertex)
     on_record = float(z[0]) <= vertex <= float(z[-1])
     reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + 3.0 * u
-    return Fit("edge" if reached else "cut", end_s + span * vertex, top, residual, u)
+    if not reached:
+        return Fit("cut", end_s + span * vertex, top, residual, u)
+    bend = -value_at(slope_of(slope_of(coefficients.tolist())), vertex)
+    row = np.arange(degree + 1.0) * vertex ** np.maximum(np.arange(degree + 1) - 1, 0)
+    scatter = max(residual, side.sigma) / float(np.sqrt(group))
+    u_s = span * scatter * float(np.sqrt(row @ inverse @ row)) / bend
+    return Fit("edge", end_s + span * vertex, top, residual, u, u_s)
 
 
 def fit_turning_point(
@@ -262,7 +281,8 @@ def fit_turning_point(
             index=dwell.index,
             method="plateau",
             u_stroke_mm=dwell.u,
-            u_time_s=_step_s(side),
+            u_time_s=dwell.u_arrive_s,
+            u_leave_s=dwell.u_leave_s,
         )
     fit = None if side.open_left or side.open_right else _best(side)
     if fit is None:
@@ -270,9 +290,9 @@ def fit_turning_point(
     moment = float(time_s[index]) if fit.method == "cut" else fit.time_s
     nearest = side.first + int(np.argmin(np.abs(side.time_s - moment)))
     stroke = sign * fit.value
-    # What is not fitted from both sides is known to a step of the samples.
-    u_s = fit.u_s if fit.method in ("polynomial", "lines") else _step_s(side)
-    return TurningPoint(moment, moment, stroke, stroke, kind, nearest, fit.method, fit.u, u_s)
+    # Where nothing was fitted that has a vertex, the moment is known to a step of the samples.
+    u_s = fit.u_s if fit.u_s > 0.0 else _step_s(side)
+    return TurningPoint(moment, moment, stroke, stroke, kind, nearest, fit.method, fit.u, u_s, u_s)
 
 
 def _step_s(side: _Side) -> float:
