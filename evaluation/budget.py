@@ -23,6 +23,7 @@ from evaluation.error_model import (
     stroke_term_slopes,
     stroke_terms,
 )
+from evaluation.inertia import InertiaForce
 from evaluation.quantities import TANGENT_WINDOW
 from evaluation.record import FloatArray
 from evaluation.results import Summary
@@ -61,7 +62,12 @@ class _Source:
 class _Inputs:
     """The uncertain numbers that all results of a run share."""
 
-    def __init__(self, force: ChannelUncertainty, wires: Sequence[ChannelUncertainty]) -> None:
+    def __init__(
+        self,
+        force: ChannelUncertainty,
+        wires: Sequence[ChannelUncertainty],
+        inertia: InertiaForce | None = None,
+    ) -> None:
         stroke = mean_of_wires(wires)
         if force.accuracy_percent is None or stroke is None:
             raise ValueError("the channels state no accuracy")
@@ -73,11 +79,12 @@ class _Inputs:
         self.stroke_zero = _within(stroke.zero_mm)
         shape_mm = SHAPE_SHARE * stroke.linearity_mm / math.sqrt(len(SHAPE_HALF_WAVES))
         self.shape = tuple(GTC.ureal(0.0, shape_mm) for _ in range(2 * len(SHAPE_HALF_WAVES)))
-        self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew)
+        self.mass: tuple[Any, ...] = () if inertia is None else (_within(inertia.limit),)
+        self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew, *self.mass)
         self.stroke_terms = (1.0, self.stroke_scale, *self.shape)
         # One line for all shapes: of each pair, cosine and sine, the deviation at a stroke has one's u.
         count = 1.0 / math.sqrt(2.0)
-        self.sources = (
+        self.sources: tuple[_Source, ...] = (
             _Source(
                 "force: scale (class)", "1", force.accuracy_percent / 100.0, "rectangular", (self.scale,)
             ),
@@ -94,6 +101,9 @@ class _Inputs:
             _Source("stroke: zero", "mm", stroke.zero_mm, "rectangular", (self.stroke_zero,)),
             _Source("stroke: linearity", "mm", stroke.linearity_mm, "smooth shape", self.shape),
         )
+        if inertia is not None:
+            mass = _Source("moving mass", "1", inertia.limit, "rectangular", self.mass)
+            self.sources = (*self.sources, mass)
         self.joint = {"stroke: linearity": count}
 
 
@@ -106,6 +116,7 @@ def run_budget(
     wires: Sequence[ChannelUncertainty],
     prepared: Mapping[int, CyclePropagation],
     summary: Summary,
+    inertia: InertiaForce | None = None,
 ) -> tuple[Budget, ...]:
     """Return the budgets of a run's main results.
 
@@ -117,6 +128,8 @@ def run_budget(
         Loops of the complete cycles.
     summary : Summary
         Means over the cycles used, with the uncertainty of record.
+    inertia : InertiaForce, optional
+        What the correction for a moving mass added.
 
     Returns
     -------
@@ -128,7 +141,7 @@ def run_budget(
         return ()
     chosen = [used[i] for i in np.unique(np.linspace(0, len(used) - 1, _MOST_CYCLES).round().astype(int))]
     loops = [prepared[index] for index in chosen]
-    inputs = _Inputs(force, wires)
+    inputs = _Inputs(force, wires, inertia)
     budgets = []
     energies = _energies(inputs, loops, len(used))
     tangent = _tangent(inputs, loops, len(used))

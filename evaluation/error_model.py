@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evaluation.inertia import InertiaForce
 from evaluation.record import FloatArray
 from foundation.channel import ChannelUncertainty
 
@@ -26,7 +27,7 @@ TIME_BASE_LIMIT = 1e-4
 """Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is
 no part of any energy; on frequency and speeds it is negligible beside the rest, and counted all the same."""
 FORCE_TERMS = 5
-"""Force as recorded, scale, zero, reversibility, skew (order of :attr:`Draws.force`)."""
+"""Force as recorded, scale, zero, reversal, skew (order of :attr:`Draws.force`); then inertia, if any."""
 STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
 """Stroke as recorded, scale, and a cosine and a sine a half wave (order of :attr:`Draws.stroke`)."""
 
@@ -53,8 +54,9 @@ class Draws:
 
     Attributes
     ----------
-    force : array, shape (N, 5)
-        Factors of the force terms (:func:`force_terms`): 1, scale, zero [kN], reversibility, skew [s].
+    force : array, shape (N, 5 or 6)
+        Factors of the force terms (:func:`force_terms`): 1, scale, zero [kN], reversibility, skew [s], and
+        the share by which the moving mass is wrong where the record was corrected for one.
     stroke : array, shape (N, 8)
         Factors of the stroke terms (:func:`stroke_terms`): 1, scale, shape [mm] …
     stroke_zero_mm : array, shape (N,)
@@ -116,7 +118,11 @@ def missing_facts(force: ChannelUncertainty | None, wires: Sequence[ChannelUncer
 
 
 def draw_errors(
-    force: ChannelUncertainty | None, wires: Sequence[ChannelUncertainty], draws: int, seed: int
+    force: ChannelUncertainty | None,
+    wires: Sequence[ChannelUncertainty],
+    draws: int,
+    seed: int,
+    inertia: InertiaForce | None = None,
 ) -> Draws | None:
     """Draw the errors of all channels; None when force or stroke states no accuracy.
 
@@ -128,6 +134,8 @@ def draw_errors(
     draws : int
     seed : int
         The same seed gives the same draws.
+    inertia : InertiaForce, optional
+        What the correction for a moving mass added.
     """
     stroke = mean_of_wires(wires)
     if force is None or force.accuracy_percent is None or stroke is None:
@@ -155,6 +163,8 @@ def draw_errors(
     )
     zero_mm, time_base, thermometer = within(*stroke.zeros_mm), within(TIME_BASE_LIMIT), within(1.0)
     overreach = generator.standard_normal(draws)
+    if inertia is not None:
+        force_errors = np.column_stack((force_errors, within(inertia.limit)))
     return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach)
 
 
@@ -176,8 +186,12 @@ def stroke_term_slopes(stroke_mm: float) -> FloatArray:
     return np.array(slopes, dtype=np.float64)
 
 
-def force_terms(time_s: FloatArray, force_kN: FloatArray, unloading: slice) -> FloatArray:
+def force_terms(
+    time_s: FloatArray, force_kN: FloatArray, unloading: slice, inertia_kN: FloatArray | None = None
+) -> FloatArray:
     """Return the force terms, shape (5, M): force, force (scale), 1 (zero), reversibility, -dF/dt (skew).
+
+    ``inertia_kN``, which the correction for a moving mass added, is a sixth.
 
     The reversibility error concerns falling force, in proportion to the force, and vanishes towards the
     peak, where rising and falling are the same state: F (1 - F / F_peak), the usual shape of a hysteresis.
@@ -188,4 +202,5 @@ def force_terms(time_s: FloatArray, force_kN: FloatArray, unloading: slice) -> F
     reversal[unloading] = falling * (1.0 - np.abs(falling) / peak)
     step = np.gradient(time_s)
     rate = np.gradient(force_kN) / np.where(step > 0.0, step, np.inf)
-    return np.stack((force_kN, force_kN, np.ones_like(force_kN), reversal, -rate))
+    terms = [force_kN, force_kN, np.ones_like(force_kN), reversal, -rate]
+    return np.stack(terms if inertia_kN is None else [*terms, inertia_kN])

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
+from evaluation.inertia import InertiaForce
 from evaluation.loops import END_SHARE, cut_loop
 from evaluation.motion import Cycle, Loop
 from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW
@@ -27,7 +28,7 @@ COVERAGE = 2.0
 """Coverage factor k of the expanded uncertainty U = k u."""
 NORMAL_95 = 1.959964
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
-PEAK_OF_NOISE = 1.2
+PEAK_OF_NOISE = 1.4
 """The largest of several readings exceeds the true largest by one to two of their standard deviations; an
 error that leans to one side is held in 95 % of cases by an interval about the value that takes it for so
 many."""
@@ -49,7 +50,7 @@ class LocalReading:
     ----------
     force_kN, slope, bend : float
         Force, its first and second derivative by stroke there [kN, kN/mm, kN/mm²].
-    value_terms, slope_terms : arrays, shape (5,)
+    value_terms, slope_terms : arrays, shape (5 or 6,)
         The same readings (force, slope) of each force term.
     value_gain, slope_gain : float
         Standard deviation of the readings for force noise of 1 kN a sample.
@@ -67,7 +68,7 @@ class LocalReading:
 
 @dataclass(frozen=True, eq=False)
 class EnergyTerms:
-    """Energies of one loop as sums over pairs of terms, shape (5, 8) [J], and their noise [J].
+    """Energies of one loop as sums over pairs of terms, shape (5 or 6, 8) [J], and their noise [J].
 
     ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``turn_J``: W_s by the fit of the turning points.
     """
@@ -79,9 +80,15 @@ class EnergyTerms:
     turn_J: float
 
 
-def record_noise(record: Record) -> Noise:
-    """Return the white noise of force and stroke, from fifth differences of the whole record."""
-    return Noise(noise_sigma(record.force_kN), noise_sigma(record.stroke_mm))
+def record_noise(record: Record, inertia: InertiaForce | None = None) -> Noise:
+    """Return the white noise of force and stroke, from fifth differences of the whole record.
+
+    The noise of an acceleration is smooth, so that differences do not show it: it is added.
+    """
+    force_kN = noise_sigma(record.force_kN)
+    if inertia is not None:
+        force_kN = float(np.hypot(force_kN, inertia.noise_kN))
+    return Noise(force_kN, noise_sigma(record.stroke_mm))
 
 
 class CyclePropagation:
@@ -93,13 +100,20 @@ class CyclePropagation:
     cycle : Cycle
         Complete.
     noise : Noise
+    inertia : InertiaForce, optional
+        What the correction for a moving mass added to the record.
     """
 
-    def __init__(self, record: Record, cycle: Cycle, noise: Noise) -> None:
+    def __init__(
+        self, record: Record, cycle: Cycle, noise: Noise, inertia: InertiaForce | None = None
+    ) -> None:
         self.cycle = cycle
         self.noise = noise
         self.loop = cut_loop(record, cycle)
-        self.force = force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading)
+        added = None
+        if inertia is not None:
+            added = np.interp(self.loop.time_s, record.time_s, inertia.added_kN)
+        self.force = force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading, added)
         self.stroke = stroke_terms(self.loop.stroke_mm)
         inside = np.searchsorted(record.time_s, [cycle.start_s, cycle.end_s])
         self.samples = int(inside[1] - inside[0])

@@ -10,6 +10,7 @@ import click
 from cli.evaluation_view import show_evaluation
 from cli.options import EXISTING, FILE, write_json
 from evaluation.document import evaluate_paths
+from evaluation.inertia import ForceCell
 from evaluation.requirements.checklist import asked_items
 from evaluation.requirements.inspection import load_inspection
 from evaluation.requirements.limit_set import find_limit_set, shipped_limit_set
@@ -37,6 +38,18 @@ from foundation.errors import ExitStatus
     help="Correct for the inertia of this mass between load cell and specimen (default: the stand file's).",
 )
 @click.option(
+    "--moving-mass-accuracy",
+    metavar="PERCENT",
+    type=float,
+    help="Limit of the error of that mass (default: the stand file's, else 5).",
+)
+@click.option(
+    "--force-cell",
+    type=click.Choice(get_args(ForceCell)),
+    help="Where the load cell is: it pushes the moving mass, or stands behind the specimen "
+    "(default: the stand file's, else moving-side).",
+)
+@click.option(
     "--limits",
     metavar="FILE.toml",
     help="Judge every run by this limit set: a file, or the name of a shipped one (default en15551-105mm).",
@@ -56,6 +69,8 @@ def command(
     table: Path | None,
     decision_rule: DecisionRule,
     moving_mass: float | None,
+    moving_mass_accuracy: float | None,
+    force_cell: ForceCell | None,
     limits: str | None,
     inspections: tuple[Path, ...],
     strict: bool,
@@ -71,6 +86,8 @@ def command(
         decision_rule=decision_rule,
         limit_set=limit_set,
         moving_mass_kg=moving_mass,
+        moving_mass_accuracy_percent=moving_mass_accuracy,
+        force_cell=force_cell,
         inspections=[load_inspection(file, asked_items(limit_set)) for file in inspections],
     )
     if json_file is not None:
