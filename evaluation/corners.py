@@ -15,6 +15,7 @@ FLANK_SAMPLES = 6
 _MOST_BANDS = 30.0
 """Samples further than this many bands from the dwell are no part of its flank, but for the least three."""
 _LEAST = 3
+_SURE = 3.0
 
 
 def corner_moment(
@@ -58,5 +59,6 @@ def corner_moment(
     scatter = max(float(np.sqrt(residual @ residual / max(1, time.size - 2))), sigma)
     reach = (level - float(np.mean(flank))) / speed
     u_s = scatter / speed * float(np.sqrt(1.0 / time.size + reach**2 / spread))
-    moment = float(np.clip(middle + reach, time[-1], max(0.0, (level - value[first_in]) / speed)))
-    return float(time_s[first_in]) + moment, u_s
+    # One noisy sample must not cut off the later half of the moments that are as likely as the earlier one.
+    latest = max(0.0, (level - float(value[first_in]) + _SURE * sigma) / speed)
+    return float(time_s[first_in]) + float(np.clip(middle + reach, time[-1], latest)), u_s

@@ -158,9 +158,8 @@ def draw_errors(
     )
     waves = 2 * len(SHAPE_HALF_WAVES)
     shape_mm = SHAPE_SHARE * stroke.linearity_mm / float(np.sqrt(len(SHAPE_HALF_WAVES)))
-    stroke_errors = np.column_stack(
-        (np.ones(draws), within(*stroke.scales), generator.normal(0.0, shape_mm, (draws, waves)))
-    )
+    shapes = generator.normal(0.0, shape_mm, (draws, waves))  # before what depends on the number of wires
+    stroke_errors = np.column_stack((np.ones(draws), within(*stroke.scales), shapes))
     zero_mm, time_base, thermometer = within(*stroke.zeros_mm), within(TIME_BASE_LIMIT), within(1.0)
     overreach = generator.standard_normal(draws)
     if inertia is not None:

@@ -60,8 +60,8 @@ class InertiaCorrection:
     moving_mass_kg: float = 0.0
     source: MassSource = "none"
     largest_force_kN: float = 0.0
-    accuracy_percent: float | None = None
-    force_cell: ForceCell | None = None
+    accuracy_percent: float = MASS_ACCURACY_PERCENT
+    force_cell: ForceCell = "moving-side"
 
 
 @dataclass(frozen=True, eq=False)

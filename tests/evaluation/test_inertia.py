@@ -64,8 +64,8 @@ def test_it_is_off_unless_stated_and_then_said() -> None:
         "moving_mass_kg": 0.0,
         "source": "none",
         "largest_force_kN": 0.0,
-        "accuracy_percent": None,
-        "force_cell": None,
+        "accuracy_percent": 5.0,
+        "force_cell": "moving-side",
     }
     assert entries[0] == entries[3] == nothing
     assert [e["source"] for e in entries] == ["none", "stand", "option", "none"]
