@@ -11,6 +11,7 @@ from typing import Any, get_args
 import click
 
 from cli.options import FILE, warn
+from evaluation.inertia import ForceCell
 from evaluation.requirements.checklist import asked_items
 from evaluation.requirements.inspection import Inspection, load_inspection, unused
 from evaluation.requirements.limit_set import LimitSet, find_limit_set, shipped_limit_set
@@ -25,6 +26,8 @@ class Judging:
     decision_rule: DecisionRule
     limit_set: LimitSet
     moving_mass_kg: float | None
+    moving_mass_accuracy_percent: float | None
+    force_cell: ForceCell | None
     inspections: tuple[Inspection, ...]
 
     def warn_of_unused(self, runs: Sequence[Mapping[str, Any]]) -> None:
@@ -63,6 +66,18 @@ _OPTIONS = (
         help="Correct for the inertia of this mass between load cell and specimen "
         "(default: that of the stand file).",
     ),
+    click.option(
+        "--moving-mass-accuracy",
+        metavar="PERCENT",
+        type=float,
+        help="Limit of the error of that mass (default: the stand file's, else 5).",
+    ),
+    click.option(
+        "--force-cell",
+        type=click.Choice(get_args(ForceCell)),
+        help="Where the load cell is: it pushes the moving mass, or stands behind the specimen "
+        "(default: the stand file's, else moving-side).",
+    ),
 )
 
 
@@ -76,9 +91,20 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
         limits: str | None,
         inspections: tuple[Path, ...],
         moving_mass: float | None,
+        moving_mass_accuracy: float | None,
+        force_cell: ForceCell | None,
         **others: Any,
     ) -> Any:
-        return function(*args, judging=_read(decision_rule, limits, inspections, moving_mass), **others)
+        limit_set = shipped_limit_set() if limits is None else find_limit_set(limits)
+        judging = Judging(
+            decision_rule=decision_rule,
+            limit_set=limit_set,
+            moving_mass_kg=_mass(moving_mass),
+            moving_mass_accuracy_percent=moving_mass_accuracy,
+            force_cell=force_cell,
+            inspections=tuple(load_inspection(file, asked_items(limit_set)) for file in inspections),
+        )
+        return function(*args, judging=judging, **others)
 
     decorated: Callable[..., Any] = with_judging
     for option in reversed(_OPTIONS):
@@ -86,15 +112,13 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
     return decorated
 
 
-def _read(
-    decision_rule: DecisionRule, limits: str | None, files: tuple[Path, ...], moving_mass_kg: float | None
-) -> Judging:
-    """Read what the options name.
+def _mass(moving_mass_kg: float | None) -> float | None:
+    """Return a moving mass as it is.
 
     Raises
     ------
     BadInput
-        If a limit set or an inspector's file cannot be used, or the mass is none.
+        If it can be none.
     """
     if moving_mass_kg is not None and not 0.0 <= moving_mass_kg < float("inf"):
         raise BadInput(
@@ -102,6 +126,4 @@ def _read(
             file="--moving-mass",
             remedy="give kilograms, 0 or more",
         )
-    limit_set = shipped_limit_set() if limits is None else find_limit_set(limits)
-    inspections = tuple(load_inspection(file, asked_items(limit_set)) for file in files)
-    return Judging(decision_rule, limit_set, moving_mass_kg, inspections)
+    return moving_mass_kg

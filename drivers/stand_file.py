@@ -39,6 +39,11 @@ class StandFacts(Settings):
     laboratory: str = ""
     moving_mass_kg: float | None = Field(default=None, ge=0)
     """Mass between load cell and specimen that moves with the stroke; the evaluation corrects for it [kg]."""
+    moving_mass_accuracy_percent: float | None = Field(default=None, ge=0)
+    """Limit of the error of that mass, in per cent of it; 5 % where it is not stated."""
+    force_cell: Literal["moving-side", "fixed-side"] | None = None
+    """Where the load cell is: it pushes the mass (``moving-side``, as where nothing is stated), or stands
+    behind the specimen (``fixed-side``)."""
 
 
 class Limits(Settings):

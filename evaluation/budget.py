@@ -23,9 +23,11 @@ from evaluation.error_model import (
     stroke_term_slopes,
     stroke_terms,
 )
+from evaluation.inertia import InertiaForce
 from evaluation.quantities import TANGENT_WINDOW
 from evaluation.record import FloatArray
-from evaluation.results import CycleResult, Summary
+from evaluation.results import Summary
+from evaluation.summary import LEAST_SCATTER
 from evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading
 from foundation.channel import ChannelUncertainty
 
@@ -39,8 +41,6 @@ _UNITS = {
 }
 _MOST_CYCLES = 50
 """Loops are averaged over at most so many of the cycles used, evenly chosen."""
-_LEAST_SCATTER = 3
-"""The scatter between cycles counts from so many on."""
 _SQRT3 = math.sqrt(3.0)
 
 
@@ -62,7 +62,12 @@ class _Source:
 class _Inputs:
     """The uncertain numbers that all results of a run share."""
 
-    def __init__(self, force: ChannelUncertainty, wires: Sequence[ChannelUncertainty]) -> None:
+    def __init__(
+        self,
+        force: ChannelUncertainty,
+        wires: Sequence[ChannelUncertainty],
+        inertia: InertiaForce | None = None,
+    ) -> None:
         stroke = mean_of_wires(wires)
         if force.accuracy_percent is None or stroke is None:
             raise ValueError("the channels state no accuracy")
@@ -74,11 +79,12 @@ class _Inputs:
         self.stroke_zero = _within(stroke.zero_mm)
         shape_mm = SHAPE_SHARE * stroke.linearity_mm / math.sqrt(len(SHAPE_HALF_WAVES))
         self.shape = tuple(GTC.ureal(0.0, shape_mm) for _ in range(2 * len(SHAPE_HALF_WAVES)))
-        self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew)
+        self.mass: tuple[Any, ...] = () if inertia is None else (_within(inertia.limit),)
+        self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew, *self.mass)
         self.stroke_terms = (1.0, self.stroke_scale, *self.shape)
         # One line for all shapes: of each pair, cosine and sine, the deviation at a stroke has one's u.
         count = 1.0 / math.sqrt(2.0)
-        self.sources = (
+        self.sources: tuple[_Source, ...] = (
             _Source(
                 "force: scale (class)", "1", force.accuracy_percent / 100.0, "rectangular", (self.scale,)
             ),
@@ -95,6 +101,9 @@ class _Inputs:
             _Source("stroke: zero", "mm", stroke.zero_mm, "rectangular", (self.stroke_zero,)),
             _Source("stroke: linearity", "mm", stroke.linearity_mm, "smooth shape", self.shape),
         )
+        if inertia is not None:
+            mass = _Source("moving mass", "1", inertia.limit, "rectangular", self.mass)
+            self.sources = (*self.sources, mass)
         self.joint = {"stroke: linearity": count}
 
 
@@ -106,8 +115,8 @@ def run_budget(
     force: ChannelUncertainty | None,
     wires: Sequence[ChannelUncertainty],
     prepared: Mapping[int, CyclePropagation],
-    results: Sequence[CycleResult],
     summary: Summary,
+    inertia: InertiaForce | None = None,
 ) -> tuple[Budget, ...]:
     """Return the budgets of a run's main results.
 
@@ -117,9 +126,10 @@ def run_budget(
         Uncertainty of the channels.
     prepared : mapping of int to CyclePropagation
         Loops of the complete cycles.
-    results : sequence of CycleResult
     summary : Summary
         Means over the cycles used, with the uncertainty of record.
+    inertia : InertiaForce, optional
+        What the correction for a moving mass added.
 
     Returns
     -------
@@ -131,8 +141,7 @@ def run_budget(
         return ()
     chosen = [used[i] for i in np.unique(np.linspace(0, len(used) - 1, _MOST_CYCLES).round().astype(int))]
     loops = [prepared[index] for index in chosen]
-    inputs = _Inputs(force, wires)
-    cycles = [r for r in results if r.cycle.index in used]
+    inputs = _Inputs(force, wires, inertia)
     budgets = []
     energies = _energies(inputs, loops, len(used))
     tangent = _tangent(inputs, loops, len(used))
@@ -142,7 +151,7 @@ def run_budget(
         if figure is None or value is None:
             continue
         result, own = figure
-        own = (*own, *_scatter(name, cycles))
+        own = (*own, *_scatter(name, summary.values[name].scatter_u, len(used)))
         expanded = summary.values[name].expanded_uncertainty
         u_drawn = None if expanded is None else expanded / COVERAGE
         budgets.append(_drawn_up(name, value, result, inputs, own, u_drawn))
@@ -194,15 +203,11 @@ def _tangent(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) ->
     return slope, (_Source("noise and resolution", "kN/mm", None, "normal", (noise,)),)
 
 
-def _scatter(name: str, cycles: Sequence[CycleResult]) -> tuple[_Source, ...]:
-    """Return the scatter between the cycles, as the standard deviation of their mean (type A)."""
-    values = [value for c in cycles if (value := getattr(c.quantities, name)) is not None]
-    if len(values) < _LEAST_SCATTER:
+def _scatter(name: str, u: float, cycles: int) -> tuple[_Source, ...]:
+    """Return what the cycles scatter by beyond their noise, as an uncertainty of their mean (type A)."""
+    if cycles < LEAST_SCATTER:
         return ()
-    u = float(np.std(values, ddof=1)) / math.sqrt(len(values))
-    return (
-        _Source("scatter between cycles", _UNITS[name], None, "t", (GTC.ureal(0.0, u, len(values) - 1),)),
-    )
+    return (_Source("scatter between cycles", _UNITS[name], None, "t", (GTC.ureal(0.0, u, cycles - 1),)),)
 
 
 def _drawn_up(

@@ -12,6 +12,7 @@ import numpy as np
 
 from evaluation.budget_lines import budget_entry
 from evaluation.evidence import comparison_entries, evidence_entry
+from evaluation.inertia import ForceCell
 from evaluation.load import load_run
 from evaluation.record import Record
 from evaluation.requirements.inspection import Inspection
@@ -42,6 +43,8 @@ def evaluate_paths(
     draws: int = Options.draws,
     limit_set: LimitSet | None = None,
     moving_mass_kg: float | None = None,
+    moving_mass_accuracy_percent: float | None = None,
+    force_cell: ForceCell | None = None,
     inspections: Sequence[Inspection] = (),
 ) -> dict[str, Any]:
     """Evaluate run files, campaign folders or archives, and return the evaluation document.
@@ -57,6 +60,10 @@ def evaluate_paths(
         Limits to judge by; the shipped set by default.
     moving_mass_kg : float, optional
         Mass between load cell and specimen to correct for; by default what the stand file states.
+    moving_mass_accuracy_percent : float, optional
+        Limit of the error of that mass.
+    force_cell : "moving-side" or "fixed-side", optional
+        On which side of the mass the load cell is.
     inspections : sequence of Inspection
         What inspectors wrote down; each goes with the runs of its specimen.
 
@@ -69,6 +76,8 @@ def evaluate_paths(
         decision_rule=decision_rule,
         draws=draws,
         moving_mass_kg=moving_mass_kg,
+        moving_mass_accuracy_percent=moving_mass_accuracy_percent,
+        force_cell=force_cell,
         inspections=tuple(inspections),
     )
     document = assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evaluation.corners import corner_moment
 from evaluation.record import FloatArray
 from evaluation.turn_sides import Side
 
@@ -32,6 +33,8 @@ class Dwell:
     leave: float
     index: int
     u: float
+    u_arrive_s: float
+    u_leave_s: float
 
 
 def plateau(side: Side) -> Dwell | None:
@@ -75,8 +78,18 @@ def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) ->
     arrive_s, arrive = _corner(time, value, level - band, rise_s / climb)
     leave_s, leave = _corner(-time[::-1], value[::-1], level - band, fall_s / climb)
     u = float(np.std(np.diff(value))) / float(np.sqrt(2.0 * value.size))
+    u_arrive_s = u_leave_s = side.step_s
+    if (at := corner_moment(side.time_s, side.value, inner.start, arrive, band, side.sigma)) is not None:
+        arrive_s, u_arrive_s = at
+    back = side.value.size - inner.stop
+    if (at := corner_moment(-side.time_s[::-1], side.value[::-1], back, leave, band, side.sigma)) is not None:
+        leave_s, u_leave_s = at
+    arrive_s = min(arrive_s, 0.5 * float(time[0] + time[-1]))
+    leave_s = min(leave_s, -0.5 * float(time[0] + time[-1]))
     index = inner.start + int(np.searchsorted(time, arrive_s))
-    return Dwell(arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u)
+    return Dwell(
+        arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u, u_arrive_s, u_leave_s
+    )
 
 
 def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float) -> tuple[float, float]:

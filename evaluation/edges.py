@@ -28,6 +28,7 @@ class EdgeFit:
     value: float
     residual: float
     u: float
+    u_s: float = 0.0
 
 
 def _grouped(time_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray, int]:
@@ -79,4 +80,10 @@ def _one_sided(side: Side, time_s: FloatArray, value: FloatArray, degree: int, g
     top = float(np.polynomial.polynomial.polyval(vertex, coefficients))
     on_record = float(z[0]) <= vertex <= float(z[-1])
     reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + 3.0 * u
-    return EdgeFit("edge" if reached else "cut", end_s + span * vertex, top, residual, u)
+    if not reached:
+        return EdgeFit("cut", end_s + span * vertex, top, residual, u)
+    bend = -float(np.polynomial.polynomial.polyval(vertex, np.polynomial.polynomial.polyder(coefficients, 2)))
+    row = np.arange(degree + 1.0) * vertex ** np.maximum(np.arange(degree + 1) - 1, 0)
+    scatter = max(residual, side.sigma) / float(np.sqrt(group))
+    u_s = span * scatter * float(np.sqrt(row @ inverse @ row)) / bend
+    return EdgeFit("edge", end_s + span * vertex, top, residual, u, u_s)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evaluation.inertia import InertiaForce
 from evaluation.record import FloatArray
 from foundation.channel import ChannelUncertainty
 
@@ -26,19 +27,25 @@ TIME_BASE_LIMIT = 1e-4
 """Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is
 no part of any energy; on frequency and speeds it is negligible beside the rest, and counted all the same."""
 FORCE_TERMS = 5
-"""Force as recorded, scale, zero, reversibility, skew (order of :attr:`Draws.force`)."""
+"""Force as recorded, scale, zero, reversal, skew (order of :attr:`Draws.force`); then inertia, if any."""
 STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
 """Stroke as recorded, scale, and a cosine and a sine a half wave (order of :attr:`Draws.stroke`)."""
 
 
 @dataclass(frozen=True)
 class StrokeFacts:
-    """Uncertainty of the mean of all draw wires: limits [share, mm, mm] and standard u of the delay [s]."""
+    """Uncertainty of the mean of all draw wires: limits [share, mm, mm] and standard u of the delay [s].
+
+    ``scale`` and ``zero_mm`` are joint limits: those of one rectangular error with the same standard
+    uncertainty. ``scales`` and ``zeros_mm`` are what each wire's own error makes of the mean.
+    """
 
     scale: float
     zero_mm: float
     linearity_mm: float
     u_delay_s: float
+    scales: tuple[float, ...]
+    zeros_mm: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +54,9 @@ class Draws:
 
     Attributes
     ----------
-    force : array, shape (N, 5)
-        Factors of the force terms (:func:`force_terms`): 1, scale, zero [kN], reversibility, skew [s].
+    force : array, shape (N, 5 or 6)
+        Factors of the force terms (:func:`force_terms`): 1, scale, zero [kN], reversibility, skew [s], and
+        the share by which the moving mass is wrong where the record was corrected for one.
     stroke : array, shape (N, 8)
         Factors of the stroke terms (:func:`stroke_terms`): 1, scale, shape [mm] …
     stroke_zero_mm : array, shape (N,)
@@ -58,6 +66,9 @@ class Draws:
         Relative error of the clock.
     thermometer : array, shape (N,)
         Error of the temperature sensors as a share of their limit, -1 … 1.
+    overreach : array, shape (N,)
+        Standard normal: by how much a largest or smallest reading is off because noise is, as a share of what
+        it may be. It has one sign in all cycles, and does not average out.
     """
 
     force: FloatArray
@@ -66,6 +77,7 @@ class Draws:
     generator: np.random.Generator
     time_base: FloatArray
     thermometer: FloatArray
+    overreach: FloatArray
 
 
 def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
@@ -82,6 +94,8 @@ def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
         zero_mm=mean([wire.zero for wire in wires]),
         linearity_mm=mean([wire.linearity for wire in wires]),
         u_delay_s=mean([wire.u_delay_s for wire in wires]),
+        scales=tuple((wire.accuracy_percent or 0.0) / 100.0 / count for wire in wires),
+        zeros_mm=tuple((wire.zero or 0.0) / count for wire in wires),
     )
 
 
@@ -104,7 +118,11 @@ def missing_facts(force: ChannelUncertainty | None, wires: Sequence[ChannelUncer
 
 
 def draw_errors(
-    force: ChannelUncertainty | None, wires: Sequence[ChannelUncertainty], draws: int, seed: int
+    force: ChannelUncertainty | None,
+    wires: Sequence[ChannelUncertainty],
+    draws: int,
+    seed: int,
+    inertia: InertiaForce | None = None,
 ) -> Draws | None:
     """Draw the errors of all channels; None when force or stroke states no accuracy.
 
@@ -116,14 +134,17 @@ def draw_errors(
     draws : int
     seed : int
         The same seed gives the same draws.
+    inertia : InertiaForce, optional
+        What the correction for a moving mass added.
     """
     stroke = mean_of_wires(wires)
     if force is None or force.accuracy_percent is None or stroke is None:
         return None
     generator = np.random.default_rng(seed)
 
-    def within(limit: float) -> FloatArray:
-        return generator.uniform(-limit, limit, draws)
+    def within(*limits: float) -> FloatArray:
+        """Return sums of rectangular errors: two wires' mean is no rectangle, its tails reach further."""
+        return np.asarray(sum(generator.uniform(-limit, limit, draws) for limit in limits))
 
     skew_s = float(np.hypot(force.u_delay_s or 0.0, stroke.u_delay_s))
     force_errors = np.column_stack(
@@ -137,11 +158,13 @@ def draw_errors(
     )
     waves = 2 * len(SHAPE_HALF_WAVES)
     shape_mm = SHAPE_SHARE * stroke.linearity_mm / float(np.sqrt(len(SHAPE_HALF_WAVES)))
-    stroke_errors = np.column_stack(
-        (np.ones(draws), within(stroke.scale), generator.normal(0.0, shape_mm, (draws, waves)))
-    )
-    zero_mm, time_base, thermometer = within(stroke.zero_mm), within(TIME_BASE_LIMIT), within(1.0)
-    return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer)
+    shapes = generator.normal(0.0, shape_mm, (draws, waves))  # before what depends on the number of wires
+    stroke_errors = np.column_stack((np.ones(draws), within(*stroke.scales), shapes))
+    zero_mm, time_base, thermometer = within(*stroke.zeros_mm), within(TIME_BASE_LIMIT), within(1.0)
+    overreach = generator.standard_normal(draws)
+    if inertia is not None:
+        force_errors = np.column_stack((force_errors, within(inertia.limit)))
+    return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach)
 
 
 def stroke_terms(stroke_mm: FloatArray) -> FloatArray:
@@ -162,8 +185,12 @@ def stroke_term_slopes(stroke_mm: float) -> FloatArray:
     return np.array(slopes, dtype=np.float64)
 
 
-def force_terms(time_s: FloatArray, force_kN: FloatArray, unloading: slice) -> FloatArray:
+def force_terms(
+    time_s: FloatArray, force_kN: FloatArray, unloading: slice, inertia_kN: FloatArray | None = None
+) -> FloatArray:
     """Return the force terms, shape (5, M): force, force (scale), 1 (zero), reversibility, -dF/dt (skew).
+
+    ``inertia_kN``, which the correction for a moving mass added, is a sixth.
 
     The reversibility error concerns falling force, in proportion to the force, and vanishes towards the
     peak, where rising and falling are the same state: F (1 - F / F_peak), the usual shape of a hysteresis.
@@ -174,4 +201,5 @@ def force_terms(time_s: FloatArray, force_kN: FloatArray, unloading: slice) -> F
     reversal[unloading] = falling * (1.0 - np.abs(falling) / peak)
     step = np.gradient(time_s)
     rate = np.gradient(force_kN) / np.where(step > 0.0, step, np.inf)
-    return np.stack((force_kN, force_kN, np.ones_like(force_kN), reversal, -rate))
+    terms = [force_kN, force_kN, np.ones_like(force_kN), reversal, -rate]
+    return np.stack(terms if inertia_kN is None else [*terms, inertia_kN])

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evaluation.error_model import Draws, stroke_term_slopes
-from evaluation.motion import Cycle
+from evaluation.motion import Cycle, Loop
 from evaluation.quantities import SPEED_WINDOW
 from evaluation.record import FloatArray, Temperature
 from evaluation.results import CycleResult
@@ -15,6 +15,10 @@ from evaluation.uncertainty import PEAK_OF_NOISE, CyclePropagation, stroke_figur
 
 _DISTORTING = range(2, 11)
 """Harmonics of the stroke that count as distortion."""
+_SPEED_PARTS = 16
+"""A branch is looked at in so many parts for where its speed may be largest …"""
+_NEAR_LARGEST = 0.95
+"""… which are those whose speed is at least this share of the largest."""
 
 
 def stroke_draws(draws: Draws, cycle: Cycle) -> dict[str, FloatArray]:
@@ -27,18 +31,19 @@ def further_draws(
 ) -> dict[str, FloatArray]:
     """Return frequency, speeds, distortion and temperatures of a complete cycle of every draw."""
     cycle, figures = propagation.cycle, result.quantities
-    noise = draws.generator.standard_normal((3, draws.time_base.size))
+    noise = draws.generator.standard_normal(draws.time_base.size)
     drawn: dict[str, FloatArray] = {}
     if figures.frequency_Hz is not None:
-        u_share = float(np.hypot(cycle.start.u_time_s, cycle.end.u_time_s)) / cycle.duration_s
-        drawn["frequency_Hz"] = figures.frequency_Hz * (1.0 + draws.time_base + u_share * noise[0])
-    mean_mm = 0.5 * (cycle.stroke_min_mm + cycle.stroke_max_mm)
-    stretch = 1.0 + np.einsum("ni,i->n", draws.stroke, stroke_term_slopes(mean_mm)) + draws.time_base
-    branches = {"speed_loading_max_mm_per_s": 1, "speed_unloading_max_mm_per_s": 2}
-    for name, row in branches.items():
+        u_share = float(np.hypot(cycle.start.u_leave_s, cycle.end.u_time_s)) / cycle.duration_s
+        drawn["frequency_Hz"] = figures.frequency_Hz * (1.0 + draws.time_base + u_share * noise)
+    for name, branch in (
+        ("speed_loading_max_mm_per_s", propagation.loop.loading),
+        ("speed_unloading_max_mm_per_s", propagation.loop.unloading),
+    ):
         speed = getattr(figures, name)
         if speed is not None:
-            drawn[name] = speed * stretch + _speed_noise(propagation, loading=row == 1) * noise[row]
+            share = _largest_speed(draws, propagation.loop, branch) + draws.time_base
+            drawn[name] = speed * (1.0 + share) + _speed_noise(propagation, branch) * draws.overreach
     if figures.stroke_distortion is not None:
         drawn["stroke_distortion"] = _distortion(draws, propagation)
     return drawn | temperature_draws(draws, result, temperatures)
@@ -58,15 +63,36 @@ def temperature_draws(
     return {n: v + max(limits) * draws.thermometer for n, v in values.items() if v is not None}
 
 
-def _speed_noise(propagation: CyclePropagation, *, loading: bool) -> float:
+def _largest_speed(draws: Draws, loop: Loop, branch: slice) -> FloatArray:
+    """Return the relative error of the largest speed of a branch for every draw.
+
+    The deviation of a draw wire stretches the stroke here and shortens it there. Where the speed is even, the
+    largest one is found where the stretch is largest, so that the error leans to one side: its sign is
+    changed from draw to draw, for an interval about the value stated to hold it.
+    """
+    time_s, stroke_mm = loop.time_s[branch], loop.stroke_mm[branch]
+    knots = np.unique(np.linspace(0, time_s.size - 1, _SPEED_PARTS + 1).round().astype(int))
+    speed = np.abs(np.diff(stroke_mm[knots]) / np.diff(time_s[knots]))
+    relative = speed / np.max(speed)
+    near = relative >= _NEAR_LARGEST
+    middle = 0.5 * (stroke_mm[knots[1:]] + stroke_mm[knots[:-1]])[near]
+    slopes = np.stack([stroke_term_slopes(float(at)) for at in middle])
+    stretch = np.einsum("ni,ki->nk", draws.stroke, slopes)
+    error = np.max(stretch, axis=1)
+    return np.asarray(error * np.where(np.arange(error.size) % 2, 1.0, -1.0))
+
+
+def _speed_noise(propagation: CyclePropagation, branch: slice) -> float:
     """Return the standard deviation that noise gives the largest slope of a local parabola [mm/s]."""
-    loop = propagation.loop
-    time_s = loop.time_s[loop.loading if loading else loop.unloading]
-    window = max(5.0, SPEED_WINDOW * time_s.size)
-    step_s = float(time_s[-1] - time_s[0]) / max(1, time_s.size - 1)
-    gain = np.sqrt(12.0 / (window * (window**2 - 1.0))) / step_s
-    point_mm = propagation.noise.stroke_mm / np.sqrt(propagation.samples_a_point)
-    return float(PEAK_OF_NOISE * gain * point_mm)
+    time_s = propagation.loop.time_s[branch]
+    whole_s = float(time_s[-1] - time_s[0])
+    samples = time_s.size * propagation.samples_a_point
+    least = 5.0
+    if propagation.interpolated:  # the window is counted in points of the curve, not in samples
+        samples, least = 0.5 * propagation.samples, 2.0
+    window = max(least, SPEED_WINDOW * samples)
+    gain = np.sqrt(12.0 / (window * (window**2 - 1.0))) * samples / whole_s
+    return float(PEAK_OF_NOISE * gain * propagation.noise.stroke_mm)
 
 
 def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:

@@ -1,8 +1,9 @@
 """Inertia of what moves between the load cell and the specimen.
 
-The cell pushes the mass and the mass pushes the specimen: F_specimen = F + m a, with a = -d²x/dt² the
-deceleration of the mass (a m ω² x_a cos of a sine stroke: in phase with the stroke, so that K′ grows by
-m ω² and the loop keeps its area). 150 kg at 2.55 Hz and 5 mm make 0.19 kN.
+Cell on the moving side (it pushes the mass, the mass pushes the specimen): F = F_cell - m a (a = d²x/dt²).
+It reads too little by m ω² x_a, in phase with the stroke: K′ grows by m ω², and the loop keeps its area. Cell
+on the fixed side (behind the specimen; m moves between the face whose force is asked for and the cell):
+F = F_cell + m a. 150 kg at 2.55 Hz and 5 mm make 0.19 kN.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from scipy.signal import savgol_filter
+from scipy.signal import savgol_coeffs, savgol_filter
 
 from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
+from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
 
 WINDOW = 0.2
@@ -26,21 +28,55 @@ _LEAST_SAMPLES = 7
 _KN_PER_KG_MM_S2 = 1e-6
 
 MassSource = Literal["none", "stand", "option"]
+ForceCell = Literal["moving-side", "fixed-side"]
+MASS_ACCURACY_PERCENT = 5.0
+"""Limit of the error of a moving mass, in per cent of it, where neither stand file nor option states one."""
+
+
+@dataclass(frozen=True)
+class MovingMass:
+    """Mass between load cell and specimen [kg], limit of its error [%], place of the cell; None: unsaid."""
+
+    kg: float | None = None
+    accuracy_percent: float | None = None
+    force_cell: ForceCell | None = None
+
+    def over(self, other: MovingMass) -> MovingMass:
+        """Return this one, and what it leaves unsaid as the other says it."""
+        return MovingMass(
+            other.kg if self.kg is None else self.kg,
+            other.accuracy_percent if self.accuracy_percent is None else self.accuracy_percent,
+            self.force_cell or other.force_cell,
+        )
 
 
 @dataclass(frozen=True)
 class InertiaCorrection:
-    """What was done about inertia: mass [kg], where it was stated, and the largest force added [kN]."""
+    """What was done about inertia: mass [kg], where it was stated, and the largest force added [kN].
+
+    ``accuracy_percent`` is the limit of the error of the mass, ``force_cell`` the place of the cell.
+    """
 
     moving_mass_kg: float = 0.0
     source: MassSource = "none"
     largest_force_kN: float = 0.0
+    accuracy_percent: float = MASS_ACCURACY_PERCENT
+    force_cell: ForceCell = "moving-side"
 
 
-def corrected(
-    record: Record, cycles: Sequence[Cycle], moving_mass_kg: float, source: MassSource
-) -> tuple[Record, InertiaCorrection]:
-    """Return the record with the force that acts on the specimen.
+@dataclass(frozen=True, eq=False)
+class InertiaForce:
+    """Force that the correction added, shape (N,) [kN], the limit of its relative error, and its noise."""
+
+    added_kN: FloatArray
+    limit: float
+    noise_kN: float
+
+
+def correct_inertia(
+    record: Record, cycles: Sequence[Cycle], stand: MovingMass, option: MovingMass
+) -> tuple[Record, InertiaCorrection, InertiaForce | None]:
+    """Return the record with the force that acts on the specimen, and what was added to it.
 
     Parameters
     ----------
@@ -48,39 +84,48 @@ def corrected(
         Force as the load cell read it.
     cycles : sequence of Cycle
         Of this record; the shortest one sets the window in which acceleration is fitted.
-    moving_mass_kg : float
-        Mass between load cell and specimen that moves with the stroke; 0: nothing is done.
-    source : "stand" or "option"
-        Where the mass was stated.
+    stand, option : MovingMass
+        As the stand file and as the options state it; the latter comes first. 0 kg or none: nothing is done.
 
     Raises
     ------
     BadInput
-        If the mass is negative or no number.
+        If the mass, or the limit of its error, is negative or no number.
     """
-    if not (np.isfinite(moving_mass_kg) and moving_mass_kg >= 0.0):
-        raise BadInput(
-            f"a moving mass of {moving_mass_kg:g} kg is none", remedy="state 0 kg or more (0: no correction)"
-        )
-    if moving_mass_kg == 0.0 or not cycles:
-        return record, InertiaCorrection()
+    mass = option.over(stand)
+    kg = mass.kg or 0.0
+    percent = MASS_ACCURACY_PERCENT if mass.accuracy_percent is None else mass.accuracy_percent
+    if not (np.isfinite(kg) and kg >= 0.0):
+        raise BadInput(f"a moving mass of {kg:g} kg is none", remedy="state 0 kg or more (0: no correction)")
+    if not (np.isfinite(percent) and percent >= 0.0):
+        raise BadInput(f"the moving mass cannot be known to {percent:g} %", remedy="state 0 % or more")
+    if kg == 0.0 or not cycles:
+        return record, InertiaCorrection(), None
+    cell: ForceCell = mass.force_cell or "moving-side"
     window_s = WINDOW * min(cycle.duration_s for cycle in cycles)
-    deceleration = -acceleration_mm_per_s2(record, window_s)
-    added = moving_mass_kg * deceleration * _KN_PER_KG_MM_S2
+    sign = -1.0 if cell == "moving-side" else 1.0
+    added = sign * kg * _KN_PER_KG_MM_S2 * acceleration_mm_per_s2(record, window_s)
     largest = float(np.max(np.abs(added), initial=0.0))
+    source: MassSource = "stand" if option.kg is None else "option"
+    noise_kN = kg * _KN_PER_KG_MM_S2 * acceleration_noise_mm_per_s2(record, window_s)
     return (
         replace(record, force_kN=record.force_kN + added),
-        InertiaCorrection(moving_mass_kg, source, largest),
+        InertiaCorrection(kg, source, largest, percent, cell),
+        InertiaForce(added, percent / 100.0, noise_kN),
     )
 
 
-def correct_inertia(
-    record: Record, cycles: Sequence[Cycle], stand_kg: float | None, option_kg: float | None
-) -> tuple[Record, InertiaCorrection]:
-    """Return :func:`corrected` by the mass of the option, else of the stand file, else not at all."""
-    if option_kg is not None:
-        return corrected(record, cycles, option_kg, "option")
-    return corrected(record, cycles, stand_kg or 0.0, "stand")
+def acceleration_noise_mm_per_s2(record: Record, window_s: float) -> float:
+    """Return the standard deviation that white noise of the stroke gives the acceleration [mm/s²]."""
+    if record.time_s.size < _LEAST_SAMPLES:
+        return 0.0
+    step_s = float(np.median(np.diff(record.time_s)))
+    weights = savgol_coeffs(_odd_window(window_s, step_s), _DEGREE, deriv=2, delta=step_s)
+    return noise_sigma(record.stroke_mm) * float(np.linalg.norm(weights))
+
+
+def _odd_window(window_s: float, step_s: float) -> int:
+    return max(_LEAST_SAMPLES, 2 * int(0.5 * window_s / step_s) + 1)
 
 
 def acceleration_mm_per_s2(record: Record, window_s: float) -> FloatArray:
@@ -94,8 +139,7 @@ def acceleration_mm_per_s2(record: Record, window_s: float) -> FloatArray:
         if time.size < _LEAST_SAMPLES:
             continue
         step = float(time[-1] - time[0]) / (time.size - 1)
-        samples = max(_LEAST_SAMPLES, 2 * int(0.5 * window_s / step) + 1)
-        samples = min(samples, time.size - 1 + time.size % 2)
+        samples = min(_odd_window(window_s, step), time.size - 1 + time.size % 2)
         even = np.linspace(time[0], time[-1], time.size)
         fitted = savgol_filter(np.interp(even, time, stroke), samples, _DEGREE, deriv=2, delta=step)
         result[first:last] = np.interp(time, even, fitted)

@@ -12,6 +12,7 @@ from typing import Any, cast, get_args
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from evaluation.inertia import ForceCell
 from evaluation.record import FloatArray, Record, Temperature, make_record
 from evaluation.results import RunFacts
 from foundation.channel import Channel, ChannelUncertainty
@@ -198,6 +199,8 @@ def _facts(run: Run) -> RunFacts:
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         moving_mass_kg=moving_mass_kg(run.metadata),
+        moving_mass_accuracy_percent=_stand_number(run.metadata, "moving_mass_accuracy_percent"),
+        force_cell=_force_cell(run),
         proof_load=_proof_load(run),
         impact_speed_km_h=_stated_number(run, "impact_speed_km_h"),
         impact_mass_t=_stated_number(run, "impact_mass_t"),
@@ -231,9 +234,25 @@ def _proof_load(run: Run) -> str | None:
 
 def moving_mass_kg(metadata: Mapping[str, Any]) -> float | None:
     """Return ``moving_mass_kg`` of the stand file in a run's metadata [kg]; None where it states none."""
+    return _stand_number(metadata, "moving_mass_kg")
+
+
+def _stand_number(metadata: Mapping[str, Any], key: str) -> float | None:
     stand = (metadata.get("stand") or {}).get("stand") or {}
-    mass = stand.get("moving_mass_kg")
-    return float(mass) if isinstance(mass, int | float) else None
+    number = stand.get(key)
+    return float(number) if isinstance(number, int | float) else None
+
+
+def _force_cell(run: Run) -> ForceCell | None:
+    stand = (run.metadata.get("stand") or {}).get("stand") or {}
+    place = stand.get("force_cell")
+    if place is not None and place not in get_args(ForceCell):
+        raise BadInput(
+            f"the force cell's place “{place}” is none of {', '.join(get_args(ForceCell))}",
+            file=run.path,
+            place="metadata: stand.stand.force_cell",
+        )
+    return cast("ForceCell | None", place)
 
 
 def _stated(channel: Channel) -> ChannelUncertainty | None:

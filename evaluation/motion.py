@@ -32,8 +32,8 @@ class TurningPoint:
         ends at the turn) or ``cut`` (it begins after or ends before the turn).
     u_stroke_mm : float
         Standard uncertainty of the fit, from its residuals.
-    u_time_s : float
-        That of the moment.
+    u_time_s, u_leave_s : float
+        Those of the moments of arriving and leaving; one error where the two are one moment.
     """
 
     time_s: float
@@ -45,6 +45,7 @@ class TurningPoint:
     method: TurnMethod
     u_stroke_mm: float = 0.0
     u_time_s: float = 0.0
+    u_leave_s: float = 0.0
 
     @property
     def dwell_s(self) -> float:

@@ -11,6 +11,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any, Literal
 
 from evaluation.budget_lines import Budget
+from evaluation.inertia import ForceCell, InertiaCorrection, MovingMass
 from evaluation.motion import Cycle
 from evaluation.record import Record
 from foundation.channel import ChannelUncertainty
@@ -18,7 +19,6 @@ from foundation.specimen import Kind
 
 if TYPE_CHECKING:  # these modules make their facts from the results defined here
     from evaluation.alignment import SkewSensitivity
-    from evaluation.inertia import InertiaCorrection
     from evaluation.mean_loop import MeanLoop
     from evaluation.requirements.inspection import Inspection
     from evaluation.wires import DrawWires
@@ -51,6 +51,8 @@ class RunFacts:
     """``delay_s`` of the force channel, as applied [s]."""
     moving_mass_kg: float | None = None
     """Mass between load cell and specimen that the stand file states [kg]; None: no inertia correction."""
+    moving_mass_accuracy_percent: float | None = None
+    force_cell: ForceCell | None = None
     proof_load: str | None = None
     """Which proof load a proof run applied (F1 …)."""
     impact_speed_km_h: float | None = None
@@ -60,12 +62,18 @@ class RunFacts:
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 
+    @property
+    def moving_mass(self) -> MovingMass:
+        """The moving mass as the stand file states it."""
+        return MovingMass(self.moving_mass_kg, self.moving_mass_accuracy_percent, self.force_cell)
+
 
 @dataclass(frozen=True)
 class Options:
     """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload, moving mass.
 
-    ``moving_mass_kg`` is that between load cell and specimen; None: what the stand file states, if any.
+    ``moving_mass_kg`` is that between load cell and specimen, known to ``moving_mass_accuracy_percent``, and
+    ``force_cell`` says on which side of it the cell is; None: what the stand file states, if any.
     ``preload_reading`` None: as the limit set reads it. ``inspections`` are what inspectors wrote down.
     """
 
@@ -74,7 +82,14 @@ class Options:
     seed: int = 20260115
     preload_reading: Literal["extrapolated", "at-0.5mm"] | None = None
     moving_mass_kg: float | None = None
+    moving_mass_accuracy_percent: float | None = None
+    force_cell: ForceCell | None = None
     inspections: tuple[Inspection, ...] = ()
+
+    @property
+    def moving_mass(self) -> MovingMass:
+        """The moving mass as the options state it."""
+        return MovingMass(self.moving_mass_kg, self.moving_mass_accuracy_percent, self.force_cell)
 
 
 @dataclass(frozen=True)
@@ -124,6 +139,8 @@ class Measured:
     coverage_factor: float = 2.0
     half_width_95: float | None = None
     """Half-width of the 95 % coverage interval of the Monte Carlo propagation (JCGM 101)."""
+    scatter_u: float = 0.0
+    """Standard uncertainty of the mean by what its cycles scatter beyond their noise; part of the above."""
 
 
 @dataclass(frozen=True)

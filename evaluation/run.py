@@ -63,15 +63,16 @@ def evaluate_run(
     record, facts, wires = check_wires(record, facts)
     record = condensed(record)
     cycles = find_cycles(record)
-    record, inertia = correct_inertia(record, cycles, facts.moving_mass_kg, options.moving_mass_kg)
-    noise = record_noise(record)
-    prepared = {c.index: CyclePropagation(record, c, noise) for c in cycles if c.complete}
+    record, inertia, added = correct_inertia(record, cycles, facts.moving_mass, options.moving_mass)
+    noise = record_noise(record, added)
+    prepared = {c.index: CyclePropagation(record, c, noise, added) for c in cycles if c.complete}
     results = []
     for cycle in cycles:
         loop = prepared[cycle.index].loop if cycle.index in prepared else None
         results.append(_only_finite(evaluate_cycle(record, cycle, loop)))
 
-    draws = draw_errors(facts.force_uncertainty, facts.stroke_uncertainty, options.draws, options.seed)
+    stated = (facts.force_uncertainty, facts.stroke_uncertainty)
+    draws = draw_errors(*stated, options.draws, options.seed, added)
     used = cycles_used(facts.kind, results)
     mean = MeanOfDraws()
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
@@ -82,7 +83,7 @@ def evaluate_run(
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *(wires.warnings if wires else ())]
     warnings += _record_warnings(record, facts, results, used)
-    warnings += missing_facts(facts.force_uncertainty, facts.stroke_uncertainty) if complete else []
+    warnings += missing_facts(*stated) if complete else []
     warnings += _cycle_warnings(results)
 
     summary = summarise(results, used, mean)
@@ -107,7 +108,7 @@ def evaluate_run(
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
         inspection=inspection.record() if inspection and requirements else None,
-        budget=run_budget(facts.force_uncertainty, facts.stroke_uncertainty, prepared, results, summary),
+        budget=run_budget(*stated, prepared, summary, added),
         skew_sensitivity=skew,
         draw_wires=wires,
         inertia_correction=inertia,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from evaluation.alignment import advanced, area_rate_J_per_s
@@ -36,6 +37,8 @@ LARGE_LOSS = 0.05
 """A loss factor above this is no elastic reference's."""
 _COVERED = 0.9545
 """Probability that U = k u covers; k = 2 for many degrees of freedom."""
+_TOO_MUCH = 0.95
+"""Points that scatter about the line more than so many sets of points would by chance: it is no line."""
 _STEPS = 3
 _SQRT3 = float(np.sqrt(3.0))
 
@@ -233,7 +236,8 @@ def _combined(
     left = len(points) - columns.shape[1]
     if left > 0:
         chi2 = float(np.sum((weighted @ fit[:, 0] - skew / u) ** 2))
-        if chi2 > left:
+        # The points' own uncertainties come from a few cycles each: only what they do not explain counts.
+        if chi2 / left > fisher.ppf(_TOO_MUCH, left, max(dof, 1.0)):
             covariance, dof = covariance * (chi2 / left), float(left)
     budget = {"scatter": float(np.sqrt(covariance[0, 0]))}
     loss = float(fit[1, 0]) if several else reference_loss

@@ -63,7 +63,7 @@ def fit_turning_points(
     for i, (reversal, side) in enumerate(zip(reversals, sides, strict=True)):
         dwell, turn = dwells[i], fitted.get(i)
         if dwell is not None:
-            turns.append(_rested(dwell, side, reversal))
+            turns.append(_rested(dwell, reversal))
         elif side.open_left or side.open_right:
             turns.append(_one_sided(edge_fit(side), side, reversal))
         else:
@@ -71,7 +71,7 @@ def fit_turning_points(
     return turns
 
 
-def _rested(dwell: Dwell, side: Side, reversal: Reversal) -> TurningPoint:
+def _rested(dwell: Dwell, reversal: Reversal) -> TurningPoint:
     sign = 1.0 if reversal.kind == "upper" else -1.0
     return TurningPoint(
         time_s=dwell.arrive_s,
@@ -82,7 +82,8 @@ def _rested(dwell: Dwell, side: Side, reversal: Reversal) -> TurningPoint:
         index=dwell.index,
         method="plateau",
         u_stroke_mm=dwell.u,
-        u_time_s=side.step_s,
+        u_time_s=dwell.u_arrive_s,
+        u_leave_s=dwell.u_leave_s,
     )
 
 
@@ -90,8 +91,9 @@ def _one_sided(fit: EdgeFit, side: Side, reversal: Reversal) -> TurningPoint:
     moment = float(side.time_s[side.peak]) if fit.method == "cut" else fit.time_s
     stroke = fit.value if reversal.kind == "upper" else -fit.value
     index = side.first + _nearest(side.time_s, moment)
-    # What is not fitted from both sides is known to a step of the samples.
-    return TurningPoint(moment, moment, stroke, stroke, reversal.kind, index, fit.method, fit.u, side.step_s)
+    # Where nothing was fitted that has a vertex, the moment is known to a step of the samples.
+    u_s = fit.u_s if fit.u_s > 0.0 else side.step_s
+    return TurningPoint(moment, moment, stroke, stroke, reversal.kind, index, fit.method, fit.u, u_s, u_s)
 
 
 def _extreme(side: Side, reversal: Reversal) -> TurningPoint:
@@ -101,7 +103,9 @@ def _extreme(side: Side, reversal: Reversal) -> TurningPoint:
     about = side.value[max(0, side.peak - 1) : side.peak + 2]
     u = max(side.sigma, 0.5 * (value - float(np.max(about[about < value], initial=float(np.min(about))))))
     stroke = value if reversal.kind == "upper" else -value
-    return TurningPoint(at, at, stroke, stroke, reversal.kind, reversal.index, "polynomial", u, side.step_s)
+    return TurningPoint(
+        at, at, stroke, stroke, reversal.kind, reversal.index, "polynomial", u, *(side.step_s,) * 2
+    )
 
 
 def _nearest(time_s: FloatArray, moment_s: float) -> int:
@@ -146,7 +150,16 @@ def _fitted(
         method: TurnMethod = "polynomial" if j < shape[1] else "lines"
         turns.append(
             TurningPoint(
-                at_s, at_s, stroke, stroke, reversal.kind, index, method, float(u[i, j]), float(u_s[i, j])
+                at_s,
+                at_s,
+                stroke,
+                stroke,
+                reversal.kind,
+                index,
+                method,
+                u_stroke_mm=float(u[i, j]),
+                u_time_s=float(u_s[i, j]),
+                u_leave_s=float(u_s[i, j]),
             )
         )
     return turns

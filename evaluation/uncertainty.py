@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
+from evaluation.inertia import InertiaForce
 from evaluation.loops import END_SHARE, cut_loop
 from evaluation.motion import Cycle, Loop
 from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW
@@ -28,8 +29,13 @@ COVERAGE = 2.0
 """Coverage factor k of the expanded uncertainty U = k u."""
 NORMAL_95 = 1.959964
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
-PEAK_OF_NOISE = 2.0
-"""The largest of several readings exceeds the true largest by about so many of their standard deviations."""
+PEAK_OF_NOISE = 1.4
+"""The largest of several readings exceeds the true largest by one to two of their standard deviations; an
+error that leans to one side is held in 95 % of cases by an interval about the value that takes it for so
+many."""
+
+STEEP_PEAK = 0.6
+"""As a share of that: the largest force, to which the branch rises steeply, is one of fewer readings."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,7 @@ class LocalReading:
     ----------
     force_kN, slope, bend : float
         Force, its first and second derivative by stroke there [kN, kN/mm, kN/mm²].
-    value_terms, slope_terms : arrays, shape (5,)
+    value_terms, slope_terms : arrays, shape (5 or 6,)
         The same readings (force, slope) of each force term.
     value_gain, slope_gain : float
         Standard deviation of the readings for force noise of 1 kN a sample.
@@ -66,7 +72,7 @@ class LocalReading:
 
 @dataclass(frozen=True, eq=False)
 class EnergyTerms:
-    """Energies of one loop as sums over pairs of terms, shape (5, 8) [J], and their noise [J].
+    """Energies of one loop as sums over pairs of terms, shape (5 or 6, 8) [J], and their noise [J].
 
     ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``turn_J``: W_s by the fit of the turning points.
     """
@@ -78,9 +84,15 @@ class EnergyTerms:
     turn_J: float
 
 
-def record_noise(record: Record) -> Noise:
-    """Return the white noise of force and stroke, from fifth differences of the whole record."""
-    return Noise(noise_sigma(record.force_kN), noise_sigma(record.stroke_mm))
+def record_noise(record: Record, inertia: InertiaForce | None = None) -> Noise:
+    """Return the white noise of force and stroke, from fifth differences of the whole record.
+
+    The noise of an acceleration is smooth, so that differences do not show it: it is added.
+    """
+    force_kN = noise_sigma(record.force_kN)
+    if inertia is not None:
+        force_kN = float(np.hypot(force_kN, inertia.noise_kN))
+    return Noise(force_kN, noise_sigma(record.stroke_mm))
 
 
 class CyclePropagation:
@@ -92,19 +104,28 @@ class CyclePropagation:
     cycle : Cycle
         Complete.
     noise : Noise
+    inertia : InertiaForce, optional
+        What the correction for a moving mass added to the record.
     """
 
-    def __init__(self, record: Record, cycle: Cycle, noise: Noise) -> None:
+    def __init__(
+        self, record: Record, cycle: Cycle, noise: Noise, inertia: InertiaForce | None = None
+    ) -> None:
         self.cycle = cycle
         self.noise = noise
         self.loop = cut_loop(record, cycle)
+        self._added_kN = None
+        if inertia is not None:
+            self._added_kN = np.interp(self.loop.time_s, record.time_s, inertia.added_kN)
         inside = np.searchsorted(record.time_s, [cycle.start_s, cycle.end_s])
-        self.samples_a_point = max(1.0, float(inside[1] - inside[0]) / self.loop.time_s.size)
+        self.samples = int(inside[1] - inside[0])
+        self.samples_a_point = max(1.0, self.samples / self.loop.time_s.size)
+        self.interpolated = self.samples < 0.5 * self.loop.time_s.size
 
     @cached_property
     def force(self) -> FloatArray:
-        """Terms of the force (:func:`evaluation.error_model.force_terms`), shape (5, M)."""
-        return force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading)
+        """Terms of the force (:func:`evaluation.error_model.force_terms`), shape (5 or 6, M)."""
+        return force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading, self._added_kN)
 
     @cached_property
     def stroke(self) -> FloatArray:
@@ -150,7 +171,8 @@ class CyclePropagation:
 
     def force_noise_gains(self) -> tuple[float, float]:
         """Return the noise of an extreme force, and of the force between the turning points, per sample's."""
-        smoothed = 1.5 / np.sqrt(max(5.0, FORCE_WINDOW * self.loop.top))  # parabola, read at its middle
+        # A parabola, read at its middle; in an interpolated branch it spans less than one sample.
+        smoothed = 1.0 if self.interpolated else 1.5 / np.sqrt(max(5.0, FORCE_WINDOW * self.loop.top))
         ends = 2.0 / np.sqrt(max(4.0, END_SHARE * self.loop.top))  # line, read at its end
         weight = 1.0 / np.sqrt(self.samples_a_point)
         return float(PEAK_OF_NOISE * smoothed * weight), float(np.sqrt(2.0) * ends * weight)
@@ -269,15 +291,17 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
     stiffness = _harmonic_draws(draws, propagation)
     at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
     rise = propagation.force[:, loop.top] - propagation.force[:, 0]
-    noise_kN = propagation.noise.force_kN * draws.generator.standard_normal((3, low_mm.size))
+    noise_kN = propagation.noise.force_kN * draws.overreach
+    at_turns_kN = propagation.noise.force_kN * draws.generator.standard_normal(low_mm.size)
     extreme, secant = propagation.force_noise_gains()
     figures = {
         "stored_energy_J": stored,
         "absorbed_energy_J": absorbed,
         **stroke_figures(low_mm, high_mm),
-        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min]) + extreme * noise_kN[0],
-        "force_max_kN": _weighted(draws.force, propagation.force[:, at_max]) + extreme * noise_kN[1],
-        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + secant * noise_kN[2])
+        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min]) + extreme * noise_kN,
+        "force_max_kN": _weighted(draws.force, propagation.force[:, at_max])
+        + STEEP_PEAK * extreme * noise_kN,
+        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + secant * at_turns_kN)
         / (high_mm - low_mm),
         "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
         "storage_stiffness_kN_per_mm": np.real(stiffness),

@@ -39,6 +39,8 @@ def command(
         decision_rule=judging.decision_rule,
         limit_set=judging.limit_set,
         moving_mass_kg=judging.moving_mass_kg,
+        moving_mass_accuracy_percent=judging.moving_mass_accuracy_percent,
+        force_cell=judging.force_cell,
         inspections=judging.inspections,
     )
     judging.warn_of_unused([entry["run"] for entry in document["runs"]])

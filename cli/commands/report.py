@@ -31,6 +31,8 @@ def command(path: Path, out: Path, judging: Judging) -> None:
         decision_rule=judging.decision_rule,
         limit_set=judging.limit_set,
         moving_mass_kg=judging.moving_mass_kg,
+        moving_mass_accuracy_percent=judging.moving_mass_accuracy_percent,
+        force_cell=judging.force_cell,
         inspections=judging.inspections,
     )
     for file in written:

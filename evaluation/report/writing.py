@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from evaluation.figures.paint import draw
+from evaluation.inertia import ForceCell
 from evaluation.report.build import build_content
 from evaluation.report.content import Content
 from evaluation.report.html import render_html
@@ -40,6 +41,8 @@ def write_report(
     decision_rule: DecisionRule = "simple",
     limit_set: LimitSet | None = None,
     moving_mass_kg: float | None = None,
+    moving_mass_accuracy_percent: float | None = None,
+    force_cell: ForceCell | None = None,
     inspections: Sequence[Inspection] = (),
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
@@ -57,7 +60,7 @@ def write_report(
         The evaluation document of these runs (contracts § 4); without one they are evaluated here.
     decision_rule : "simple" or "guard-band"
         How to judge where they are evaluated here; a document states its own.
-    limit_set, moving_mass_kg, inspections
+    limit_set, moving_mass_kg, moving_mass_accuracy_percent, force_cell, inspections
         As of :func:`evaluation.document.evaluate_paths`, where they are evaluated here.
 
     Returns
@@ -75,7 +78,11 @@ def write_report(
     if unknown := [name for name in formats if name not in _RENDERERS]:
         raise BadInput(f"there is no report format “{unknown[0]}”", remedy=f"use {' or '.join(_RENDERERS)}")
     options = Options(
-        decision_rule=decision_rule, moving_mass_kg=moving_mass_kg, inspections=tuple(inspections)
+        decision_rule=decision_rule,
+        moving_mass_kg=moving_mass_kg,
+        moving_mass_accuracy_percent=moving_mass_accuracy_percent,
+        force_cell=force_cell,
+        inspections=tuple(inspections),
     )
     source = read_source(path, document, options, limit_set)
     content = build_content(source)

@@ -14,7 +14,7 @@ import numpy as np
 from evaluation.requirements.checklist import judge_item
 from evaluation.requirements.limit_set import ForceWindow, Limit, Maintenance, known
 from evaluation.requirements.rows import Case, Limits, judged, row
-from evaluation.requirements.stated import stroke_difference_expanded_mm
+from evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
 from evaluation.requirements.static import preload
 from evaluation.results import RequirementResult
 
@@ -94,8 +94,11 @@ def _by_hand(
     )
 
 
-def held_stroke_mm(case: Case, force_kN: float) -> float | None:
-    """Return the stroke of the first complete cycle's loading branch at a force; None if not reached."""
+def held_stroke(case: Case, force_kN: float) -> tuple[float, float] | None:
+    """Return the stroke of the first complete cycle's loading branch at a force, and its slope there.
+
+    In mm and mm/kN; None where the force was not reached.
+    """
     if not case.cycles:
         return None
     loop = case.prepared[case.cycles[0].cycle.index].loop
@@ -103,23 +106,33 @@ def held_stroke_mm(case: Case, force_kN: float) -> float | None:
     inside = np.abs(force - force_kN) <= HOLD_WINDOW * force_kN
     if np.count_nonzero(inside) < _LEAST_SAMPLES or np.max(force) < (1.0 - 0.5 * HOLD_WINDOW) * force_kN:
         return None
-    return float(np.polynomial.polynomial.polyfit(force[inside] - force_kN, stroke[inside], 1)[0])
+    at_mm, slope = np.polynomial.polynomial.polyfit(force[inside] - force_kN, stroke[inside], 1)
+    return float(at_mm), float(slope)
+
+
+def _held_uncertainty_mm(case: Case, force_kN: float, stroke_mm: float, slope: float) -> float | None:
+    """Return U of the length as held: by hand, by the wires, and by a force that is another one than read."""
+    by_force = force_expanded_kN(case.facts, force_kN)
+    by_hand, by_wire = _hand_uncertainty_mm(case), stroke_difference_expanded_mm(case.facts, stroke_mm)
+    if by_hand is None or by_wire is None or by_force is None:
+        return None
+    return hypot(by_hand, by_wire, slope * by_force)
 
 
 def _held(case: Case, limits: Maintenance, assembled_mm: float | None) -> RequirementResult:
     identity = f"length-at-{limits.hold_force_kN:g}kN"
     text = f"length at {limits.hold_force_kN:g} kN"
     bounds = Limits.of(limits.length_at_hold_min_mm, limits.length_at_hold_max_mm, "mm")
-    stroke = held_stroke_mm(case, limits.hold_force_kN)
-    if stroke is None or assembled_mm is None:
+    held = held_stroke(case, limits.hold_force_kN)
+    if held is None or assembled_mm is None:
         why = (
             f"the record does not reach {limits.hold_force_kN:g} kN"
-            if stroke is None
-            else (f"stroke {stroke:.2f} mm at that force, but no assembled length in an inspector's file")
+            if held is None
+            else (f"stroke {held[0]:.2f} mm at that force, but no assembled length in an inspector's file")
         )
         return row(case, identity, None, text, bounds, "not-tested", why, clause=limits.clause)
-    by_hand, by_wire = _hand_uncertainty_mm(case), stroke_difference_expanded_mm(case.facts, stroke)
-    uncertainty = None if by_hand is None or by_wire is None else hypot(by_hand, by_wire)
+    stroke, slope = held
+    uncertainty = _held_uncertainty_mm(case, limits.hold_force_kN, stroke, slope)
     length = assembled_mm - stroke
     result = judged(case, identity, None, text, bounds, length, None, limits.clause, uncertainty=uncertainty)
     return replace(result, why=f"{result.why}; {assembled_mm:.2f} mm less {stroke:.2f} mm of stroke")

@@ -1,15 +1,20 @@
 """Loops with known truth for the coverage study, and errors drawn from what the channels' facts say.
 
-Nothing of the code under test is used here: truth is integrated on a fine grid, errors are made from their
-physical descriptions (class, zero, hysteresis, smooth deviation of a draw wire, noise, skew).
+Nothing of the code under test is used here: truth is closed form (integrals of polynomials, and of
+polynomials times a wave), errors are made from their physical descriptions (class, zero, hysteresis, smooth
+deviation of a draw wire, noise, converter steps, skew, clock, thermometer).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
+from typing import Literal
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
+from evaluation.record import Temperature
 from foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import Floats
 
@@ -19,93 +24,178 @@ WIRES = (
     ChannelUncertainty(linearity=0.5, zero=0.2, u_delay_s=0.0),
 )
 NOISE_KN, NOISE_MM = 0.15, 0.01
+STEP_KN, STEP_MM = 9.5367431640625e-05, 500.0 / 65536.0
+"""Converter steps of the force and of one draw wire."""
+CLOCK_LIMIT = 1e-4
+TEMPERATURE_C, TEMPERATURE_LIMIT_C = 21.0, 0.5
+LOADING = Polynomial([20.0, 1.16, 0.0, 4.64e-4])
+"""Loading branch: force [kN] over stroke [mm]."""
 
 
 @dataclass(frozen=True)
 class Progressive:
-    """Progressive loading branch, part of the force lost on unloading; sine stroke low … high."""
+    """Progressive loading branch; unloading loses a share of the force that grows smoothly from the turns.
+
+    ``harmonic``: a sine stroke low … high. ``static``: up and down at constant speed, with a rest between.
+    """
 
     low_mm: float = 10.0
     high_mm: float = 80.0
     frequency_Hz: float = 0.5
     lost: float = 0.45
+    kind: Literal["harmonic", "static"] = "harmonic"
+    rest_s: float = 0.0
 
-    def loading(self, stroke_mm: Floats) -> Floats:
-        return 20.0 + 1.16 * stroke_mm + 4.64e-4 * stroke_mm**3
+    @property
+    def mean_mm(self) -> float:
+        return 0.5 * (self.low_mm + self.high_mm)
+
+    @property
+    def half_mm(self) -> float:
+        return 0.5 * (self.high_mm - self.low_mm)
+
+    def loss(self) -> Polynomial:
+        """Return the force lost on unloading over the stroke: nothing at the turns, most in the middle."""
+        about = (Polynomial([0.0, 1.0]) - self.mean_mm) / self.half_mm
+        return self.lost * LOADING * (1.0 - about**2)
 
     def slope(self, stroke_mm: float) -> float:
-        return 1.16 + 3.0 * 4.64e-4 * stroke_mm**2
+        return float(LOADING.deriv()(stroke_mm))
 
-    def force(self, phase: Floats) -> Floats:
-        """Return the force at a phase of the cycle [rad]: rising up to π, falling after."""
-        stroke = self.stroke(phase)
-        way = np.sin(phase)
-        # A smooth passage from one branch to the other: nothing is lost at the turns.
-        share = np.where(way < 0.0, self.lost * way**2, 0.0)
-        return self.loading(stroke) * (1.0 - share)
+    def state(self, time_s: Floats) -> tuple[Floats, Floats]:
+        """Return the stroke, and whether it falls, at moments."""
+        if self.kind == "harmonic":
+            phase = np.mod(2.0 * np.pi * self.frequency_Hz * time_s, 2.0 * np.pi)
+            return self.mean_mm - self.half_mm * np.cos(phase), phase > np.pi
+        period = 1.0 / self.frequency_Hz
+        way = np.mod(time_s, period + self.rest_s) / period
+        up = np.where(way < 0.5, 2.0 * way, np.maximum(2.0 - 2.0 * way, 0.0))
+        return self.low_mm + 2.0 * self.half_mm * up, way > 0.5
 
-    def stroke(self, phase: Floats) -> Floats:
-        mean, half = 0.5 * (self.low_mm + self.high_mm), 0.5 * (self.high_mm - self.low_mm)
-        return mean - half * np.cos(phase)
+    def force(self, time_s: Floats) -> tuple[Floats, Floats]:
+        """Return the force, and whether it falls, at moments."""
+        stroke, falling = self.state(time_s)
+        return LOADING(stroke) - np.where(falling, self.loss()(stroke), 0.0), falling
+
+    def first_harmonic(self) -> complex:
+        """Return K* of the cycle without its rest."""
+        if self.kind == "static":
+            return self._of_triangle()
+        in_cosine = Polynomial([self.mean_mm, -self.half_mm])
+        cosine = Polynomial([0.0, 1.0])
+        loading, lost = LOADING(in_cosine), self.loss()(in_cosine)
+        # Both are polynomials in cos φ; the loss concerns the half period in which sin φ is negative.
+        real = _mean_of_powers(loading * cosine) * 2.0 - _mean_of_powers(lost * cosine)
+        imaginary = -_over(lost, -1.0, 1.0) / np.pi
+        return complex(real, imaginary) / -self.half_mm
+
+    def _of_triangle(self) -> complex:
+        up = Polynomial([self.low_mm, 4.0 * self.half_mm])
+        down = Polynomial([self.low_mm + 4.0 * self.half_mm, -4.0 * self.half_mm])
+        force = _wave(LOADING(up), 0.0, 0.5) + _wave((LOADING - self.loss())(down), 0.5, 1.0)
+        return force / (_wave(up, 0.0, 0.5) + _wave(down, 0.5, 1.0))
 
     def truth(self) -> dict[str, float]:
-        phase = np.linspace(0.0, 2.0 * np.pi, 400_001)
-        stroke, force = self.stroke(phase), self.force(phase)
-        top = phase.size // 2
-        mean, half = 0.5 * (self.low_mm + self.high_mm), 0.5 * (self.high_mm - self.low_mm)
-        stored = float(np.trapezoid(force[: top + 1], stroke[: top + 1]))
-        absorbed = float(np.trapezoid(force, stroke))
-        first = complex(np.trapezoid(force * np.exp(-1j * phase), phase)) / np.pi
-        stiffness = first / (-half)
+        low, high = self.low_mm, self.high_mm
+        stored = _over(LOADING, low, high)
+        absorbed = _over(self.loss(), low, high)
+        stiffness = self.first_harmonic()
+        omega = 2.0 * np.pi * self.frequency_Hz
+        speed = omega * self.half_mm if self.kind == "harmonic" else 4.0 * self.half_mm * self.frequency_Hz
+        grid = np.linspace(low, high, 100_001)
         return {
             "stored_energy_J": stored,
             "absorbed_energy_J": absorbed,
             "damping": absorbed / stored,
-            "tangent_stiffness_kN_per_mm": self.slope(mean),
-            "secant_stiffness_kN_per_mm": float(force[top] - force[0]) / (2.0 * half),
+            "tangent_stiffness_kN_per_mm": self.slope(self.mean_mm),
+            "secant_stiffness_kN_per_mm": float(LOADING(high) - LOADING(low)) / (high - low),
             "dynamic_stiffness_kN_per_mm": abs(stiffness),
             "storage_stiffness_kN_per_mm": stiffness.real,
             "loss_stiffness_kN_per_mm": stiffness.imag,
             "loss_factor": stiffness.imag / stiffness.real,
-            "force_max_kN": float(np.max(force)),
-            "stroke_max_mm": self.high_mm,
-            "amplitude_mm": half,
+            "force_max_kN": float(LOADING(high)),
+            "force_min_kN": float(np.min((LOADING - self.loss())(grid))),
+            "stroke_min_mm": low,
+            "stroke_max_mm": high,
+            "prestress_mm": self.mean_mm,
+            "amplitude_mm": self.half_mm,
             "frequency_Hz": self.frequency_Hz,
+            "speed_loading_max_mm_per_s": speed,
+            "speed_unloading_max_mm_per_s": speed,
+            "temperature_start_C": TEMPERATURE_C,
+            "temperature_max_C": TEMPERATURE_C,
         }
 
 
+def _over(polynomial: Polynomial, first: float, last: float) -> float:
+    whole = polynomial.integ()
+    return float(whole(last) - whole(first))
+
+
+def _mean_of_powers(polynomial: Polynomial) -> float:
+    """Return the mean of a polynomial in cos φ over a period: ⟨cos²ᵏ⟩ = (2k over k) / 4ᵏ."""
+    even = polynomial.coef[::2]
+    return float(sum(c * comb(2 * k, k) / 4.0**k for k, c in enumerate(even)))
+
+
+def _wave(polynomial: Polynomial, first: float, last: float) -> complex:
+    """Return ∫ p(t) exp(-2πi t) dt, by parts."""
+    rate = -2j * np.pi
+    total, sign, derivative = 0j, 1.0, polynomial
+    for order in range(polynomial.degree() + 1):
+        for at, way in ((first, -1.0), (last, 1.0)):
+            total += way * sign * derivative(at) * np.exp(rate * at) / rate ** (order + 1)
+        sign, derivative = -sign, derivative.deriv()
+    return complex(total)
+
+
 def measured(
-    loop: Progressive, random: np.random.Generator, *, cycles: float = 3.2, rate_Hz: float = 250.0
+    loop: Progressive,
+    random: np.random.Generator,
+    *,
+    cycles: float = 3.2,
+    rate_Hz: float = 250.0,
+    force: ChannelUncertainty = FORCE,
+    wires: tuple[ChannelUncertainty, ...] = WIRES,
+    noise: tuple[float, float] = (NOISE_KN, NOISE_MM),
 ) -> tuple[Floats, Floats, Floats]:
     """Return time, stroke and force as a chain with errors within the stated facts records them."""
-    time = np.arange(round(cycles * rate_Hz / loop.frequency_Hz)) / rate_Hz
-    clock = 1.0 + random.uniform(-1e-4, 1e-4)
-    omega = 2.0 * np.pi * loop.frequency_Hz
-    start = random.uniform(0.0, 2.0 * np.pi)
+    period = 1.0 / loop.frequency_Hz + loop.rest_s
+    time = np.arange(round(cycles * rate_Hz * period)) / rate_Hz
+    clock = 1.0 + random.uniform(-1.0, 1.0) * CLOCK_LIMIT
+    # A static test starts and ends at rest; anything else anywhere.
+    start = -random.uniform(0.2, 0.8) * loop.rest_s if loop.rest_s else random.uniform(0.0, period)
+    true_time = time * clock + start
+    skew = random.normal(0.0, force.u_delay_s or 0.0)
+    true_force, falling = loop.force(true_time - skew)
+    peak = float(LOADING(loop.high_mm))
 
-    def at(moment: Floats) -> Floats:
-        return np.mod(start + omega * moment, 2.0 * np.pi)
+    def within(limit: float | None) -> float:
+        return float(random.uniform(-1.0, 1.0)) * (limit or 0.0)
 
-    skew = random.normal(0.0, FORCE.u_delay_s or 0.0)
-    true_time = time * clock
-    phase = at(true_time - skew)
-    force = loop.force(phase)
-    falling = phase > np.pi
-    peak = float(loop.loading(np.array([loop.high_mm]))[0])
-    reversal = random.uniform(-1.0, 1.0) * 0.01 * (FORCE.reversibility_percent or 0.0)
-    recorded = force * (1.0 + random.uniform(-1.0, 1.0) * 0.01 * (FORCE.accuracy_percent or 0.0))
-    recorded = recorded + np.where(falling, reversal * force * (1.0 - force / peak), 0.0)
-    recorded = recorded + random.uniform(-1.0, 1.0) * (FORCE.zero or 0.0)
-    recorded = recorded + NOISE_KN * random.standard_normal(time.size)
-    stroke = loop.stroke(at(true_time))
-    wires = [
-        stroke
-        + wire_deviation(stroke, wire.linearity or 0.0, random)
-        + random.uniform(-1.0, 1.0) * (wire.zero or 0.0)
-        for wire in WIRES
-    ]
-    mean = np.mean(wires, axis=0) + NOISE_MM * random.standard_normal(time.size)
-    return time, mean, recorded
+    reversal = 0.01 * within(force.reversibility_percent)
+    recorded = true_force * (1.0 + 0.01 * within(force.accuracy_percent))
+    recorded = recorded + np.where(falling, reversal * true_force * (1.0 - true_force / peak), 0.0)
+    recorded = recorded + within(force.zero) + noise[0] * random.standard_normal(time.size)
+    stroke, _ = loop.state(true_time)
+    each_mm = noise[1] * np.sqrt(len(wires))
+    read = []
+    for wire in wires:
+        one = stroke * (1.0 + 0.01 * within(wire.accuracy_percent))
+        one = one + wire_deviation(stroke, wire.linearity or 0.0, random) + within(wire.zero)
+        read.append(_steps(one + each_mm * random.standard_normal(time.size), STEP_MM))
+    return time, np.mean(read, axis=0), _steps(recorded, STEP_KN)
+
+
+def thermometer(time_s: Floats, random: np.random.Generator) -> Temperature:
+    """Return the readings of a sensor on the specimen with an error within its limit."""
+    at = np.arange(0.0, float(time_s[-1]) + 1.0)
+    read = TEMPERATURE_C + random.uniform(-1.0, 1.0) * TEMPERATURE_LIMIT_C
+    return Temperature("temperature_1", at, np.full(at.size, read), accuracy_C=TEMPERATURE_LIMIT_C)
+
+
+def _steps(value: Floats, step: float) -> Floats:
+    return np.round(value / step) * step
 
 
 def wire_deviation(stroke_mm: Floats, limit_mm: float, random: np.random.Generator) -> Floats:

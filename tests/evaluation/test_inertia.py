@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from evaluation.document import evaluation_document
-from evaluation.inertia import acceleration_mm_per_s2
+from evaluation.inertia import acceleration_mm_per_s2, acceleration_noise_mm_per_s2
 from evaluation.record import Record, make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
+from foundation.channel import ChannelUncertainty
 from foundation.errors import BadInput
 from tests.evaluation.signals import Ellipse, StaticTest
 
@@ -59,13 +60,20 @@ def test_it_is_off_unless_stated_and_then_said() -> None:
         run["inertia_correction"]
         for run in evaluation_document([off, by_stand, by_option, switched_off])["runs"]
     ]
-    nothing = {"moving_mass_kg": 0.0, "source": "none", "largest_force_kN": 0.0}
+    nothing = {
+        "moving_mass_kg": 0.0,
+        "source": "none",
+        "largest_force_kN": 0.0,
+        "accuracy_percent": 5.0,
+        "force_cell": "moving-side",
+    }
     assert entries[0] == entries[3] == nothing
     assert [e["source"] for e in entries] == ["none", "stand", "option", "none"]
     largest = MASS_KG * 1e-6 * (2.0 * np.pi * FREQUENCY) ** 2 * 5.0
     assert largest == pytest.approx(0.19, abs=0.005)
     for entry in entries[1:3]:
         assert entry["moving_mass_kg"] == MASS_KG
+        assert (entry["accuracy_percent"], entry["force_cell"]) == (5.0, "moving-side")
         assert entry["largest_force_kN"] == pytest.approx(largest, rel=0.02)
     assert value(by_stand, "storage_stiffness_kN_per_mm") == value(by_option, "storage_stiffness_kN_per_mm")
 
@@ -94,3 +102,59 @@ def test_acceleration_does_not_cross_a_break() -> None:
 def test_a_negative_mass_is_refused() -> None:
     with pytest.raises(BadInput, match="moving mass of -1 kg"):
         evaluate_run(measured(), FACTS, Options(moving_mass_kg=-1.0))
+
+
+STATED = replace(
+    FACTS,
+    force_uncertainty=ChannelUncertainty(accuracy_percent=0.0),
+    stroke_uncertainty=(ChannelUncertainty(linearity=0.0),),
+)
+OMEGA_SQUARED = (2.0 * np.pi * FREQUENCY) ** 2
+
+
+def test_behind_the_specimen_the_sign_turns() -> None:
+    """A cell on the fixed side: what it reads grows by m a, and K′ falls by m ω²."""
+    raw = evaluate_run(measured(), FACTS)
+    behind = evaluate_run(
+        measured(), replace(FACTS, force_cell="fixed-side"), Options(moving_mass_kg=MASS_KG)
+    )
+    change = value(behind, "storage_stiffness_kN_per_mm") - value(raw, "storage_stiffness_kN_per_mm")
+    assert change == pytest.approx(-MASS_KG * 1e-6 * OMEGA_SQUARED, rel=0.02)
+    in_front = evaluate_run(measured(), FACTS, Options(moving_mass_kg=MASS_KG, force_cell="moving-side"))
+    change = value(in_front, "storage_stiffness_kN_per_mm") - value(raw, "storage_stiffness_kN_per_mm")
+    assert change == pytest.approx(MASS_KG * 1e-6 * OMEGA_SQUARED, rel=0.02)
+
+
+@pytest.mark.parametrize("percent", [None, 20.0])
+def test_the_mass_is_part_of_the_uncertainty(percent: float | None) -> None:
+    """u(K′) = ω² u(m), nothing of the energy absorbed; a line of the budget says so."""
+    options = Options(draws=4000, moving_mass_kg=MASS_KG, moving_mass_accuracy_percent=percent)
+    run = evaluate_run(measured(), STATED, options)
+    u_mass = MASS_KG * 0.01 * (percent or 5.0) / np.sqrt(3.0)
+    stiffness = run.summary.values["storage_stiffness_kN_per_mm"].expanded_uncertainty
+    assert stiffness == pytest.approx(2.0 * u_mass * 1e-6 * OMEGA_SQUARED, rel=0.05)
+    absorbed = run.summary.values["absorbed_energy_J"].expanded_uncertainty
+    assert absorbed is not None
+    assert absorbed < 2e-3 * SMALL.absorbed
+    tangent = next(b for b in run.budget if b.quantity == "tangent_stiffness_kN_per_mm")
+    line = next(line for line in tangent.lines if line.source == "moving mass")
+    assert line.u == pytest.approx(u_mass / MASS_KG)
+    assert line.contribution == pytest.approx(u_mass * 1e-6 * OMEGA_SQUARED, rel=0.05)
+    assert tangent.u == pytest.approx(tangent.u_monte_carlo, rel=0.05)
+    without = evaluate_run(measured(), STATED, Options(draws=4000))
+    assert "moving mass" not in {line.source for budget in without.budget for line in budget.lines}
+
+
+def test_noise_of_the_acceleration() -> None:
+    """What repeated noisy records of a stroke at rest show is what is stated."""
+    random = np.random.default_rng(4)
+    time = np.arange(20_000) / 1000.0
+    record = make_record(time, 0.01 * random.standard_normal(time.size), np.zeros(time.size))
+    found = float(np.std(acceleration_mm_per_s2(record, 0.08)))
+    assert acceleration_noise_mm_per_s2(record, 0.08) == pytest.approx(found, rel=0.1)
+
+
+def test_an_accuracy_that_is_none_is_refused() -> None:
+    options = Options(moving_mass_kg=MASS_KG, moving_mass_accuracy_percent=-1.0)
+    with pytest.raises(BadInput, match="cannot be known to -1 %"):
+        evaluate_run(measured(), FACTS, options)

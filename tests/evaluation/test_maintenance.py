@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from evaluation.requirements.checklist import asked_items
@@ -73,6 +74,11 @@ def test_everything_in_order(tmp_path: Path) -> None:
     assert rows["length-at-320kN"].measured == pytest.approx(505.0 - STROKE_MM, abs=0.05)
     assert rows["length-at-320kN"].expanded_uncertainty is not None
     assert rows["length-at-320kN"].expanded_uncertainty > 0.2
+    # By hand 0.2; force 0.5 % and 0.3 kN over the slope 2 + 1.52e-5 x³; linearity 0.25 mm, two wires, twice.
+    by_force = 2.0 * np.hypot(1.6, 0.3) / np.sqrt(3.0) / (2.0 + 1.52e-5 * STROKE_MM**3)
+    by_wire = 2.0 * np.sqrt(2.0) * 0.46 * 0.25 / np.sqrt(2.0)
+    expected = np.sqrt(0.2**2 + by_force**2 + by_wire**2)
+    assert rows["length-at-320kN"].expanded_uncertainty == pytest.approx(expected, rel=0.02)
     assert rows["preload"].measured == pytest.approx(20.0, abs=0.1)
     assert run.inspection is not None
     assert [item["id"] for item in run.inspection["item"]] == list(ITEMS)
