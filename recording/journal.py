@@ -3,7 +3,7 @@
 Layout (little endian)::
 
     frame   = magic "BSJ1", u32 crc, u32 length, u8 kind, u8 0, u16 stream, u64 number, payload[length]
-    header  = JSON {"format", "format_version", "run_id", "segment", "metadata"}     always frame 0
+    header  = JSON {"format", "format_version", "run_id", "segment", "first_record", "metadata"} always first
     layout  = JSON {"stream": name, "channels": [[name, dtype], …]}                before a stream's data
     data    = i64 sequence, i64 lost, u32 rows, u32 0, i64 time_us[rows], then each channel's rows
     anchor  = JSON {"device_us", "host_s", "utc"}
@@ -103,13 +103,20 @@ class JournalWriter:
         copy._number, copy._crc, copy._layouts = self._number, self._crc, dict(self._layouts)
         return copy
 
-    def header(self, run_id: str, metadata: Mapping[str, Any]) -> bytes:
-        """Return the first frame: the run's complete metadata document."""
+    def header(
+        self, run_id: str, metadata: Mapping[str, Any], *, segment: int = 0, first_record: int = 0
+    ) -> bytes:
+        """Return the first frame: the run's complete metadata document.
+
+        ``segment`` counts the files of the run's journal, ``first_record`` says with which record of the run
+        (header and layout frames do not count) this one begins.
+        """
         document = {
             "format": JOURNAL_FORMAT,
             "format_version": JOURNAL_VERSION,
             "run_id": run_id,
-            "segment": 0,
+            "segment": segment,
+            "first_record": first_record,
             "metadata": metadata,
         }
         return self._json(FrameKind.HEADER, document)
@@ -149,6 +156,16 @@ class JournalWriter:
     def end(self, end: EndRecord) -> bytes:
         """Return the last frame."""
         return self._json(FrameKind.END, {**vars(end), "figures": dict(end.figures)})
+
+    def record(self, record: Record) -> bytes:
+        """Return the frame of any record."""
+        if isinstance(record, DataRecord):
+            return self.data(record.stream, record.sequence, record.time_us, record.counts, record.lost)
+        if isinstance(record, Anchor):
+            return self.anchor(record)
+        if isinstance(record, Event):
+            return self.event(record)
+        return self.end(record)
 
     def _json(self, kind: FrameKind, content: Any, stream: int = 0) -> bytes:
         return self._frame(kind, stream, canonical_json(content).encode())
@@ -330,7 +347,8 @@ class Scan:
     """A journal's content up to the first invalid record.
 
     ``valid_bytes`` is where reading stopped, ``crc`` the fingerprint of everything before; ``why`` says in
-    words why it stopped; ``more_follows`` is true if further records seem to lie behind the invalid one.
+    words why it stopped; ``more_follows`` is true if further records seem to lie behind the invalid one;
+    ``missing`` counts the records that were lost between segments (:mod:`recording.segments`).
     """
 
     header: Mapping[str, Any] | None
@@ -341,6 +359,7 @@ class Scan:
     stop: Stop
     why: str
     more_follows: bool
+    missing: int = 0
 
     def of_stream(self, stream: str) -> Iterable[DataRecord]:
         """Return the data records of one stream, in order."""
@@ -357,7 +376,7 @@ def scan(path: Path) -> Scan:
     """
     with JournalReader(path) as reader:
         records = reader.poll()
-        follows = reader.stop is not Stop.ENDED and _magic_after(path, reader.offset + 1)
+        follows = reader.stop is not Stop.ENDED and more_records_behind(path, reader.offset + 1)
         return Scan(
             header=reader.header,
             records=records,
@@ -370,7 +389,7 @@ def scan(path: Path) -> Scan:
         )
 
 
-def _magic_after(path: Path, offset: int) -> bool:
+def more_records_behind(path: Path, offset: int) -> bool:
     """Tell whether the mark of a record occurs anywhere from ``offset`` on."""
     with path.open("rb") as stream:
         stream.seek(offset)

@@ -11,7 +11,9 @@ from foundation.errors import BadInput
 from recording.durable import Pwrite, give_final_name, sync_directory, write_all
 
 JOURNAL_SUFFIX = ".journal"
-STARTING_SUFFIX = ".journal.tmp"
+_STARTING = ".tmp"
+STARTING_PATTERN = f"*{JOURNAL_SUFFIX}*{_STARTING}"
+"""Names of journals that never got so far as to record."""
 RESERVE_BYTES = 4 << 20
 """Space that is reserved ahead of the last record."""
 
@@ -50,7 +52,7 @@ class JournalFile:
         """Why no space could be reserved ahead (disk nearly full), once that happened."""
         self._reserved = 0
         self._pwrite, self._fdatasync, self._fallocate = pwrite, fdatasync, fallocate
-        starting = path.with_suffix(STARTING_SUFFIX)
+        starting = path.with_name(path.name + _STARTING)
         try:
             self._handle = os.open(starting, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:

@@ -11,9 +11,10 @@ import numpy as np
 
 from foundation.errors import BadInput
 from recording.content import Anchor, Event, Segment, StreamContent, join_segments
-from recording.journal import DataRecord, EndRecord, Scan, Stop, scan
-from recording.journal_file import JOURNAL_SUFFIX, STARTING_SUFFIX, lock_or_refuse, remove_journal
+from recording.journal import DataRecord, EndRecord, Scan, Stop
+from recording.journal_file import JOURNAL_SUFFIX, STARTING_PATTERN, lock_or_refuse, remove_journal
 from recording.runfile import TEMPORARY_SUFFIX, read_metadata, write_run
+from recording.segments import later_segments, scan_chain, segment_path
 from recording.verify import verify
 
 RUN_SUFFIX = ".h5"
@@ -66,7 +67,7 @@ def seal_held(journal: Path) -> Path:
     BadInput, OSError
         As :func:`seal`.
     """
-    content = scan(journal)
+    content = scan_chain(journal)
     if content.header is None:
         raise BadInput(f"the journal has no header ({content.why})", file=journal)
     run_file = journal.with_suffix(RUN_SUFFIX)
@@ -80,11 +81,22 @@ def seal_held(journal: Path) -> Path:
             [record for record in content.records if isinstance(record, Event)],
             [record for record in content.records if isinstance(record, Anchor)],
         )
-    if content.more_follows:
-        journal.replace(journal.with_suffix(DAMAGED_SUFFIX))
-    else:
-        remove_journal(journal)
+    _put_away(journal, keep=content.more_follows)
     return run_file
+
+
+def _put_away(journal: Path, *, keep: bool) -> None:
+    """Drop a sealed journal, or keep it beside its run if it is damaged: the first segment first.
+
+    Killed in between, what is left is known by its missing first segment (:func:`seal_orphans`).
+    """
+    damaged = journal.with_suffix(DAMAGED_SUFFIX)
+    later = later_segments(journal)
+    for number, path in enumerate([journal, *later]):
+        if keep:
+            path.replace(segment_path(damaged, number))
+        else:
+            remove_journal(path)
 
 
 def seal_orphans(directory: Path) -> list[Path]:
@@ -111,12 +123,17 @@ def seal_orphans(directory: Path) -> list[Path]:
             sealed.append(seal(journal))
         except (BadInput, OSError) as error:
             first_error = first_error or error
-    for suffix in (TEMPORARY_SUFFIX, STARTING_SUFFIX):
-        for left in directory.glob(f"*{suffix}"):
-            if not is_in_use(left) and not is_in_use(
-                left.with_name(f"{_stem(left, suffix)}{JOURNAL_SUFFIX}")
-            ):
-                left.unlink(missing_ok=True)
+    for left in [*directory.glob(f"*{TEMPORARY_SUFFIX}"), *directory.glob(STARTING_PATTERN)]:
+        if not is_in_use(left) and not is_in_use(_journal_of(left)):
+            left.unlink(missing_ok=True)
+    for left in directory.glob(f"*{JOURNAL_SUFFIX}.*"):
+        journal = _journal_of(left)
+        if (
+            not journal.exists()
+            and journal.with_suffix(RUN_SUFFIX).exists()
+            and left in later_segments(journal)
+        ):
+            left.unlink(missing_ok=True)
     if first_error is not None:
         raise first_error
     return sealed
@@ -137,8 +154,12 @@ def is_in_use(path: Path) -> bool:
     return False
 
 
-def _stem(path: Path, suffix: str) -> str:
-    return path.name.removesuffix(suffix)
+def _journal_of(left: Path) -> Path:
+    """Return the first segment of the journal that a left-over file belongs to."""
+    stem = left.name.removesuffix(TEMPORARY_SUFFIX)
+    if JOURNAL_SUFFIX in stem:
+        stem = stem[: stem.rindex(JOURNAL_SUFFIX)]
+    return left.with_name(f"{stem}{JOURNAL_SUFFIX}")
 
 
 def _is_sealed_already(run_file: Path, metadata: Mapping[str, Any]) -> bool:
@@ -158,7 +179,7 @@ def _document(content: Scan) -> dict[str, Any]:
     document: dict[str, Any] = dict(header["metadata"])
     end = next((record for record in content.records if isinstance(record, EndRecord)), None)
     ending: dict[str, str | None]
-    if end is not None:
+    if end is not None and not content.missing:
         ending = {"status": end.status, "reason": end.reason, "ended_utc": end.ended_utc}
         document["recorder"] = dict(end.figures)
     else:

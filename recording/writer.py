@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from foundation.canonical import canonical_json
 from foundation.errors import BadInput
-from recording.content import MAIN_STREAM, Anchor, Event, RecordingFault
-from recording.journal import DataRecord, EndRecord, JournalWriter
+from recording.content import Anchor, Event, RecordingFault
+from recording.journal import DataRecord, EndRecord
 from recording.journal_file import JOURNAL_SUFFIX, JournalFile
 from recording.metadata import STATUSES, check_document
 from recording.seal import RUN_SUFFIX, seal_held
+from recording.segments import SEGMENT_BYTES, SegmentedJournal
 
 QUEUE_BLOCKS = 8192
 """Blocks that wait at most: over a minute of a stand with five devices."""
@@ -53,6 +54,8 @@ class RunRecorder:
         How often what was written is brought to the disk [s].
     queue_blocks : int
         How many blocks may wait for the disk.
+    segment_bytes : int
+        A journal file of this size is followed by another.
     journal_file : callable, optional
         Makes the file behind the recording (tried with failing ones).
 
@@ -70,16 +73,13 @@ class RunRecorder:
         *,
         sync_interval_s: float = 0.1,
         queue_blocks: int = QUEUE_BLOCKS,
+        segment_bytes: int = SEGMENT_BYTES,
         journal_file: Callable[[Path, bytes], JournalFile] = JournalFile,
     ) -> None:
         self.path = directory / f"{run_id}{JOURNAL_SUFFIX}"
-        """The journal while recording; a live monitor reads it with ``JournalReader``."""
+        """The journal while recording; a live monitor reads it with ``ChainReader``."""
         self.failure: Exception | None = None
         """The first thing that went wrong with the recording, once something did."""
-        self.written = 0
-        """Samples of the controller stream that the operating system has."""
-        self.durable = 0
-        """Samples of the controller stream that are on the disk (acknowledged)."""
         self.late_syncs = 0
         """How often more than ``PROMISED_S`` lay between two acknowledgements of waiting data."""
         self.worst_sync_s = 0.0
@@ -90,8 +90,9 @@ class RunRecorder:
             raise BadInput(f"run.id is not “{run_id}”", file=self.path, place="metadata: run.id")
         if (directory / f"{run_id}{RUN_SUFFIX}").exists():
             raise BadInput("this run is recorded already", file=directory / f"{run_id}{RUN_SUFFIX}")
-        self._frames = JournalWriter()
-        self._file = journal_file(self.path, self._frames.header(run_id, document))
+        self._journal = SegmentedJournal(
+            self.path, run_id, document, journal_file=journal_file, segment_bytes=segment_bytes
+        )
         self._queue: Queue[DataRecord | Anchor | Event | _Stop] = Queue(queue_blocks)
         self._unsynced_since: float | None = None
         self._sealed: Path | None = None
@@ -117,9 +118,24 @@ class RunRecorder:
             self.close("complete")
 
     @property
+    def written(self) -> int:
+        """Samples of the controller stream that the operating system has."""
+        return self._journal.written
+
+    @property
+    def durable(self) -> int:
+        """Samples of the controller stream that are on the disk (acknowledged)."""
+        return self._journal.durable
+
+    @property
+    def renewals(self) -> tuple[str, ...]:
+        """Why a journal file was given up for a new one: nothing is lost, but that disk is ailing."""
+        return tuple(self._journal.renewals)
+
+    @property
     def disk_warning(self) -> str | None:
         """Why no space could be reserved ahead: the disk is nearly full. Stop the run while there is room."""
-        return self._file.disk_warning
+        return self._journal.disk_warning
 
     def append(
         self,
@@ -224,7 +240,7 @@ class RunRecorder:
             except (OSError, BadInput) as error:
                 self._fail(error)
             finally:
-                self._file.close()
+                self._journal.close()
                 self._file_closed = True
         if self._sealed is None:
             raise RecordingFault(
@@ -263,13 +279,10 @@ class RunRecorder:
     def _write_batch(self, items: list[DataRecord | Anchor | Event]) -> None:
         if self._file_full:
             return
-        mark = self._frames.mark()
         try:
-            frames = b"".join([self._frame(item) for item in items])
-            if frames:
-                self._file.append(frames)
+            if items:
+                self._journal.write(items)
         except Exception as error:  # noqa: BLE001 - whatever it is, it must be seen, not lost in a thread
-            self._frames = mark
             self._fail(error)
             if len(items) > 1:  # those that still fit must not be lost with the one that does not
                 for item in items:
@@ -277,18 +290,8 @@ class RunRecorder:
             else:
                 self._file_full = isinstance(error, OSError)
             return
-        self.written += sum(
-            len(item.time_us) for item in items if isinstance(item, DataRecord) and item.stream == MAIN_STREAM
-        )
-        if frames and self._unsynced_since is None:
+        if items and self._unsynced_since is None:
             self._unsynced_since = time.monotonic()
-
-    def _frame(self, item: DataRecord | Anchor | Event) -> bytes:
-        if isinstance(item, DataRecord):
-            return self._frames.data(item.stream, item.sequence, item.time_us, item.counts, item.lost)
-        if isinstance(item, Anchor):
-            return self._frames.anchor(item)
-        return self._frames.event(item)
 
     def _sync(self) -> None:
         """Run the sync thread: acknowledge what was written, every interval."""
@@ -301,14 +304,12 @@ class RunRecorder:
             return
         # Whatever is written from here on counts for the next sync, so the order of these lines matters.
         self._unsynced_since = None
-        written = self.written
         try:
-            self._file.sync()
+            self._journal.sync()
         except OSError as error:
-            self._sync_failed = True  # final: the kernel may have dropped what it could not write
+            self._sync_failed = True  # final: no file takes what waits
             self._fail(error)
             return
-        self.durable = written
         waited_s = time.monotonic() - since
         self.worst_sync_s = max(self.worst_sync_s, waited_s)
         self.late_syncs += waited_s > PROMISED_S
@@ -324,12 +325,13 @@ class RunRecorder:
         if self.failure is not None:
             status = "failed"
             reason = "; ".join(part for part in (reason, f"recording failed: {self.failure}") if part)
-        figures = {"late_syncs": self.late_syncs, "worst_sync_s": round(self.worst_sync_s, 6)}
+        figures: dict[str, Any] = {
+            "late_syncs": self.late_syncs,
+            "worst_sync_s": round(self.worst_sync_s, 6),
+            "renewals": list(self.renewals),
+        }
         end = EndRecord(status, reason, datetime.now(UTC).isoformat(timespec="microseconds"), figures)
         try:
-            self._file.append(self._frames.end(end))
+            self._journal.finish(end)
         except OSError as error:
             self._fail(error)
-        self._file.finish()
-        if not self._sync_failed:
-            self.durable = self.written

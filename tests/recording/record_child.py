@@ -22,7 +22,9 @@ def say(text: str, where: int = 1) -> None:
 
 def record(directory: Path, acknowledgements: int) -> None:
     """Record without end; say after each acknowledgement how many samples are safe."""
-    recorder = RunRecorder(directory, "run-1", samples.metadata(), sync_interval_s=0.001)
+    recorder = RunRecorder(
+        directory, "run-1", samples.metadata(), sync_interval_s=0.001, segment_bytes=30_000
+    )
     say("0", acknowledgements)
     first, said = 0, 0
     while True:

@@ -236,33 +236,65 @@ def test_what_still_fits_on_a_full_disk_is_kept(tmp_path: Path) -> None:
     assert sealed_from["bytes"] > room - a_block
 
 
-def test_a_failed_sync_is_final(tmp_path: Path) -> None:
-    """After a failed fdatasync a second one may succeed and mean nothing (“fsyncgate”)."""
-    calls = iter([True, False])
-    failed = threading.Event()
+def refuse(calls: list[int], refused: set[int]) -> Callable[[int], None]:
+    """Return an fdatasync that fails at the calls of these numbers; ``calls`` gets a number a call."""
 
     def sync(handle: int) -> None:
-        if next(calls, True):
-            os.fdatasync(handle)
-        else:
-            failed.set()
+        calls.append(len(calls))
+        if calls[-1] in refused:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
+        os.fdatasync(handle)
 
-    recorder = RunRecorder(
-        tmp_path, "run-1", samples.metadata(), sync_interval_s=0.001, journal_file=failing(fdatasync=sync)
-    )
+    return sync
+
+
+def record_until(recorder: RunRecorder, done: Callable[[], bool]) -> int:
+    """Record block after block, each written before the next, until something has happened."""
     first = 0
-    while not failed.is_set():
+    while not done():
         recorder.append(*samples.block(first))
         first += 20
         while recorder.written < first:
             pass
-    while recorder.failure is None:
-        pass
+    return first
+
+
+def test_a_failed_sync_begins_a_new_file_and_loses_nothing(tmp_path: Path) -> None:
+    """After a failed fdatasync a second one may succeed and mean nothing (“fsyncgate”)."""
+    calls: list[int] = []
+    recorder = RunRecorder(
+        tmp_path,
+        "run-1",
+        samples.metadata(),
+        sync_interval_s=0.001,
+        journal_file=failing(fdatasync=refuse(calls, {1, 5})),
+    )
+    first = record_until(recorder, lambda: len(calls) > 8)
+    assert {"run-1.journal", "run-1.journal.1", "run-1.journal.2"} == {p.name for p in tmp_path.iterdir()}
+    assert recorder.renewals == ("[Errno 5] Input/output error",) * 2
+    assert recorder.failure is None
+    record(recorder, 3, first)
+    run = open_run(recorder.close("complete"))
+    assert [path.name for path in tmp_path.iterdir()] == ["run-1.h5"]
+    assert run.status == "complete"
+    assert run.metadata["recorder"]["renewals"] == ["[Errno 5] Input/output error"] * 2
+    assert check_rows(run.path, first + 60) == recorder.written == recorder.durable
+
+
+def test_a_disk_that_takes_no_new_file_either_ends_the_recording(tmp_path: Path) -> None:
+    calls: list[int] = []
+    recorder = RunRecorder(
+        tmp_path,
+        "run-1",
+        samples.metadata(),
+        sync_interval_s=0.001,
+        journal_file=failing(fdatasync=refuse(calls, set(range(1, 1000)))),
+    )
+    first = record_until(recorder, lambda: recorder.failure is not None)
     durable = recorder.durable
     record(recorder, 10, first)
     run = open_run(recorder.close("complete"))
-    assert recorder.durable == durable < recorder.written
+    assert recorder.renewals == ()
     assert run.status == "failed"
     assert "Input/output error" in run.reason
     assert check_rows(run.path, durable) == recorder.written
