@@ -7,11 +7,11 @@ over each half stroke; temperature is one linear recurrence after it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from model.isothermal import band_position
 from model.spring import NO_TIME, SpringModel, ViscousBranch
 from model.tables import BandTables
 
@@ -47,25 +47,7 @@ def band_history(tables: BandTables, stroke_mm: Floats, initial_band: float = 0.
     Loading ``1 - p1 = (1 - p0) exp(-(A1 - A0))``, unloading ``p1 = p0 exp(-(B0 - B1))``; ``initial_band`` is
     p at the first stroke.
     """
-    x = np.clip(stroke_mm, 0.0, tables.end_mm)
-    cells = tables.cells_of(x)
-    A, B = tables.at(tables.A, cells), tables.at(tables.B, cells)
-    direction = np.sign(np.diff(x))
-    moving = np.flatnonzero(direction)
-    turns = moving[1:][direction[moving[1:]] != direction[moving[:-1]]]
-    starts = [0, *turns.tolist(), len(x) - 1]
-    band = np.empty_like(x)
-    band[0] = p = initial_band
-    for first, last in pairwise(starts):
-        if last == first:
-            continue
-        part = slice(first + 1, last + 1)
-        if x[last] > x[first]:
-            band[part] = 1.0 - (1.0 - p) * np.exp(np.minimum(A[first] - A[part], 0.0))
-        else:
-            band[part] = p * np.exp(np.minimum(B[part] - B[first], 0.0))
-        p = float(band[last])
-    return band
+    return band_position(tables, stroke_mm, initial_band)
 
 
 def lag_history(time_s: Floats, stroke_mm: Floats, tau_s: float, initial_lag_mm: float = 0.0) -> Floats:

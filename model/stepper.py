@@ -61,7 +61,7 @@ class SpringStepper:
         self.work_J = 0.0
         self.heat_J = 0.0
         self._width_scale_max = model.tables.width_scale_max
-        self._cells = _cells_of(model.tables)
+        self._cells = cells_of(model.tables)
         self._last = (0.0,) * 7
         self._inner: list[_Inner] = []
         self._owed = 0.0
@@ -223,7 +223,7 @@ class SpringStepper:
         return 0.0 if e < 0.0 else min(e, self._width_scale_max)
 
 
-def _cells_of(tables: BandTables) -> list[_Cell]:
+def cells_of(tables: BandTables) -> list[_Cell]:
     """Lay all tables of one grid cell side by side: value at its beginning, and slope."""
     columns: list[list[float]] = []
     for table in (
