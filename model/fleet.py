@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from model import kernels as at
+from model.energy import stored_energy
 from model.spring import SpringModel
 from model.stepper import cells_of
 
@@ -137,6 +138,17 @@ class SpringFleet:
             flat = (self._cells.ravel(), self._laws.ravel(), self._factors.ravel(), self._states.ravel())
             self._kernel(*flat, self._places, stroke, self._outputs)
         return self.force_kN
+
+    def stored_J(self) -> Floats:  # noqa: N802 - the unit's own letter
+        """Get the energy that each spring holds now, shape (n,); see :func:`model.energy.stored_energy`."""
+        stored = np.empty(len(self.kinds))
+        for kind, model in enumerate(self.models):
+            own = self.kinds == kind
+            states = self._by_spring[own]
+            lags = states[:, at.INNER : at.INNER + 3 * len(model.viscous.branches) : 3].T
+            figures = (states[:, at.STROKE], states[:, at.BAND], lags, states[:, at.TEMPERATURE])
+            stored[own] = stored_energy(model, *figures)
+        return stored
 
     def _prepare_duration(self, dt_s: float) -> None:
         if not dt_s >= 0.0:
