@@ -26,7 +26,8 @@ ARITHMETIC = ("-std=c99", "-O2", "-march=x86-64", "-ffp-contract=off")
 _QUIET = ("-fno-ident", "-fvisibility=hidden", "-ffile-prefix-map=.=.", "-s", "-shared", "-static-libgcc")
 _PLATFORM = {
     "linux64": ("-fPIC", "-Wl,--build-id=none", "-Wl,-z,relro,-z,now", "-Wl,--as-needed"),
-    "win64": ("-Wl,--no-insert-timestamp", "-Wl,--build-id=none"),
+    # A base of its own choice would be a hash of the output's path; the loader moves the library anyway.
+    "win64": ("-Wl,--no-insert-timestamp,--build-id=none,--image-base,0x180000000,--dynamicbase,--nxcompat",),
 }
 
 

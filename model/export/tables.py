@@ -64,7 +64,7 @@ def default_temperatures(model: SpringModel) -> tuple[float, ...]:
 
 
 def slow_table(model: SpringModel, temperature_C: float, step_mm: float = STEP_MM) -> SlowTable:
-    """Return curves and transition at one temperature: every ``step_mm``, at the contact ramp's end, at the last.
+    """Return curves and transition at one temperature: every ``step_mm``, at the ramp's end and the last.
 
     The forces rise from 0 over the contact ramp; the stiffnesses are those of the curves without it.
     """
