@@ -88,7 +88,7 @@ def model_description(model: SpringModel, found: tuple[Variable, ...], guid: str
     categories = ET.SubElement(root, "LogCategories")
     for name in ("logStatusWarning", "logStatusDiscard", "logStatusError"):
         ET.SubElement(categories, "Category", name=name)
-    ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize="0.001")
+    ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime="1", tolerance="1e-6", stepSize="0.001")
     _variables(ET.SubElement(root, "ModelVariables"), found)
     _structure(ET.SubElement(root, "ModelStructure"), found)
     ET.indent(root)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from model.simulation import simulate
+from model.stepper import SpringStepper
 from tests.model_export.cases import springs, stepped, wandering
 from tests.model_export.host import (
     CO_SIMULATION,
@@ -344,6 +345,41 @@ class TestModelExchange:
         assert np.abs(found[:, 1] - whole[:, 1]).max() < 1e-4
         assert np.abs(found[:, 2] - whole[:, 3]).max() < 1e-4 * whole[-1, 3] + 1e-9
         assert np.abs(found[:, 3] - whole[:, 4]).max() < 1e-4 * np.abs(whole[:, 4]).max()
+
+    def test_a_wagon_runs_into_it(self, host):
+        """10 t at 1.9 m/s, Runge-Kutta of 1 ms with trials, against the library in steps of 10 µs."""
+        model, mass_t = springs()["hook"], 10.0
+        spring, names = self.begin(host, "hook"), ("stroke_mm", "stroke_rate_mm_per_s")
+
+        def slopes(t, x, v):
+            spring.call("fmi2SetTime", ctypes.c_double(t))
+            for name, value in zip(names, (x, v), strict=True):
+                spring.set(name, value)
+            return v, -spring.get("force_kN") / mass_t * 1000.0
+
+        t, x, v, h = 0.0, 0.0, 1900.0, 0.001
+        while x >= 0.0:
+            a = slopes(t, x, v)
+            b = slopes(t + h / 2, x + h / 2 * a[0], v + h / 2 * a[1])
+            c = slopes(t + h / 2, x + h / 2 * b[0], v + h / 2 * b[1])
+            d = slopes(t + h, x + h * c[0], v + h * c[1])
+            x += h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0])
+            v += h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1])
+            t += h
+            self.advance(spring, t, x, 0.0)
+
+        whole = SpringStepper(model, 25.0, 25.0)
+        y, w, h = 0.0, 1900.0, 1e-5
+        while y >= 0.0:
+            w -= h * whole.force_kN / mass_t * 1000.0
+            y += h * w
+            whole.step(y, h)
+        assert 1.0 - (v / 1900.0) ** 2 == pytest.approx(1.0 - (w / 1900.0) ** 2, abs=2e-3)
+        assert spring.get("heat_J") == pytest.approx(whole.heat_J, rel=5e-3)
+        lost_J = 0.5e-3 * mass_t * (1900.0**2 - v**2)  # t (mm/s)² is mJ
+        assert spring.get("heat_J") == pytest.approx(
+            lost_J, rel=1e-2
+        )  # warming takes the rest, docs/model.md
 
     def test_a_trial_changes_nothing(self, host):
         """A solver looks about before it completes a step."""
