@@ -178,7 +178,7 @@ def warming_run(model: SpringModel, rule: HeatRule, until_s: float = 45.0) -> tu
 def _slow(end_mm: float) -> tuple[Floats, Floats]:
     half = end_mm / STATIC_SPEED_MM_PER_S
     steps = round(half / _STATIC_STEP_S)  # so many that one ends at the turn
-    time = np.arange(2 * steps + round(_PAUSE_S / _STATIC_STEP_S)) * (half / steps)
+    time = np.arange(2.0 * steps + round(_PAUSE_S / _STATIC_STEP_S)) * (half / steps)
     return time, np.maximum(0.0, end_mm - STATIC_SPEED_MM_PER_S * np.abs(time - half))
 
 
@@ -191,7 +191,7 @@ def _loops(prestress_mm: float, amplitude_mm: float, cycles: int) -> tuple[Float
     """Return whole cycles from and to the lower turning point; a sample for about every millisecond."""
     frequency = frequency_of(amplitude_mm)
     points = 2 * round(0.5 / (frequency * _STEP_S))
-    angle = np.arange(1, cycles * points + 1) * (2.0 * np.pi / points)
+    angle = np.arange(1.0, cycles * points + 1.0) * (2.0 * np.pi / points)
     return angle / (2.0 * np.pi * frequency), prestress_mm - amplitude_mm * np.cos(angle)
 
 
