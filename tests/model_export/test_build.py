@@ -8,10 +8,20 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 
-from model.export.build import BINARIES, COMPILERS, SOURCE_FOLDER, WARNINGS, build, compiler, digests
+from model.export.build import (
+    ARITHMETIC,
+    BINARIES,
+    COMPILERS,
+    SOURCE_FOLDER,
+    WARNINGS,
+    build,
+    compiler,
+    digests,
+)
 from model.export.fmu import LIBRARIES, SOURCES
 from model.spring import SPECTRUM_TAU_S
 from tests.model_export.cases import springs, stepped, wandering
@@ -58,6 +68,16 @@ def test_a_rebuilt_linux_library_is_the_same_and_gives_the_same_figures(record, 
 @pytest.mark.long
 def test_a_rebuilt_windows_library_is_the_same(record, tmp_path):
     assert rebuilt("win64", record, tmp_path / "a folder").stat().st_size < 100_000
+
+
+@needs_gcc
+@pytest.mark.parametrize("prefix", [(), ("-DFMI2_FUNCTION_PREFIX=spring_",)])
+def test_the_source_agrees_with_the_standards_own_headers(prefix):
+    """As a tool compiles it that brings them; fmpy has a copy."""
+    standard = Path(fmpy.__file__).parent / "c-code"
+    command = ["gcc", "-fsyntax-only", *ARITHMETIC, *WARNINGS, *prefix, f"-I{standard}", SOURCES[0]]
+    told = subprocess.run(command, cwd=SOURCE_FOLDER, capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stderr) == (0, "")
 
 
 def test_the_linux_library_runs_on_old_systems():

@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-from model.simulation import simulate
+from model.simulation import force_history, simulate
 from model.stepper import SpringStepper
 from tests.model_export.cases import springs, stepped, wandering
 from tests.model_export.host import (
@@ -409,6 +409,9 @@ class TestModelExchange:
         spring.call("fmi2GetNominalsOfContinuousStates", ctypes.byref(one), 1)
         assert one.value == 10.0
         assert spring.status("fmi2GetDerivatives", three, 3) == ERROR
+        band = np.array([spring.get("band")])
+        expected = force_history(springs()["buffer"], np.array([30.0]), band, np.array([10.0]), 25.0)
+        assert spring.get("force_kN") == pytest.approx(expected[0], abs=1e-9)
 
     def test_a_jump_of_the_stroke_in_event_mode_is_a_step_of_no_time(self, host):
         model = springs()["buffer"]
