@@ -30,6 +30,7 @@ SPECTRUM = ViscousBranch(0.05, 5.0, 0.04)
 
 
 @given(st.data())
+@settings(max_examples=40)
 def test_i01_force_stays_between_the_curves_while_the_spring_warms_up(data):
     model = spring(data.draw(valid_curves()), temperature=LAW, heat=HeatBalance(200.0))
     stepper, tables = SpringStepper(model, 25.0, 25.0), model.tables
@@ -70,12 +71,12 @@ def test_i03_the_explicit_step_converges_to_the_exact_one():
     np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 2.0, rtol=0.1)
 
 
-@pytest.mark.parametrize("mean", [20.0, 50.0, 80.0])
-@pytest.mark.parametrize("amplitude", [0.5, 2.0, 10.0, 19.0, 30.0])
+@pytest.mark.parametrize(
+    ("mean", "amplitude"),
+    [(20.0, 0.5), (20.0, 19.0), (50.0, 0.5), (50.0, 10.0), (50.0, 30.0), (80.0, 2.0), (80.0, 19.0)],
+)
 def test_i04_heat_of_a_settled_loop_is_its_area(mean, amplitude):
     """Within 2 % (here 0.2 %), shipped buffer, viscous branches on; no step gives heat back."""
-    if amplitude > mean or mean + amplitude > 105.0:
-        pytest.skip("leaves the spring")
     model = replace(category_a(), viscous=SPECTRUM)
     points, frequency = 200, 80.0 / (2.0 * np.pi * amplitude)
     cycles = max(40, int(30.0 * frequency))  # six of the slowest relaxation times
@@ -136,20 +137,27 @@ def test_i07_a_jump_of_temperature_at_hold_keeps_p(strokes):
     assert fleet.force_kN.tolist() == pytest.approx([force, s * force], rel=2e-5)
 
 
-@pytest.mark.parametrize("preload_kN", [0.0, 20.0])
-@given(data=st.data())
-@settings(max_examples=40)
-def test_i08_edges_are_finite_and_never_pull(preload_kN, data):
-    """No preload, curves that meet, strokes below 0 and beyond the end, no time, deep cold and great heat."""
+def meeting(preload_kN):
+    """A spring whose curves meet at both ends and in the middle."""
     curves = Curves(
         stroke_mm=(0.0, 20.0, 40.0, 60.0, 80.0),
         loading_kN=tuple(preload_kN + f for f in (0.0, 60.0, 80.0, 80.0, 120.0)),
         unloading_kN=tuple(preload_kN + f for f in (0.0, 30.0, 80.0, 80.0, 120.0)),
         transition_stiffness_kN_per_mm=(40.0,) * 5,
     )
-    model = spring(curves, temperature=LAW, viscous=SPECTRUM, heat=HeatBalance(50.0, 0.0))
+    return spring(curves, temperature=LAW, viscous=SPECTRUM, heat=HeatBalance(50.0, 0.0))
+
+
+MEETING = {preload_kN: meeting(preload_kN) for preload_kN in (0.0, 20.0)}
+
+
+@pytest.mark.parametrize("preload_kN", MEETING)
+@given(data=st.data())
+@settings(max_examples=15)
+def test_i08_edges_are_finite_and_never_pull(preload_kN, data):
+    """No preload, curves that meet, strokes below 0 and beyond the end, no time, deep cold and great heat."""
     start_C = data.draw(st.sampled_from([-60.0, 25.0, 300.0]))
-    fleet, heat = SpringFleet([model], [0], start_C), 0.0
+    fleet, heat = SpringFleet([MEETING[preload_kN]], [0], start_C), 0.0
     moves = data.draw(
         st.lists(st.tuples(st.floats(-5.0, 85.0), st.sampled_from([0.0, 1e-9, 0.1, 1e4])), max_size=12)
     )

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from model.file import load_model, save_model
@@ -65,6 +65,7 @@ def test_stiffness_rises_evenly_with_the_logarithm_of_the_frequency():
 
 @pytest.mark.parametrize("rule", ["loop-exact", "paper"])
 @given(data=st.data())
+@settings(max_examples=25)
 def test_stepwise_and_at_once_give_the_same_figures(rule, data):
     model = spring(
         data.draw(valid_curves()),
@@ -85,6 +86,7 @@ def test_stepwise_and_at_once_give_the_same_figures(rule, data):
 
 
 @given(st.data())
+@settings(max_examples=30)
 def test_it_is_passive_on_any_curves(data):
     """I5: a closed path takes energy, at slow and fast strokes, and heat never falls."""
     curves = data.draw(valid_curves())

@@ -16,7 +16,7 @@ from model.spring import HeatBalance, TemperatureLaw, ViscousBranch
 from tests.model.cases import path, spring
 from tests.model.recipes import category_a, draw_hook
 
-SMALL = Scene(running=3, standing=2, mass_kg=40_000.0, speed_m_per_s=2.0, duration_s=1.2)
+SMALL = Scene(running=3, standing=2, mass_kg=40_000.0, speed_m_per_s=2.0, duration_s=0.8)
 
 
 def isothermal(model):
@@ -36,7 +36,9 @@ def test_work_is_heat_and_what_is_held(temperature_C):
     result = simulate(model, time, stroke, temperature_C=temperature_C, isothermal=True)
     lags = lag_histories(model.viscous, time, np.minimum(stroke, model.tables.end_mm))
     held = stored_energy(model, stroke, band_history(model.tables, stroke), lags, temperature_C)
-    np.testing.assert_allclose(result.work_J - result.heat_J, held - held[0], atol=1.0)
+    np.testing.assert_allclose(
+        result.work_J - result.heat_J, held - held[0], atol=2.0
+    )  # overstress that relaxes in the stop
     assert held.max() > 5_000.0
 
 
@@ -87,7 +89,7 @@ def test_one_wagon_onto_one_is_the_stroke_of_its_energy():
 
 def test_equal_results_of_equal_gaps():
     """Mirror the trains (the standing one runs, seen from the other): the picture is mirrored."""
-    scene = Scene(running=2, standing=2, duration_s=0.8)
+    scene = Scene(running=2, standing=2, duration_s=0.5)
     impact = run_impact(scene, category_a(), draw_hook())
     np.testing.assert_allclose(impact.gap_force_kN, impact.gap_force_kN[:, ::-1], atol=1e-6)
     np.testing.assert_allclose(
