@@ -131,11 +131,11 @@ def find_turns(stroke_mm: Floats, least_mm: float) -> list[int]:
     for at, x in zip(*_extremes(stroke_mm), strict=True):
         high, low = max(high, (x, at), key=_value), min(low, (x, at), key=_value)
         if rising is not False and high[0] - x >= least_mm:
-            if high[1] > turns[-1]:
+            if rising and high[1] > turns[-1]:
                 turns.append(high[1])
             rising, low, high = False, (x, at), (x, at)
         elif rising is not True and x - low[0] >= least_mm:
-            if low[1] > turns[-1]:
+            if rising is False and low[1] > turns[-1]:
                 turns.append(low[1])
             rising, low, high = True, (x, at), (x, at)
         elif rising:

@@ -63,6 +63,7 @@ def _head(found: Identification, stand: str, specimen: str) -> str:
             "",
             "[limits]",
             'on_temperature_stop = "skip"',
+            "temperature_resume_C = 36.0  # so that the slow strokes after warming up are warm",
             "",
         ]
     )

@@ -9,7 +9,11 @@ import numpy as np
 
 from model.curves import Curves
 from model.identification.drive import Drive, Reduction, join, reduce_run
+from model.identification.fitting import Solution, solve
+from model.identification.identify import experiment_of
 from model.identification.parameters import Frame
+from model.identification.problem import Problem
+from model.identification.starting import start_vector
 from model.simulation import simulate
 from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
@@ -75,7 +79,7 @@ class Piece:
     sensor_C: np.ndarray
 
 
-def experiment(model, parts, start_C, ambient_C):
+def simulated(model, parts, start_C, ambient_C):
     """Simulate parts in a row (strokes at the fine rate, or seconds of unrecorded rest)."""
     rate = RATE_Hz * FINER
     strokes, times, spans, at = [], [], [], 0.0
@@ -118,16 +122,16 @@ def campaign():
         (45.0, [static(95.0, 10.0, rate), 20.0, harmonic(50.0, 10.0, 0.8, 4, rate), 600.0,
                 static(95.0, 10.0, rate)]),
     ]  # fmt: skip
-    return [(experiment(model, parts, start, 20.0)[0], start) for start, parts in plan]
+    return [(simulated(model, parts, start, 20.0)[0], start) for start, parts in plan]
 
 
-def measured(seed: int) -> list[Drive]:
-    """One noisy measurement of the campaign, reduced to drives."""
+def measured(seed: int, experiments=None, first_rested=True) -> list[Drive]:
+    """One noisy measurement of the campaign, or of other pieces, reduced to drives."""
     random = np.random.default_rng(seed)
     drives = []
-    for pieces, _ in campaign():
+    for pieces in [pieces for pieces, _ in campaign()] if experiments is None else experiments:
         parts = []
-        for piece in pieces:
+        for number, piece in enumerate(pieces):
             noisy = piece.stroke_mm + random.normal(0.0, STROKE_NOISE_mm, piece.stroke_mm.size)
             sensed = piece.sensor_C + random.normal(0.0, SENSOR_NOISE_C, piece.sensor_C.size)
             parts.append(
@@ -138,8 +142,9 @@ def measured(seed: int) -> list[Drive]:
                     sensor_s=piece.sensor_s,
                     sensor_C=np.round(sensed / SENSOR_COUNT_C) * SENSOR_COUNT_C,
                     ambient_C=20.0,
-                    rested=not parts,
+                    rested=first_rested and not parts,
                     reduction=Reduction(near_mm=0.35, growth=0.25, far_mm=4.0),
+                    name=f"run {number}",
                 )
             )
         drives.append(join(parts))
@@ -148,3 +153,31 @@ def measured(seed: int) -> list[Drive]:
 
 def frame() -> Frame:
     return Frame(knots_mm=KNOTS_mm, reference_C=25.0, contact_ramp_mm=0.2)
+
+
+def fitted(drives) -> Solution:
+    """Every parameter at once, from a start that the data give."""
+    problem = Problem(frame(), [experiment_of(drive) for drive in drives])
+    free = np.ones(problem.size, dtype=np.bool_)
+    free[problem.frame.size :] = problem.always_free()[problem.frame.size :]
+    return solve(problem, problem.start(start_vector(frame(), drives)), free)
+
+
+def true_values(model: SpringModel) -> dict[str, float]:
+    """What the estimates should be, by their names."""
+    table = {
+        "transition_length_mm": model.curves.transition_length_mm,
+        "sensitivity_per_K": model.temperature.sensitivity_per_K,
+        "depth_mm": model.temperature.depth_mm,
+        "loss_sensitivity_per_K": model.temperature.loss_sensitivity_per_K,
+        "capacity_J_per_K": model.heat.capacity_J_per_K,
+        "loss_W_per_K": model.heat.loss_W_per_K,
+        "sensor_lag_s": model.heat.sensor_lag_s,
+        "beta": model.viscous.beta,
+        "tau_s": model.viscous.tau_s,
+    }
+    curves = {"loading": model.curves.loading_kN, "unloading": model.curves.unloading_kN}
+    for name, forces in curves.items():
+        for knot, force in zip(model.curves.stroke_mm, forces, strict=True):
+            table[f"{name}_kN at {knot:g} mm"] = force
+    return table
