@@ -188,12 +188,21 @@ def factors_of(model: SpringModel, dt_s: float) -> list[float]:
     return [*model.heat.step_factors(dt_s), *relaxed, *[0.0] * (2 * at.BRANCHES - len(relaxed))]
 
 
-def rest_of(model: SpringModel) -> list[float]:
-    """Return the state of a spring at rest at stroke 0, without its temperatures."""
-    A, _, B, _, _, _, h, _, F_m, _, p_c, _, G, _, g, _ = cells_of(model.tables)[0]
+def rest_of(model: SpringModel, stroke_mm: float = 0.0, band: float = 0.0) -> list[float]:
+    """Return the state of a spring that rests at a stroke without overstress, but for its temperatures."""
+    tables = model.tables
+    x = min(max(stroke_mm, 0.0), tables.end_mm)
+    i = int(x * (1.0 / tables.step_mm))
+    f = x - i * tables.step_mm
+    cell = cells_of(tables)[i]
+    A, B, _, h, F_m, p_c, G, g = (
+        value + slope * f for value, slope in zip(cell[::2], cell[1::2], strict=True)
+    )
     state = [0.0] * at.INNER + [0.0, F_m, g] * at.BRANCHES
+    state[at.STROKE], state[at.BAND], state[at.INSIDE] = stroke_mm, band, x
     state[at.A_0], state[at.B_0], state[at.DEPTH], state[at.WIDTH] = A, B, g, h
-    state[at.EXCESS], state[at.FREE] = h * (0.0 - p_c), 0.5 * G * (0.0 - p_c) * (0.0 - p_c)
+    r = band - p_c
+    state[at.EXCESS], state[at.FREE] = h * r, 0.5 * G * r * r
     return state
 
 

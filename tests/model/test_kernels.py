@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from model import kernels
+from model.compiled import simulate_compiled
 from model.fleet import SpringFleet, factors_of, law_of, rest_of
 from model.isothermal import isothermal_force
 from model.kernels import READ, STATE_SIZE, drive
@@ -192,3 +193,23 @@ def test_blocks_join(count):
 
 def test_the_state_is_as_long_as_it_says():
     assert all(len(rest_of(model)) == STATE_SIZE for model in MODELS.values())
+
+
+@needs_numba
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("begin_mm", [0.0, 30.0])
+def test_a_compiled_history_is_the_simulation(name, begin_mm):
+    """From any first stroke, with steps of several durations; warnings and all."""
+    model = MODELS[name]
+    stroke = path(begin_mm, 44.0, 20.0, 21.0, 43.0, -2.0, 30.0, step_mm=0.2)
+    time = np.cumsum(np.resize([0.001, 0.01, 0.0, 0.3], len(stroke)))
+    given = {"temperature_C": 31.0, "ambient_C": 12.0, "initial_band": 0.4}
+    fast, slow = simulate_compiled(model, time, stroke, **given), simulate(model, time, stroke, **given)
+    for field in ("force_kN", "temperature_C", "sensor_temperature_C", "heat_J", "work_J", "band"):
+        expected = getattr(slow, field)
+        np.testing.assert_allclose(getattr(fast, field), expected, atol=1e-9 * (1.0 + np.abs(expected).max()))
+    assert fast.warnings == slow.warnings
+    with pytest.raises(ValueError, match="must not fall"):
+        simulate_compiled(model, time[::-1], stroke, temperature_C=20.0)
+    with pytest.raises(ValueError, match="one length"):
+        simulate_compiled(model, time[1:], stroke, temperature_C=20.0)
