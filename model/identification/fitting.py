@@ -155,10 +155,10 @@ def _minimise(
 
 def _bounds(problem: Problem) -> tuple[Floats, Floats]:
     low, high = bounds(problem.frame)
-    temperatures = problem.size - problem.frame.size
+    runs = len(problem.experiments)
     return (
-        np.concatenate([low, np.full(temperatures, -100.0)]),
-        np.concatenate([high, np.full(temperatures, 250.0)]),
+        np.concatenate([low, np.tile((-100.0, -100.0, 0.0), runs)]),
+        np.concatenate([high, np.tile((250.0, 250.0, problem.frame.knots_mm[-1]), runs)]),
     )
 
 

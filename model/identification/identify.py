@@ -168,22 +168,26 @@ def _frame(drives: Sequence[Drive], how: Settings) -> Frame:
 
 def _fit(problem: Problem, vector: Floats, without: Sequence[str]) -> Solution:
     """Fit, and take out what the runs do not say, until nothing changes."""
-    out = set(without)
-    start = vector
-    begun, free = freeze(problem, vector, sorted(out))
+    asked = set(without)
+    begun, free = freeze(problem, vector, sorted(asked))
     first = problem.reweighted(problem.residuals(begun), 1.0)
-    out |= _unknown(first, begun, free)
-    solution = None
-    for _ in range(_CHECKS):
+    out = asked | _unknown(first, begun, free)
+    start = vector
+    tried = {frozenset(out)}
+    while True:
         frozen, free = freeze(problem, start, sorted(out))
         solution = solve(problem, frozen, free)
-        more = _unknown(solution.problem, solution.vector, free, solution.correlation)
-        if more <= out:
-            break
-        out |= more
-        start = solution.vector
-    assert solution is not None
-    return solution
+        # What was hidden by a poor start may show now, so all are looked at again, from their usual values.
+        start = np.where(free, solution.vector, vector)
+        _, every = freeze(problem, start, sorted(asked))
+        now = asked | _unknown(solution.problem, start, every, solution.correlation)
+        if frozenset(now) in tried or len(tried) >= _CHECKS:
+            still = _unknown(solution.problem, solution.vector, free, solution.correlation)
+            if not still:
+                return solution
+            now = out | still
+        out = now
+        tried.add(frozenset(out))
 
 
 def _unknown(problem: Problem, vector: Floats, free: Mask, correlation: float = 1.0) -> set[str]:

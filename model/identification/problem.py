@@ -19,8 +19,11 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _STEP = 1e-5
+STATES = 3
+"""Unknowns of an experiment: first temperatures of mass and sensor [°C], first inner stroke [mm]."""
 START_SIGMA_K = 2.0
 """How far the mass of a spring that has not rested may be from its sensor's first readings."""
+_STATE_RANGES = (2.0 * START_SIGMA_K, 2.0 * START_SIGMA_K, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +34,7 @@ class Experiment:
     ----------
     drive : Drive
     rested : bool
-        Whether spring and sensor are equally warm at the first node.
+        Whether spring and sensor are equally warm at the first node, and no overstress is left.
     used : array of bool, shape (m,)
         Which of the drive's forces count (False: held out, or its state is not known).
     sensor_sigma_C : float
@@ -63,7 +66,7 @@ class _Stages:
 
 
 class Problem:
-    """Weighted residuals of experiments as a function of one vector: the spring, then two temperatures each.
+    """Weighted residuals of experiments as a function of one vector: the spring, then three states each.
 
     Parameters
     ----------
@@ -75,36 +78,35 @@ class Problem:
     def __init__(self, frame: Frame, experiments: Sequence[Experiment]) -> None:
         self.frame = frame
         self.experiments = tuple(experiments)
-        self.size = frame.size + 2 * len(self.experiments)
+        self.size = frame.size + STATES * len(self.experiments)
 
     def start(self, spring: Floats) -> Floats:
         """Return the whole vector of a spring's vector: every temperature begins at its sensor's."""
         temperatures: list[float] = []
         for experiment in self.experiments:
             first = experiment.first_C
-            temperatures += [experiment.drive.ambient_C if first is None else first] * 2
+            temperatures += [*[experiment.drive.ambient_C if first is None else first] * 2, 0.0]
         return np.concatenate([spring, temperatures])
 
     def temperature_places(self, number: int) -> tuple[int, int]:
         """Return where the first temperatures of mass and sensor of an experiment stand in the vector."""
-        at = self.frame.size + 2 * number
+        at = self.frame.size + STATES * number
         return at, at + 1
 
     def always_free(self) -> Mask:
-        """Return which first temperatures are to be found: the sensor's only where it was read."""
+        """Return which first states are to be found: temperatures only where a sensor was read."""
         free = np.zeros(self.size, dtype=np.bool_)
         for number, experiment in enumerate(self.experiments):
             mass, sensor = self.temperature_places(number)
             read = experiment.drive.sensor_C.size > 0
             free[mass] = read
             free[sensor] = read and not experiment.rested
+            free[sensor + 1] = not experiment.rested
         return free
 
     def scales(self, vector: Floats) -> Floats:
         """Return the plausible range of every entry."""
-        return np.concatenate(
-            [scales(self.frame, vector), np.full(2 * len(self.experiments), 2.0 * START_SIGMA_K)]
-        )
+        return np.concatenate([scales(self.frame, vector), np.tile(_STATE_RANGES, len(self.experiments))])
 
     def answers(self, vector: Floats) -> list[Answer]:
         """Return what the model answers to every experiment's drive.
@@ -190,13 +192,15 @@ class Problem:
     def _lags(self, vector: Floats, bands: Sequence[BandStage]) -> tuple[LagStage, ...]:
         tau = self.frame.value(vector, "tau_s")
         return tuple(
-            LagStage.of(band, e.drive.time_s, tau) for band, e in zip(bands, self.experiments, strict=True)
+            LagStage.of(band, e.drive.time_s, tau, float(vector[self.temperature_places(number)[1] + 1]))
+            for number, (band, e) in enumerate(zip(bands, self.experiments, strict=True))
         )
 
     def _changed(self, vector: Floats, place: int, stages: _Stages) -> _Stages:
         """Return the stages after one entry has changed: anew only what depends on it."""
         if place >= self.frame.size:
-            return stages
+            inner = (place - self.frame.size) % STATES == STATES - 1
+            return replace(stages, lags=self._lags(vector, stages.bands)) if inner else stages
         if place < 2 * self.frame.points:
             return self._stages(vector)
         stage = STAGE_OF.get(LAWS[place - 2 * self.frame.points].name)
@@ -207,7 +211,7 @@ class Problem:
     def _touched(self, place: int) -> Sequence[int]:
         if place < self.frame.size:
             return range(len(self.experiments))
-        return ((place - self.frame.size) // 2,)
+        return ((place - self.frame.size) // STATES,)
 
     def _answer(self, vector: Floats, number: int, stages: _Stages, near_C: Floats | None = None) -> Answer:
         experiment = self.experiments[number]

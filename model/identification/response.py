@@ -122,9 +122,9 @@ class LagStage:
     inner_x: Floats
 
     @classmethod
-    def of(cls, band: BandStage, time_s: Floats, tau_s: float) -> LagStage:
-        """Follow the inner stroke of one relaxation time."""
-        lag = lag_history(time_s, band.x, tau_s)
+    def of(cls, band: BandStage, time_s: Floats, tau_s: float, first_mm: float = 0.0) -> LagStage:
+        """Follow the inner stroke of one relaxation time from its first value."""
+        lag = lag_history(time_s, band.x, tau_s, float(band.x[0]) - first_mm)
         inner_x = np.clip(band.x - lag, 0.0, band.tables.end_mm)
         cells = band.tables.cells_of(inner_x)
         return cls(lag, band.tables.at(band.tables.middle, cells), inner_x)
