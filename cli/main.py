@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import importlib
-import keyword
 import sys
 import traceback
 from importlib.metadata import version
@@ -12,6 +9,7 @@ from typing import NoReturn
 
 import click
 
+from cli.lazy import LazyGroup, module_name
 from foundation.errors import BadInput, DeviceFault, ExitStatus
 
 # Name → what it does. The modules are imported only when used, so that --help answers at once.
@@ -26,6 +24,7 @@ COMMANDS = {
     "evaluate": "Evaluate runs or campaigns: energies, damping, stiffness, EN 15551.",
     "skew": "Measure the skew of force and stroke on an elastic reference; what 1 ms changes.",
     "report": "Write the test report (HTML and PDF).",
+    "model": "Identify the spring's computational model, simulate, compare, hand it on.",
     "runs": "List recorded runs with their key facts.",
     "verify": "Check that run files are whole and unaltered.",
 }
@@ -34,40 +33,10 @@ BUG_STATUS = 70
 """Exit status of a fault of this software (EX_SOFTWARE): none of the contract's, so that none is mistaken."""
 
 
-class LazyGroup(click.Group):
-    """A group whose sub-commands live in ``cli.commands.<name>`` and are imported when called."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
-        """Return the names in the order of a campaign, not of the alphabet."""
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:  # noqa: ARG002
-        """Return the sub-command, imported now; None if there is none of that name."""
-        if name not in COMMANDS:
-            return None
-        stem = name.replace("-", "_")
-        module = importlib.import_module(f"cli.commands.{stem}{'_' if keyword.iskeyword(stem) else ''}")
-        command = module.command
-        assert isinstance(command, click.Command)
-        return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the sub-command; for an unknown one name the nearest that there is."""
-        near = difflib.get_close_matches(args[0], COMMANDS, n=1)
-        if near and args[0] not in COMMANDS:
-            ctx.fail(f"there is no command “{args[0]}”; did you mean “{near[0]}”?")
-        return super().resolve_command(ctx, args)
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
-        """Write the list of commands without importing any."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
-
-
 @click.group(
     cls=LazyGroup,
+    modules={name: f"cli.commands.{module_name(name)}" for name in COMMANDS},
+    summaries=COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Start with:  bufferstand demo",
     invoke_without_command=True,

@@ -61,6 +61,37 @@ class Curves:
         self._check_order()
         self._check_transition()
 
+    @classmethod
+    def straight(
+        cls,
+        end_mm: float,
+        loading: tuple[float, float],
+        unloading: tuple[float, float],
+        transition_kN_per_mm: float,
+    ) -> Curves:
+        """Return the curves of eq. (3): ring springs and leaf springs, all three stiffnesses constant.
+
+        Parameters
+        ----------
+        end_mm : float
+            Last stroke.
+        loading, unloading : tuple of float
+            Force at stroke 0 [kN] and stiffness [kN/mm]: F_l(0) and k_l, F_u(0) and k_u.
+        transition_kN_per_mm : float
+            k_t.
+
+        Raises
+        ------
+        BadInput
+            If the curves contradict themselves, see the class.
+        """
+        return cls(
+            stroke_mm=(0.0, end_mm),
+            loading_kN=(loading[0], loading[0] + loading[1] * end_mm),
+            unloading_kN=(unloading[0], unloading[0] + unloading[1] * end_mm),
+            transition_stiffness_kN_per_mm=(transition_kN_per_mm, transition_kN_per_mm),
+        )
+
     @property
     def end_mm(self) -> float:
         """Get the last stroke of the tables [mm]."""

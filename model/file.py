@@ -89,6 +89,8 @@ class ViscousTable(Settings):
     """Share of the force that an infinitely fast stroke adds."""
     tau_s: float = 1.0
     """Relaxation time [s]."""
+    spectrum_per_decade: float = 0.0
+    """b: share that each decade of relaxation times from 1.6 ms to 1.6 s adds; 0 is no spectrum."""
 
 
 class ModelFile(Settings):
@@ -154,6 +156,8 @@ def save_model(model: SpringModel, path: Path) -> None:
     ):
         part = getattr(model, name, None)
         values = table if isinstance(table, dict) else {key: getattr(part, key) for key in table}
+        if values.get("spectrum_per_decade") == 0.0:
+            del values["spectrum_per_decade"]  # no spectrum: a file that older versions read, too
         lines += [f"[{name}]", *(f"{key} = {_toml(v)}" for key, v in values.items() if v is not None), ""]
     try:
         path.write_text("\n".join(lines[:-1]) + "\n", encoding="utf-8")

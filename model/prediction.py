@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.simulation import band_history, force_history, lag_history
+from model.simulation import band_history, force_history, lag_histories, lag_history
 from model.spring import HeatBalance, SpringModel
 
 Floats = NDArray[np.float64]
@@ -154,21 +154,20 @@ def heat_step(
 
 
 def _settled_lag(model: SpringModel, time_s: Floats, stroke_mm: Floats) -> Floats:
-    """Return the lag of the viscous branch over a cycle that repeats itself."""
-    if model.viscous.beta == 0.0:
-        return np.zeros_like(stroke_mm)
+    """Return the lags of the viscous branches over a cycle that repeats itself, shape (branches, n)."""
     x = np.clip(stroke_mm, 0.0, model.tables.end_mm)
-    tau = model.viscous.tau_s
-    end = float(lag_history(time_s, x, tau)[-1])
-    kept, _ = model.viscous.response(float(time_s[-1]))
-    return lag_history(time_s, x, tau, end / (1.0 - kept))
+    lags = lag_histories(model.viscous, time_s, x)
+    for k, (kept, _) in enumerate(model.viscous.responses(float(time_s[-1]))):
+        tau_s = model.viscous.branches[k][1]
+        lags[k] = lag_history(time_s, x, tau_s, float(lags[k, -1]) / (1.0 - kept))
+    return lags
 
 
 def _static_force(model: SpringModel, stroke: Floats, speed: float, temperature_C: float) -> Floats:
     time = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(stroke)))]) / speed
     x = np.clip(stroke, 0.0, model.tables.end_mm)
-    lag = lag_history(time, x, model.viscous.tau_s) if model.viscous.beta > 0.0 else np.zeros_like(x)
-    return force_history(model, stroke, band_history(model.tables, stroke), lag, temperature_C)
+    lags = lag_histories(model.viscous, time, x)
+    return force_history(model, stroke, band_history(model.tables, stroke), lags, temperature_C)
 
 
 def _energies(stroke: Floats, force: Floats) -> tuple[float, float, float, float]:

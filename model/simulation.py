@@ -7,12 +7,12 @@ over each half stroke; temperature is one linear recurrence after it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.spring import NO_TIME, SpringModel
+from model.isothermal import band_position
+from model.spring import NO_TIME, SpringModel, ViscousBranch
 from model.tables import BandTables
 
 Floats = NDArray[np.float64]
@@ -47,31 +47,13 @@ def band_history(tables: BandTables, stroke_mm: Floats, initial_band: float = 0.
     Loading ``1 - p1 = (1 - p0) exp(-(A1 - A0))``, unloading ``p1 = p0 exp(-(B0 - B1))``; ``initial_band`` is
     p at the first stroke.
     """
-    x = np.clip(stroke_mm, 0.0, tables.end_mm)
-    cells = tables.cells_of(x)
-    A, B = tables.at(tables.A, cells), tables.at(tables.B, cells)
-    direction = np.sign(np.diff(x))
-    moving = np.flatnonzero(direction)
-    turns = moving[1:][direction[moving[1:]] != direction[moving[:-1]]]
-    starts = [0, *turns.tolist(), len(x) - 1]
-    band = np.empty_like(x)
-    band[0] = p = initial_band
-    for first, last in pairwise(starts):
-        if last == first:
-            continue
-        part = slice(first + 1, last + 1)
-        if x[last] > x[first]:
-            band[part] = 1.0 - (1.0 - p) * np.exp(np.minimum(A[first] - A[part], 0.0))
-        else:
-            band[part] = p * np.exp(np.minimum(B[part] - B[first], 0.0))
-        p = float(band[last])
-    return band
+    return band_position(tables, stroke_mm, initial_band)
 
 
 def lag_history(time_s: Floats, stroke_mm: Floats, tau_s: float, initial_lag_mm: float = 0.0) -> Floats:
     """Return x - xi [mm] for ``xi' = (x - xi) / tau`` and a stroke linear between the instants, shape (n,).
 
-    Summed in blocks of ten time constants, so that no exponential leaves the range of the numbers.
+    Summed in blocks of 300 time constants, so that no exponential leaves the range of the numbers.
     """
     dt = np.diff(time_s)
     share = -np.expm1(-dt / tau_s)
@@ -81,11 +63,17 @@ def lag_history(time_s: Floats, stroke_mm: Floats, tau_s: float, initial_lag_mm:
     lag[0] = initial_lag_mm
     first = 0
     while first < len(dt):
-        last = max(first + 1, int(np.searchsorted(time_s, time_s[first] + 10.0 * tau_s, side="right")) - 1)
+        last = max(first + 1, int(np.searchsorted(time_s, time_s[first] + 300.0 * tau_s, side="right")) - 1)
         growth = np.exp(np.minimum((time_s[first + 1 : last + 1] - time_s[first]) / tau_s, 700.0))
         lag[first + 1 : last + 1] = (lag[first] + np.cumsum(added[first:last] * growth)) / growth
         first = last
     return lag
+
+
+def lag_histories(viscous: ViscousBranch, time_s: Floats, stroke_mm: Floats) -> Floats:
+    """Return :func:`lag_history` of every branch from rest [mm], shape (branches, n)."""
+    lags = [lag_history(time_s, stroke_mm, tau_s) for _, tau_s in viscous.branches]
+    return np.array(lags).reshape(len(lags), len(stroke_mm))
 
 
 def simulate(
@@ -132,10 +120,8 @@ def simulate(
     if np.any(np.diff(t) < 0.0):
         raise ValueError("time must not fall")
     ambient = temperature_C if ambient_C is None else ambient_C
-    x = np.clip(stroke, 0.0, model.tables.end_mm)
-    viscous = model.viscous
-    lag = lag_history(t, x, viscous.tau_s) if viscous.beta > 0.0 else np.zeros_like(x)
-    history = _History.of(model, stroke, band_history(model.tables, stroke, initial_band), lag)
+    lags = lag_histories(model.viscous, t, np.clip(stroke, 0.0, model.tables.end_mm))
+    history = _History.of(model, stroke, band_history(model.tables, stroke, initial_band), lags)
     if isothermal:
         T = sensed = np.full_like(t, temperature_C)
         heat = history.isothermal_heat(model, temperature_C)
@@ -150,9 +136,10 @@ def simulate(
 def force_history(
     model: SpringModel, stroke_mm: Floats, band: Floats, lag_mm: Floats, temperature_C: ArrayLike
 ) -> Floats:
-    """Return the force [kN] of known states, shape (n,): stroke, band position, lag of the viscous branch.
+    """Return the force [kN] of known states, shape (n,): stroke, band position, lags of the viscous branches.
 
-    ``temperature_C`` is one temperature, or one for each stroke.
+    ``lag_mm`` has shape (branches, n), or (n,) where there is one branch or none; ``temperature_C`` is one
+    temperature, or one for each stroke.
     """
     return _History.of(model, stroke_mm, band, lag_mm).force(model, temperature_C)
 
@@ -170,7 +157,7 @@ class _History:
     depth: Floats
     excess: Floats  # F - F*, at the reference temperature
     free_energy: Floats  # G (p - p*)² / 2
-    lag: Floats
+    lags: Floats  # shape (branches, n), like the two below
     inner_force: Floats  # F_m(xi)
     inner_depth: Floats
 
@@ -181,7 +168,10 @@ class _History:
         cells = tables.cells_of(x)
         width = tables.at(tables.width, cells)
         off_centre = band - tables.at(tables.centre, cells)
-        inner = tables.cells_of(np.clip(x - lag_mm, 0.0, tables.end_mm))
+        lags = np.atleast_2d(lag_mm) if model.viscous.branches else np.empty((0, len(x)))
+        if len(lags) != len(model.viscous.branches):
+            raise ValueError(f"{len(lags)} lags for {len(model.viscous.branches)} viscous branches")
+        inner = tables.cells_of(np.clip(x - lags, 0.0, tables.end_mm))
         return cls(
             stroke=stroke_mm,
             x=x,
@@ -192,7 +182,7 @@ class _History:
             depth=tables.at(tables.depth, cells),
             excess=width * off_centre,
             free_energy=0.5 * tables.at(tables.free_energy, cells) * off_centre**2,
-            lag=lag_mm,
+            lags=lags,
             inner_force=tables.at(tables.middle, inner),
             inner_depth=tables.at(tables.depth, inner),
         )
@@ -201,11 +191,23 @@ class _History:
         """Return the force [kN] at the temperatures, contact loss and stop included."""
         soft = model.temperature.softening(temperature_C)
         s, s_inner = 1.0 - soft * self.depth, 1.0 - soft * self.inner_depth
+        middle = s * self.middle
         width = self.width * model.width_scale(temperature_C)
         force = s * (self.loading - (1.0 - self.band) * width)
-        force += model.viscous.beta * (s * self.middle - s_inner * self.inner_force)
+        for (beta, _), s_in, inner in zip(model.viscous.branches, s_inner, self.inner_force, strict=True):
+            force += beta * (middle - s_in * inner)
         force = np.where(self.stroke > 0.0, np.maximum(force, 0.0), 0.0)
         return force + model.curves.stop_stiffness_kN_per_mm * np.maximum(self.stroke - self.x, 0.0)
+
+    def losses(self, viscous: ViscousBranch) -> list[list[tuple[float, float]]]:
+        """Return for each branch and step two energies [J]: at softening s the loss is first - s second."""
+        force, softer = self.inner_force, self.inner_depth * self.inner_force
+        found = []
+        for k, (beta, _) in enumerate(viscous.branches):
+            weight = 0.5 * beta * (self.lags[k, 1:] + self.lags[k, :-1])
+            columns = (weight * np.diff(force[k]), weight * np.diff(softer[k]))
+            found.append(list(zip(*(column.tolist() for column in columns), strict=True)))
+        return found
 
     def isothermal_heat(self, model: SpringModel, temperature_C: float) -> Floats:
         """Return the energy [J] lost since the first instant at one temperature."""
@@ -220,8 +222,9 @@ class _History:
             released = np.cumsum(0.5 * (excess[1:] + excess[:-1]) * dx - np.diff(psi))
             band_heat = np.maximum(np.maximum.accumulate(released), 0.0)
         inner = (1.0 - soft * self.inner_depth) * self.inner_force
-        viscous = 0.5 * model.viscous.beta * (self.lag[1:] + self.lag[:-1]) * np.diff(inner)
-        lost = band_heat * model.width_scale(temperature_C) + np.cumsum(np.maximum(viscous, 0.0))
+        lost = band_heat * model.width_scale(temperature_C)
+        for (beta, _), lag, force in zip(model.viscous.branches, self.lags, inner, strict=True):
+            lost += np.cumsum(np.maximum(0.5 * beta * (lag[1:] + lag[:-1]) * np.diff(force), 0.0))
         return np.concatenate([[0.0], lost])
 
 
@@ -229,7 +232,7 @@ def _temperatures(
     model: SpringModel, time_s: Floats, history: _History, start_C: float, ambient_C: float
 ) -> tuple[Floats, Floats, Floats]:
     """Return temperatures of mass and sensor and the heat so far: eq. (7), step after step."""
-    law, node, beta = model.temperature, model.heat, model.viscous.beta
+    law, node = model.temperature, model.heat
     reference, c_ts, softest = law.reference_C, law.sensitivity_per_K, 1.0 - law.floor
     c_eta, e_max = law.loss_sensitivity_per_K, model.tables.width_scale_max
     paper, gain = node.rule == "paper", node.sensor_gain
@@ -237,25 +240,16 @@ def _temperatures(
     held = history.width * (1.0 - history.band) if paper else history.excess
     strokes = -np.minimum(half_dx, 0.0) if paper else half_dx
     psi = np.zeros_like(history.free_energy) if paper else history.free_energy
-    lags = 0.5 * beta * (history.lag[1:] + history.lag[:-1])
     factors = _durations(model, np.diff(time_s))
 
     T = sensed = start_C
     lost = owed = 0.0
     rows = [(T, sensed, lost)]
     g0, m0, psi0 = float(history.depth[0]), float(held[0]), float(psi[0])
-    gi0, in0 = float(history.inner_depth[0]), float(history.inner_force[0])
-    columns = (
-        strokes,
-        history.depth[1:],
-        held[1:],
-        psi[1:],
-        lags,
-        history.inner_depth[1:],
-        history.inner_force[1:],
-    )
-    steps = zip(*(column.tolist() for column in columns), *factors, strict=True)
-    for dx, g, m, p, lag, gi, inner, share, per_joule, follow in steps:
+    columns = (strokes, history.depth[1:], held[1:], psi[1:])
+    losses = list(zip(*history.losses(model.viscous), strict=True)) or [()] * len(strokes)
+    steps = zip(*(column.tolist() for column in columns), losses, *factors, strict=True)
+    for dx, g, m, p, branches, share, per_joule, follow in steps:
         warmer = T - reference
         soft = min(c_ts * warmer, softest)
         s0, s1 = 1.0 - soft * g0, 1.0 - soft * g
@@ -264,13 +258,13 @@ def _temperatures(
         q = max(q, 0.0)
         if c_eta:
             q *= min(max(1.0 - c_eta * warmer, 0.0), e_max)
-        loss = lag * ((1.0 - soft * gi) * inner - (1.0 - soft * gi0) * in0)
-        q += max(loss, 0.0)
+        for cold, softer in branches:
+            q += max(cold - soft * softer, 0.0)
         lost += q
         T += q * per_joule - (T - ambient_C) * share
         sensed += (ambient_C + gain * (T - ambient_C) - sensed) * follow
         rows.append((T, sensed, lost))
-        g0, m0, psi0, gi0, in0 = g, m, p, gi, inner
+        g0, m0, psi0 = g, m, p
     table = np.array(rows)
     return table[:, 0], table[:, 1], table[:, 2]
 

@@ -21,6 +21,10 @@ from model.tables import BandTables
 NO_TIME = 1e-12
 """Durations below this share of a time constant are none: their quotients would be 0/0."""
 
+SPECTRUM_TAU_S = tuple(1.6e-3 * 10.0 ** (0.25 + 0.5 * j) for j in range(6))
+"""Relaxation times [s] of the flat spectrum: the middles of half decades from 1.6 ms to 1.6 s."""
+_SPECTRUM_DECADES = 0.5  # that each of them stands for
+
 HeatRule = Literal["loop-exact", "paper"]
 """``loop-exact``: from the free energy of the hysteresis, never negative; ``paper``: eq. (8)."""
 
@@ -153,6 +157,8 @@ class ViscousBranch:
     """Overstress ``beta (F_m(x) - F_m(xi))`` whose inner stroke follows with ``xi' = (x - xi) / tau``.
 
     F_m = (F_l + F_u) / 2 falls nowhere, so that the branch can lose energy but never create it.
+    A flat spectrum adds branches of the same form at the fixed times ``SPECTRUM_TAU_S``, all of one size:
+    the force of a fast stroke then rises evenly with the logarithm of its frequency.
 
     Parameters
     ----------
@@ -160,6 +166,8 @@ class ViscousBranch:
         Share of the middle curve's force that an infinitely fast stroke adds; 0 is none.
     tau_s : float
         Relaxation time [s].
+    spectrum_per_decade : float
+        b: share that each decade of relaxation times from 1.6 ms to 1.6 s adds; 0 is no spectrum.
 
     Raises
     ------
@@ -169,17 +177,36 @@ class ViscousBranch:
 
     beta: float = 0.0
     tau_s: float = 1.0
+    spectrum_per_decade: float = 0.0
 
     def __post_init__(self) -> None:
         _demand("viscous.beta", self.beta, least=0.0)
         _demand("viscous.tau_s", self.tau_s, above=0.0)
+        _demand("viscous.spectrum_per_decade", self.spectrum_per_decade, least=0.0)
+
+    @cached_property
+    def branches(self) -> tuple[tuple[float, float], ...]:
+        """Share and relaxation time [s] of each branch that is there: the own one, then the spectrum's."""
+        own = ((self.beta, self.tau_s),) if self.beta > 0.0 else ()
+        if self.spectrum_per_decade == 0.0:
+            return own
+        share = _SPECTRUM_DECADES * self.spectrum_per_decade
+        return own + tuple((share, tau_s) for tau_s in SPECTRUM_TAU_S)
 
     def response(self, duration_s: float) -> tuple[float, float]:
         """Return factors (kept, added) of ``lag1 = kept lag0 + added dx`` for a stroke linear in time."""
-        if duration_s <= NO_TIME * self.tau_s:
-            return 1.0, 1.0
-        share = -math.expm1(-duration_s / self.tau_s)
-        return 1.0 - share, share * self.tau_s / duration_s
+        return _relaxation(self.tau_s, duration_s)
+
+    def responses(self, duration_s: float) -> tuple[tuple[float, float], ...]:
+        """Return :meth:`response` of each of :attr:`branches`."""
+        return tuple(_relaxation(tau_s, duration_s) for _, tau_s in self.branches)
+
+
+def _relaxation(tau_s: float, duration_s: float) -> tuple[float, float]:
+    if duration_s <= NO_TIME * tau_s:
+        return 1.0, 1.0
+    share = -math.expm1(-duration_s / tau_s)
+    return 1.0 - share, share * tau_s / duration_s
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,10 @@ from model.tables import BandTables
 
 _Cell = tuple[float, ...]
 _Constants = tuple[
-    list[_Cell], float, float, float, float, float, float, float, float, float, float, bool, float
+    list[_Cell], float, float, float, float, float, float, float, float, tuple[float, ...], float, bool, float
 ]
+_Inner = tuple[float, float, float]
+"""Of one viscous branch: lag x - xi, F_m(xi) and the depth of eq. (5) there."""
 
 
 class SpringStepper:
@@ -59,12 +61,13 @@ class SpringStepper:
         self.work_J = 0.0
         self.heat_J = 0.0
         self._width_scale_max = model.tables.width_scale_max
-        self._cells = _cells_of(model.tables)
+        self._cells = cells_of(model.tables)
         self._last = (0.0,) * 7
-        self._inner = (0.0,) * 3
+        self._inner: list[_Inner] = []
         self._owed = 0.0
         self._law = self._constants()
-        self._dt_s = self._kept = self._added = self._share = self._per_joule = self._follow = 0.0
+        self._dt_s = self._share = self._per_joule = self._follow = 0.0
+        self._relaxed: tuple[tuple[float, float], ...] = ()
         self._prepare_duration(0.0)
         self._rest()
 
@@ -76,7 +79,7 @@ class SpringStepper:
         """
         if dt_s != self._dt_s:
             self._prepare_duration(dt_s)
-        cells, per_step, cell_mm, end, reference, c_ts, c_eta, spent, softest, beta, stop, paper, gain = (
+        cells, per_step, cell_mm, end, reference, c_ts, c_eta, spent, softest, shares, stop, paper, gain = (
             self._law
         )
         x_0, A_0, B_0, g_0, h_0, m_0, psi_0 = self._last
@@ -117,10 +120,10 @@ class SpringStepper:
                 self._owed = 0.0
         if c_eta:
             q *= self._width_scale(warmer)
-        g_in = inner = 0.0
-        if beta:
-            lag_0, inner_0, g_in_0 = self._inner
-            lag = lag_0 * self._kept + dx * self._added
+        states = self._inner
+        for k, (kept, added) in enumerate(self._relaxed):
+            lag_0, inner_0, g_in_0 = states[k]
+            lag = lag_0 * kept + dx * added
             xi = x - lag
             i = int(xi * per_step)
             cell = cells[i]
@@ -129,7 +132,8 @@ class SpringStepper:
             g_in = cell[14] + cell[15] * xi
             loss = (lag_0 + lag) * ((1.0 - soft * g_in) * inner - (1.0 - soft * g_in_0) * inner_0)
             if loss > 0.0:
-                q += 0.5 * beta * loss
+                q += 0.5 * shares[k] * loss
+            states[k] = (lag, inner, g_in)
         self.heat_J += q
 
         # Eq. (7); the sensor follows the mass.
@@ -146,9 +150,10 @@ class SpringStepper:
         if c_eta:
             h *= self._width_scale(warmer)
         force = s * (F_l + dF_l * f - (1.0 - p) * h)
-        if beta:
-            force += beta * (s * (F_m + dF_m * f) - (1.0 - soft * g_in) * inner)
-            self._inner = (lag, inner, g_in)
+        if shares:
+            middle = s * (F_m + dF_m * f)
+            for beta, (_, inner, g_in) in zip(shares, states, strict=True):
+                force += beta * (middle - (1.0 - soft * g_in) * inner)
         if force < 0.0 or stroke_mm <= 0.0:
             force = 0.0
         if stroke_mm > end:
@@ -161,7 +166,7 @@ class SpringStepper:
 
     def tangent_kN_per_mm(self, loading: bool) -> float:  # noqa: N802 - the unit's own letters
         """Get dF/dx [kN/mm] with which the force goes on from here, loading or unloading (eq. (4))."""
-        cells, per_step, cell_mm, end, reference, c_ts, _, spent, softest, beta, stop, _, _ = self._law
+        cells, per_step, cell_mm, end, reference, c_ts, _, spent, softest, shares, stop, _, _ = self._law
         if self.stroke_mm > end or (self.stroke_mm == end and loading):
             return stop
         if self.stroke_mm < 0.0 or (self.stroke_mm == 0.0 and not loading):
@@ -177,7 +182,7 @@ class SpringStepper:
         rest = 1.0 - self.band
         rise = dF_l - rest * e * dh + width * (rest * a if loading else self.band * b)
         band_kN = F_l + dF_l * f - rest * width
-        return ds * band_kN + s * rise + beta * (ds * (F_m + dF_m * f) + s * dF_m)
+        return ds * band_kN + s * rise + sum(shares) * (ds * (F_m + dF_m * f) + s * dF_m)
 
     def _constants(self) -> _Constants:
         """Return what every step needs, in one tuple: one unpacking costs less than a dozen look-ups."""
@@ -192,7 +197,7 @@ class SpringStepper:
             law.loss_sensitivity_per_K,
             (1.0 - law.floor) / law.sensitivity_per_K if law.sensitivity_per_K > 0.0 else inf,
             1.0 - law.floor,
-            self.model.viscous.beta,
+            tuple(beta for beta, _ in self.model.viscous.branches),
             self.model.curves.stop_stiffness_kN_per_mm,
             self.model.heat.rule == "paper",
             self.model.heat.sensor_gain,
@@ -203,7 +208,7 @@ class SpringStepper:
         if not dt_s >= 0.0:
             raise ValueError(f"a step takes 0 s or more, got {dt_s}")
         self._dt_s = dt_s
-        self._kept, self._added = self.model.viscous.response(dt_s)
+        self._relaxed = self.model.viscous.responses(dt_s)
         self._share, self._per_joule, self._follow = self.model.heat.step_factors(dt_s)
 
     def _rest(self) -> None:
@@ -211,14 +216,14 @@ class SpringStepper:
         A, _, B, _, _, _, h, _, F_m, _, p_c, _, G, _, g, _ = self._cells[0]
         r = self.band - p_c
         self._last = (0.0, A, B, g, h, h * r, 0.5 * G * r * r)
-        self._inner = (0.0, F_m, g)
+        self._inner = [(0.0, F_m, g)] * len(self.model.viscous.branches)
 
     def _width_scale(self, warmer_K: float) -> float:
         e = 1.0 - self.model.temperature.loss_sensitivity_per_K * warmer_K
         return 0.0 if e < 0.0 else min(e, self._width_scale_max)
 
 
-def _cells_of(tables: BandTables) -> list[_Cell]:
+def cells_of(tables: BandTables) -> list[_Cell]:
     """Lay all tables of one grid cell side by side: value at its beginning, and slope."""
     columns: list[list[float]] = []
     for table in (

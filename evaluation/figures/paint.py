@@ -1,4 +1,4 @@
-"""From plot data to SVG text: the same data give the same bytes."""
+"""From plot data to SVG text or PNG: the same data give the same bytes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -44,21 +45,35 @@ def draw(plot: Plot) -> str:
     str
         A whole SVG document.
     """
+    text = io.StringIO()
     with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(style.RC)
-        figure = Figure(layout="constrained")
-        canvas: Any = FigureCanvasSVG(figure)
-        handles = _paint(figure.add_subplot(), plot)
-        columns = _columns([str(handle.get_label()) for handle in handles])
-        rows = -(-len(handles) // columns)
-        height_mm = plot.height_mm + _LEGEND_ROW_MM * rows
-        figure.set_size_inches(style.WIDTH_MM * style.MM, height_mm * style.MM)
-        if handles:
-            figure.legend(handles=handles, loc="outside lower center", ncols=columns)
-        text = io.StringIO()
+        canvas: Any = FigureCanvasSVG(_figure(plot))
         canvas.print_svg(text, metadata={"Date": None, "Creator": None})
     return _VERTEX.sub(_rounded, _BALLAST.sub("", text.getvalue()))
+
+
+def draw_png(plot: Plot, dots_per_inch: float = 150.0) -> bytes:
+    """Return the same figure as PNG, for programs and eyes that want pixels."""
+    picture = io.BytesIO()
+    with mpl.rc_context():
+        canvas: Any = FigureCanvasAgg(_figure(plot))
+        canvas.figure.savefig(picture, format="png", dpi=dots_per_inch, metadata={"Software": None})
+    return picture.getvalue()
+
+
+def _figure(plot: Plot) -> Figure:
+    """Return the figure painted; the caller restores matplotlib's settings."""
+    mpl.rcdefaults()
+    mpl.rcParams.update(style.RC)
+    figure = Figure(layout="constrained")
+    handles = _paint(figure.add_subplot(), plot)
+    columns = _columns([str(handle.get_label()) for handle in handles])
+    rows = -(-len(handles) // columns)
+    height_mm = plot.height_mm + _LEGEND_ROW_MM * rows
+    figure.set_size_inches(style.WIDTH_MM * style.MM, height_mm * style.MM)
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+    return figure
 
 
 def _rounded(vertex: re.Match[str]) -> str:

@@ -17,7 +17,7 @@ SAMPLES = ROOT / "sample_runs"
 RECORDED = ROOT.parent / "shared" / "data"
 COMMANDS = [
     *("demo", "plan", "run", "resume", "check", "simulate-stand"),
-    *("import", "evaluate", "skew", "report", "runs", "verify"),
+    *("import", "evaluate", "skew", "report", "model", "runs", "verify"),
 ]
 
 

@@ -1,0 +1,175 @@
+"""What the spring model costs beside a plain C loop of the same step, and a train beside real time.
+
+    .venv/bin/python -m benchmarks.model [--samples 1000000] [--rounds 9]
+
+The C loops (``model_step.c``) are compiled here with ``cc -O2``. All are measured in one process, taking
+turns, best of the rounds, in CPU time; only their ratios mean anything. Every pair does the same work and
+must give the same figures: the isothermal pair the force at 35 °C without viscous branches, the stepwise
+pair force, heat, both temperatures, work and one viscous branch.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from examples.train_impact import MODELS
+from model import kernels
+from model.file import load_model
+from model.fleet import SpringFleet, factors_of, law_of, rest_of
+from model.isothermal import isothermal_force
+from model.spring import SpringModel, ViscousBranch
+from model.stepper import cells_of
+
+Floats = NDArray[np.float64]
+STEP_S = 1e-3
+WARM_C = 35.0
+
+
+def c_loops(folder: Path) -> ctypes.CDLL:
+    """Return the C loops, compiled with -O2 into a folder."""
+    library = folder / "model_step.so"
+    source = Path(__file__).with_name("model_step.c")
+    command = ["cc", "-O2", "-shared", "-fPIC", "-o", str(library), str(source), "-lm"]
+    subprocess.run(command, check=True)
+    loops = ctypes.CDLL(str(library))
+    row, figure, count = ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t
+    loops.isothermal.argtypes = [row, row, figure, figure, figure, count, row, row]
+    loops.drive.argtypes = [row, row, row, row, row, count, row, row]
+    for loop in (loops.isothermal, loops.drive):
+        loop.restype = None
+    return loops
+
+
+def address(values: NDArray[np.generic]) -> int:
+    """Return where an array begins."""
+    return values.ctypes.data
+
+
+def best(tasks: Sequence[Callable[[], object]], rounds: int) -> list[float]:
+    """Return the shortest CPU time of each of several tasks that take turns [s]."""
+    times = []
+    for _ in range(rounds):
+        row = []
+        for task in tasks:
+            start = time.process_time()
+            task()
+            row.append(time.process_time() - start)
+        times.append(row)
+    return [min(column) for column in zip(*times, strict=True)]
+
+
+def isothermal(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: int) -> float:
+    """Measure numpy beside C for the force at one temperature; return the ratio of their speeds."""
+    bare = replace(model, viscous=ViscousBranch())
+    cells, law = np.array(cells_of(bare.tables)), np.array(law_of(bare))
+    soft, e = float(bare.temperature.softening(WARM_C)), float(bare.width_scale(WARM_C))
+    force = np.empty_like(strokes)
+
+    def plain_c() -> None:
+        loops.isothermal(
+            address(cells), address(law), soft, e, 0.0, len(strokes), address(strokes), address(force)
+        )
+
+    def numpy() -> Floats:
+        return isothermal_force(bare, strokes, WARM_C)
+
+    plain_c()
+    np.testing.assert_allclose(numpy(), force, atol=1e-9)
+    ours, theirs = best([numpy, plain_c], rounds)
+    print(f"isothermal  C -O2     {theirs / len(strokes) * 1e9:7.1f} ns a step")
+    print(
+        f"            numpy     {ours / len(strokes) * 1e9:7.1f} ns: {theirs / ours:.2f} of C (at least 0.5)"
+    )
+    return theirs / ours
+
+
+def stepwise(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: int) -> float:
+    """Measure numba beside C for the whole step; return the ratio of their speeds."""
+    cells, law = np.array(cells_of(model.tables)).ravel(), np.array(law_of(model))
+    factors, places = np.array(factors_of(model, STEP_S)), np.zeros(4 * len(strokes), dtype=np.int64)
+    outputs, expected = np.zeros((2, kernels.READ * len(strokes)))
+
+    def rest() -> Floats:
+        state = np.array(rest_of(model))
+        state[[kernels.TEMPERATURE, kernels.SENSOR, kernels.AMBIENT]] = 20.0
+        return state
+
+    def plain_c() -> None:
+        state = rest()
+        rows = (cells, law, factors, state, places)
+        loops.drive(*(address(r) for r in rows), len(strokes), address(strokes), address(expected))
+
+    def numba() -> None:
+        kernels.compiled()(cells, law, factors, rest(), places, strokes, outputs)
+
+    plain_c()
+    numba()
+    np.testing.assert_array_equal(outputs, expected)
+    ours, theirs = best([numba, plain_c], rounds)
+    print(f"stepwise    C -O2     {theirs / len(strokes) * 1e9:7.1f} ns a step")
+    print(
+        f"            numba     {ours / len(strokes) * 1e9:7.1f} ns: {theirs / ours:.2f} of C (at least 0.8)"
+        ", equal to the last bit"
+    )
+    return theirs / ours
+
+
+def train(model: SpringModel, gaps: int, rounds: int, *, compiled: bool) -> float:
+    """Measure a train of 2 ``gaps`` springs at 1 ms; return how many times faster than real time it is."""
+    fleet = SpringFleet([model], np.zeros(2 * gaps, dtype=np.intp), 20.0, compiled=compiled)
+    mass_kg, steps = 60_000.0, 500
+    place, speed, force = np.zeros(gaps + 1), np.zeros(gaps + 1), np.zeros(gaps + 1)
+    speed[: gaps // 2] = 2.0
+
+    def run() -> None:
+        nonlocal place, speed, force
+        for _ in range(steps):
+            half = speed + 0.5 * STEP_S / mass_kg * force
+            place = place + 1e3 * STEP_S * half
+            closing = 0.5 * (place[:-1] - place[1:])
+            both = fleet.step(np.concatenate([closing, closing]), STEP_S)
+            between = 1e3 * (both[:gaps] + both[gaps:])
+            force = np.append(0.0, between) - np.append(between, 0.0)
+            speed = half + 0.5 * STEP_S / mass_kg * force
+
+    run()
+    faster = steps * STEP_S / best([run], rounds)[0]
+    print(f"train       {'compiled' if compiled else 'numpy':9} {faster:6.1f} times real time (at least 1)")
+    return faster
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--samples", type=int, default=1_000_000)
+    parser.add_argument("--rounds", type=int, default=9)
+    chosen = parser.parse_args()
+    model = load_model(MODELS / "category-a-elastomer.toml")
+    time_s = np.arange(chosen.samples) * STEP_S
+    strokes = 50.0 - 45.0 * np.cos(2.0 * np.pi * 0.849 * time_s)
+    print(f"{chosen.samples} steps of 1 ms, 50 ± 45 mm at 0.849 Hz; best of {chosen.rounds}, CPU time")
+    with tempfile.TemporaryDirectory() as folder:
+        loops = c_loops(Path(folder))
+        isothermal(model, strokes, loops, chosen.rounds)
+        if kernels.available():
+            stepwise(model, strokes, loops, chosen.rounds)
+    print("train       100 wagons and a standing one, 200 springs, one viscous branch, steps of 1 ms")
+    train(model, 100, chosen.rounds, compiled=False)
+    if kernels.available():
+        train(model, 100, chosen.rounds, compiled=True)
+
+
+if __name__ == "__main__":
+    main()

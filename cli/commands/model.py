@@ -1,0 +1,26 @@
+"""``bufferstand model``: the spring's computational model."""
+
+from __future__ import annotations
+
+import click
+
+from cli.lazy import LazyGroup
+
+COMMANDS = {
+    "fit": "Identify a model from recorded runs, with intervals, and say what the runs do not tell.",
+    "simulate": "Force, heat and temperature over a stroke history: a table and a picture.",
+    "compare": "A model against measured runs: damping, end force, temperature, residuals, pictures.",
+    "export": "Hand a model on to multibody tools.",
+    "paper": "The paper's figures from simulated runs, and a table of differences.",
+}
+
+
+@click.group(
+    "model",
+    cls=LazyGroup,
+    modules={name: f"cli.commands.model_{name}" for name in COMMANDS},
+    summaries=COMMANDS,
+    epilog="Example:  bufferstand model fit campaign/runs --out spring.toml",
+)
+def command() -> None:
+    """The spring's computational model: from recorded runs to force, heat and temperature."""

@@ -1,0 +1,1 @@
+"""Worked examples; each runs as ``python -m examples.<name>`` and as a test."""

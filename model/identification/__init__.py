@@ -1,0 +1,1 @@
+"""Identification of a spring model from recorded runs (docs/identification.md)."""

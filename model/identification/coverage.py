@@ -1,0 +1,119 @@
+"""What a set of runs covers, and why a parameter cannot be had from it, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.identification.problem import Problem
+from model.identification.response import Answer
+
+_DEEP_SHARE = 0.25
+_INNER_SHARE = 0.5
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """What the runs cover.
+
+    Attributes
+    ----------
+    temperature_C : tuple of float
+        Lowest and highest temperature of the spring (by the fitted model) while its force was measured.
+    has_sensor : bool
+        Whether the specimen's temperature was measured at all.
+    warming_K, cooling_K : float
+        Largest rise, and largest fall, of the temperature within one experiment.
+    speed_mm_per_s : tuple of float
+        Slowest and fastest half stroke, by mean speed.
+    same_path_speeds : float
+        Largest ratio of speeds between half strokes of about the same ends: what shows a rate effect.
+    inner_loops : int
+        Half strokes that stay within the inner part of the stroke.
+    stroke_mm : float
+        Largest stroke.
+    force_kN : float
+        Largest force.
+    """
+
+    temperature_C: tuple[float, float]
+    has_sensor: bool
+    warming_K: float
+    cooling_K: float
+    speed_mm_per_s: tuple[float, float]
+    same_path_speeds: float
+    inner_loops: int
+    stroke_mm: float
+    force_kN: float
+
+
+def facts_of(problem: Problem, answers: Sequence[Answer]) -> RunFacts:
+    """Return what the experiments of a problem cover, temperatures by the fitted model."""
+    temperatures, warming, cooling, halves = [], 0.0, 0.0, []
+    top = max(float(np.max(e.drive.stroke_mm)) for e in problem.experiments)
+    for experiment, given in zip(problem.experiments, answers, strict=True):
+        drive, T = experiment.drive, given.temperature_C
+        temperatures.append(T[drive.node[experiment.used]])
+        warming = max(warming, float(np.max(T - np.minimum.accumulate(T))))
+        cooling = max(cooling, float(np.max(np.maximum.accumulate(T) - T)))
+        first = np.flatnonzero(np.diff(drive.half, prepend=-1))
+        last = np.append(first[1:], drive.half.size - 1)
+        way = np.abs(drive.stroke_mm[last] - drive.stroke_mm[first])
+        took = drive.time_s[last] - drive.time_s[first]
+        low = np.minimum(drive.stroke_mm[last], drive.stroke_mm[first])
+        moving = (way > 1.0) & (took > 0.0)
+        halves.append(np.stack([low, way, way / np.maximum(took, 1e-9)], axis=1)[moving])
+    all_T, table = np.concatenate(temperatures), np.concatenate(halves)
+    return RunFacts(
+        temperature_C=(float(all_T.min()), float(all_T.max())),
+        has_sensor=any(e.drive.sensor_C.size > 0 for e in problem.experiments),
+        warming_K=warming,
+        cooling_K=cooling,
+        speed_mm_per_s=(float(table[:, 2].min()), float(table[:, 2].max())),
+        same_path_speeds=_speed_ratio(table),
+        inner_loops=int(np.count_nonzero((table[:, 0] > 0.1 * top) & (table[:, 1] < _INNER_SHARE * top))),
+        stroke_mm=top,
+        force_kN=max(float(np.max(e.drive.force_kN)) for e in problem.experiments),
+    )
+
+
+def _speed_ratio(halves: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:
+    """Return the largest ratio of speeds among half strokes whose ends agree within a tenth of their way."""
+    largest = 1.0
+    for low, way, speed in halves:
+        alike = (np.abs(halves[:, 0] - low) < 0.1 * way) & (np.abs(halves[:, 1] - way) < 0.1 * way)
+        largest = max(largest, float(np.max(halves[alike, 2])) / float(speed))
+    return largest
+
+
+def reason(name: str, facts: RunFacts) -> str:
+    """Return why a parameter is not identified by runs that cover this much."""
+    low, high = facts.temperature_C
+    between = (
+        f"all runs lie between {low:.0f} and {high:.0f} °C"
+        if facts.has_sensor
+        else "no temperature of the specimen was measured"
+    )
+    slow, fast = facts.speed_mm_per_s
+    path = (
+        f"the same stroke was driven at speeds that differ by a factor of {facts.same_path_speeds:.2g} only "
+        f"({slow:.3g} to {fast:.3g} mm/s over all runs)"
+        if facts.same_path_speeds < 8.0
+        else "the forces show no effect of the rate that is larger than their noise"
+    )
+    heat = f"the spring warms by {facts.warming_K:.1f} K at most"
+    cool = f"it cools by {facts.cooling_K:.1f} K at most while runs of one sitting show it"
+    reasons = {
+        "transition_length_mm": f"{facts.inner_loops} half strokes lie inside the curves",
+        "sensitivity_per_K": between,
+        "depth_mm": f"{between}, too little at small strokes, or c_ts is 0",
+        "loss_sensitivity_per_K": between,
+        "capacity_J_per_K": heat if facts.has_sensor else between,
+        "loss_W_per_K": cool if facts.has_sensor else between,
+        "sensor_lag_s": f"{heat}: its sensor has nothing to follow" if facts.has_sensor else between,
+        "beta": path,
+        "tau_s": path,
+    }
+    return reasons[name]
