@@ -458,7 +458,7 @@ def test_orphans_of_a_crash_are_sealed_at_the_next_start(tmp_path: Path) -> None
     document["run"] = {**document["run"], "id": "999-orphan", "status": "recovered"}
     left = RunRecorder(case.out / "runs", "999-orphan", document)
     left._stop_threads()
-    left._file.close()
+    left._journal.close()
     again = Case(tmp_path)
     again.run()
     assert open_run(case.out / "runs" / "999-orphan.h5").status == "recovered"
