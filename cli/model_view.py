@@ -35,7 +35,7 @@ def show_identification(found: Identification) -> None:
             ("95 % interval", "right"),
             ("unit", "left"),
         ],
-        [[e.name, symbols[e.name], f"{e.value:.4g}", _interval(e), e.unit] for e in laws],
+        [[e.name, symbols[e.name], _value(e), _interval(e), e.unit] for e in laws],
     )
     _show_curves(found)
     _show_residuals(found)
@@ -46,6 +46,12 @@ def show_identification(found: Identification) -> None:
             click.echo(f"  {unknown.name}: {unknown.why}; {stands} is assumed")
     for note in found.notes:
         warn(note)
+
+
+def _value(estimate: Estimate) -> str:
+    """Return the value in digits; 0 where nothing but rounding keeps it from its bound at 0."""
+    negligible = abs(estimate.value) < 1e-6 * (estimate.high - estimate.low)
+    return "0" if negligible else f"{estimate.value:.4g}"
 
 
 def _interval(estimate: Estimate) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -245,7 +246,9 @@ def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: Settings)
         for law in LAWS
         if not solution.free[problem.frame.place(law.name)]
     )
-    model = model_of(problem.frame, vector, valid_C=facts.temperature_C)
+    coldest, warmest = facts.temperature_C
+    valid_C = (math.floor(10.0 * coldest) / 10.0, math.ceil(10.0 * warmest) / 10.0)
+    model = model_of(problem.frame, vector, valid_C=valid_C)
     checks = tuple(
         check
         for experiment, given in zip(problem.experiments, answers, strict=True)
@@ -254,7 +257,7 @@ def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: Settings)
     notes = [*quality(solution, checks), *model.warnings(*facts.temperature_C)]
     found = estimates(solution)
     notes += [
-        f"{e.name} lies at the end of what was allowed ({e.value:.4g} {e.unit})"
+        f"{e.name} lies at the end of what was allowed ({abs(round(e.value, 9)):.4g} {e.unit})"
         for e in found
         if e.at_bound and e.identified
     ]
