@@ -5,6 +5,7 @@ from __future__ import annotations
 from drivers.gsv2 import Gsv2Amplifier
 from drivers.interfaces import Sensor, Stand
 from drivers.modbus_link import ModbusLink
+from drivers.modbus_wires import TcpWire
 from drivers.ring_controller import RingController
 from drivers.stand_file import StandFile
 from drivers.w1_folder import W1Bus
@@ -20,9 +21,8 @@ def build_controller(stand_file: StandFile, clock: Clock) -> RingController:
         If its register profile cannot be read.
     """
     settings = stand_file.controller
-    link = ModbusLink(
-        settings.host, settings.port, device_id=settings.device_id, timeout_s=settings.timeout_s
-    )
+    wire = TcpWire(settings.host, settings.port)
+    link = ModbusLink(wire, device_id=settings.device_id, timeout_s=settings.timeout_s)
     return RingController(link, stand_file.profile(), settings.channel, clock, timeout_s=settings.timeout_s)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from drivers.modbus_link import ModbusLink, ModbusRefusal
+from drivers.modbus_wires import TcpWire
 from drivers.profile import Profile
 from foundation.errors import DeviceFault
 from tests.drivers import servers
@@ -25,7 +26,7 @@ def server(profile: Profile) -> Iterator[RawServer]:
 
 @pytest.fixture
 def link(server: RawServer) -> Iterator[ModbusLink]:
-    one = ModbusLink("127.0.0.1", server.port, timeout_s=TIMEOUT_S)
+    one = ModbusLink(TcpWire("127.0.0.1", server.port), timeout_s=TIMEOUT_S)
     yield one
     one.close()
 
@@ -136,7 +137,7 @@ def test_every_wait_is_bounded(link: ModbusLink, server: RawServer) -> None:
 def test_nobody_listens(profile: Profile) -> None:
     with raw_server(RingDevice(profile)) as server:
         port = server.port
-    link = ModbusLink("127.0.0.1", port, timeout_s=TIMEOUT_S)
+    link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=TIMEOUT_S)
     with pytest.raises(
         DeviceFault, match="cannot connect: Connection refused; is the controller's Modbus server"
     ):
@@ -147,7 +148,7 @@ def test_nobody_listens(profile: Profile) -> None:
 def test_the_server_goes_away_and_comes_back(profile: Profile) -> None:
     device = RingDevice(profile)
     with raw_server(device) as server:
-        link = ModbusLink("127.0.0.1", server.port, timeout_s=TIMEOUT_S)
+        link = ModbusLink(TcpWire("127.0.0.1", server.port), timeout_s=TIMEOUT_S)
         assert link.read(0, 1, "type") == [0x4253]
     with pytest.raises(DeviceFault, match="cannot connect"):
         link.read(0, 1, "type")

@@ -12,6 +12,7 @@ import pytest
 
 from drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState
 from drivers.modbus_link import ModbusLink
+from drivers.modbus_wires import TcpWire
 from drivers.profile import SHIPPED, Profile, load_profile
 from drivers.ring_controller import RingController
 from drivers.stand_file import load_stand
@@ -24,7 +25,7 @@ CHANNELS = load_stand(SAMPLE_STAND).controller.channel
 
 
 def controller_at(port: int, profile: Profile, timeout_s: float = 0.5) -> RingController:
-    link = ModbusLink("127.0.0.1", port, timeout_s=timeout_s)
+    link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=timeout_s)
     return RingController(link, profile, CHANNELS, WallClock(), timeout_s=timeout_s)
 
 

@@ -1,0 +1,174 @@
+"""The wires that Modbus runs on: how each is opened, and how it is made quiet after a doubt."""
+
+from __future__ import annotations
+
+import socket
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Literal, Protocol
+
+import serial
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+
+Client = ModbusTcpClient | ModbusSerialClient
+Parity = Literal["none", "even", "odd"]
+
+_PARITIES = {"none": "N", "even": "E", "odd": "O"}
+
+
+class CannotOpenError(Exception):
+    """A wire that cannot be opened: what is wrong, and where to look."""
+
+    def __init__(self, problem: str, look: str) -> None:
+        super().__init__(problem)
+        self.problem = problem
+        self.look = look
+
+
+class Wire(Protocol):
+    """What a link needs of the wire under it."""
+
+    @property
+    def address(self) -> str:
+        """Where it leads, for messages."""
+        ...
+
+    def open(self, timeout_s: float) -> Client:
+        """Return an open client of pymodbus that does not retry by itself.
+
+        Raises
+        ------
+        CannotOpenError
+            If the wire cannot be opened in time.
+        """
+        ...
+
+    def settle(self, client: Client, timeout_s: float) -> None:
+        """Let what may still be under way come and go, before the wire is closed after a doubt."""
+        ...
+
+
+class TcpWire:
+    """Modbus TCP: a new connection leaves every late reply behind.
+
+    Parameters
+    ----------
+    host, port
+        Of the Modbus TCP server.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._host = host
+        self._port = port
+
+    @property
+    def address(self) -> str:
+        """``host:port``."""
+        return f"{self._host}:{self._port}"
+
+    def open(self, timeout_s: float) -> ModbusTcpClient:
+        """Connect, without delay of small segments.
+
+        Raises
+        ------
+        CannotOpenError
+            If nobody answers there in time.
+        """
+        try:
+            wire = socket.create_connection((self._host, self._port), timeout=timeout_s)
+        except TimeoutError:
+            raise CannotOpenError(
+                f"no connection within {timeout_s:g} s",
+                "is it switched on, the network cable in, and the host right?",
+            ) from None
+        except OSError as error:
+            raise CannotOpenError(
+                f"cannot connect: {error.strerror or error}",
+                "is the controller's Modbus server running, and are host and port of the stand file right?",
+            ) from None
+        wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client = ModbusTcpClient(self._host, port=self._port, timeout=timeout_s, retries=0)
+        client.socket = wire
+        return client
+
+    def settle(self, client: Client, timeout_s: float) -> None:
+        """Do nothing: the next connection cannot hear this one."""
+
+
+class RtuWire:
+    """Modbus RTU on a serial line, which carries no transaction number.
+
+    A late reply cannot be told from the next one by its frame, so after a doubt nothing is sent until the
+    line has been silent for as long as a reply may take.
+
+    Parameters
+    ----------
+    port : Path
+        The serial device.
+    baud : int
+        Bits a second.
+    parity : str
+        ``none``, ``even`` or ``odd``; eight data bits.
+    stop_bits : int
+        1 or 2.
+    """
+
+    def __init__(self, port: Path, *, baud: int = 19200, parity: Parity = "even", stop_bits: int = 1) -> None:
+        self._port = port
+        self._baud = baud
+        self._parity = parity
+        self._stop_bits = stop_bits
+
+    @property
+    def address(self) -> str:
+        """Device and line settings."""
+        return f"{self._port} ({self._baud} baud, 8 data bits, {self._parity} parity, {self._stop_bits} stop)"
+
+    def open(self, timeout_s: float) -> ModbusSerialClient:
+        """Open the serial device for this program alone, and forget what came before.
+
+        Raises
+        ------
+        CannotOpenError
+            If there is no such device, it is in use, or it may not be opened.
+        """
+        client = ModbusSerialClient(
+            str(self._port),
+            baudrate=self._baud,
+            parity=_PARITIES[self._parity],
+            stopbits=self._stop_bits,
+            timeout=timeout_s,
+            retries=0,
+        )
+        try:
+            line = serial.Serial(
+                str(self._port),
+                timeout=timeout_s,
+                write_timeout=timeout_s,
+                stopbits=self._stop_bits,
+                baudrate=self._baud,
+                parity=_PARITIES[self._parity],
+                exclusive=True,
+                inter_byte_timeout=client.inter_byte_timeout or None,
+            )
+            line.reset_input_buffer()
+        except (OSError, ValueError) as error:  # SerialException is an OSError
+            raise CannotOpenError(
+                f"cannot open the serial line: {error}",
+                "is the adapter plugged in, the port of the stand file right, no other program on it, "
+                "and may you use it (group dialout)?",
+            ) from None
+        client.socket = line
+        return client
+
+    def settle(self, client: Client, timeout_s: float) -> None:
+        """Read away what still comes until the line was silent for ``timeout_s``, for 3 ``timeout_s`` at most."""
+        line = client.socket
+        if not isinstance(line, serial.Serial):
+            return
+        end_s = time.monotonic() + 3.0 * timeout_s
+        with suppress(OSError):  # the line itself is gone: opening it again will say so
+            line.timeout = timeout_s
+            while line.read(1) and time.monotonic() < end_s:
+                line.reset_input_buffer()
