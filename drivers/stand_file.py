@@ -7,8 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PrivateAttr,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
+from drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifierSettings
 from drivers.profile import Profile, load_profile
 from foundation.channel import Calibration, Channel, ChannelUncertainty
 from foundation.errors import BadInput
@@ -88,27 +96,50 @@ class ControllerSettings(Settings):
 
 
 class AmplifierSettings(Settings):
-    """A measuring amplifier on a serial line."""
+    """A measuring amplifier beside the controller: on a serial line, or with registers."""
 
-    protocol: Literal["gsv2"]
-    port: str = Field(min_length=1)
+    protocol: Literal["gsv2", "aed", "modbus"]
+    port: str = ""
+    """Serial device; none for Modbus TCP."""
     baud: int = Field(default=38400, gt=0)
     rate_Hz: float = Field(gt=0)
-    """Frames a second that the amplifier is set to."""
+    """Values a second that the amplifier is set to, or asked for."""
     range_kN: float = Field(gt=0)
-    """Force at the nominal range; the full scale of the 24-bit value is 1.05 times this."""
+    """Force at the nominal range; the full scale of a GSV-2's 24-bit value is 1.05 times this."""
     channel: Channel
+    gsv2: Gsv2Settings = Gsv2Settings()
+    aed: AedSettings = AedSettings()
+    modbus: ModbusAmplifierSettings | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> AmplifierSettings:
         if (self.channel.quantity, self.channel.unit) != ("force", "kN"):
             raise ValueError(f"channel “{self.channel.name}” must be force in kN")
-        most = self.baud / 50  # 5 bytes of 10 bits a frame
-        if self.rate_Hz > most:
-            raise ValueError(
-                f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}"
-            )
+        for table in ("gsv2", "aed", "modbus"):
+            if table in self.model_fields_set and table != self.protocol:
+                raise ValueError(f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”")
+        if self.protocol == "modbus" and self.modbus is None:
+            raise ValueError("protocol = “modbus” needs a table [amplifier.modbus]")
+        if not self.port and (self.modbus is None or self.modbus.host is None):
+            raise ValueError("port must name the serial device")
+        if self.protocol != "modbus":
+            size = self.gsv2.bytes_per_value if self.protocol == "gsv2" else self.aed.bytes_per_value
+            bits = 11 if self.protocol == "aed" and self.aed.parity == "even" else 10
+            most = self.baud / (bits * size)
+            if self.rate_Hz > most:
+                raise ValueError(
+                    f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}"
+                )
         return self
+
+    @model_serializer(mode="wrap")
+    def _own_table(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the tables of other protocols, and one that says nothing."""
+        content: dict[str, Any] = handler(self)
+        for table in ("gsv2", "aed", "modbus"):
+            if table != self.protocol or table not in self.model_fields_set:
+                content.pop(table, None)
+        return content
 
 
 class SensorSettings(Settings):
@@ -207,7 +238,9 @@ class StandFile(Settings):
 
     def amplifier_port(self) -> Path | None:
         """Return the amplifier's serial device, if there is an amplifier."""
-        return None if self.amplifier is None else self.folder / self.amplifier.port
+        if self.amplifier is None or not self.amplifier.port:
+            return None
+        return self.folder / self.amplifier.port
 
     def w1_root(self) -> Path | None:
         """Return the folder of the 1-Wire devices, if there are any."""
