@@ -163,7 +163,7 @@ class RtuWire:
         return client
 
     def settle(self, client: Client, timeout_s: float) -> None:
-        """Read away what still comes until the line was silent for ``timeout_s``, for 3 ``timeout_s`` at most."""
+        """Read away what still comes until the line was silent for ``timeout_s`` (thrice that at most)."""
         line = client.socket
         if not isinstance(line, serial.Serial):
             return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -71,13 +72,68 @@ def decode_value(registers: Sequence[int], kind: str, word_order: str = "big") -
     return value
 
 
+def to_wire(value: float, kind: str, word_order: str = "big", scale: float = 1.0) -> list[int]:
+    """Return the registers of a value in its unit, where one count of the register is ``scale`` units.
+
+    Whole-numbered registers take the nearest count.
+
+    Raises
+    ------
+    ValueError
+        As :func:`encode_value`.
+    """
+    if scale == 1.0:
+        return encode_value(value, kind, word_order)
+    counts = value / scale
+    return encode_value(
+        counts if kind == "f32" or not np.isfinite(counts) else round(counts), kind, word_order
+    )
+
+
+def from_wire(
+    registers: Sequence[int], kind: str, word_order: str = "big", scale: float = 1.0
+) -> float | int:
+    """Return the value in its unit that registers hold: undoes :func:`to_wire`.
+
+    Raises
+    ------
+    ValueError
+        As :func:`decode_value`.
+    """
+    counts = decode_value(registers, kind, word_order)
+    return counts if scale == 1.0 else counts * scale
+
+
+def crc_of(registers: Sequence[int]) -> int:
+    """Return the CRC-32 (ISO-HDLC, as zlib and Ethernet have it) of registers, each high byte first.
+
+    Another polynomial than the CRC-16 of Modbus RTU, so that what slips through one is caught by the other.
+    """
+    return zlib.crc32(struct.pack(f">{len(registers)}H", *registers))
+
+
 @dataclass(frozen=True)
 class Place:
-    """One typed value inside a window of registers."""
+    """One typed value inside a window of registers.
+
+    Parameters
+    ----------
+    name : str
+    kind : str
+        Register type.
+    offset : int
+        Registers before it in the window.
+    scale : float
+        Units per count.
+    word_order : str
+        Its own, where it differs from the window's.
+    """
 
     name: str
     kind: str
     offset: int
+    scale: float = 1.0
+    word_order: str = ""
 
     @property
     def words(self) -> int:
@@ -98,13 +154,16 @@ class Layout:
     places : tuple of Place
         The values, by ascending offset.
     word_order : str
-        ``big`` or ``little``.
+        ``big`` or ``little``, for places without one of their own.
+    table : str
+        ``holding`` or ``input``.
     """
 
     address: int
     words: int
     places: tuple[Place, ...]
     word_order: str
+    table: Literal["holding", "input"] = "holding"
 
     def decode(self, registers: Sequence[int]) -> dict[str, float | int]:
         """Return every value of the window by name.
@@ -116,8 +175,11 @@ class Layout:
         """
         self._demand(len(registers), self.words)
         return {
-            place.name: decode_value(
-                registers[place.offset : place.offset + place.words], place.kind, self.word_order
+            place.name: from_wire(
+                registers[place.offset : place.offset + place.words],
+                place.kind,
+                place.word_order or self.word_order,
+                place.scale,
             )
             for place in self.places
         }
@@ -136,7 +198,8 @@ class Layout:
         registers = [0] * self.words
         for place in self.places:
             try:
-                words = encode_value(values[place.name], place.kind, self.word_order)
+                order = place.word_order or self.word_order
+                words = to_wire(values[place.name], place.kind, order, place.scale)
             except ValueError as error:
                 raise ValueError(f"{place.name}: {error}") from None
             registers[place.offset : place.offset + place.words] = words

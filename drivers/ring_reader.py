@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.profile import Profile
+from drivers.profile import ASKED, CHECK, Profile
+from drivers.registers import crc_of
 
 _WRAP = 1 << 32
 _HALF = 1 << 31
@@ -44,8 +45,9 @@ class RingRows:
 class RingReader:
     """Turns windows of registers into consecutive samples with unwrapped time.
 
-    A window is taken only if its sequence continues (or leaves a gap, which is counted) and its ticks are
-    those that the sequence and the sample rate demand; so a torn or repeated window cannot pass.
+    A window is taken only if it answers what was asked, its CRC is right (where the profile has these
+    fields), its sequence continues (or leaves a gap, which is counted) and its ticks are those that the
+    sequence and the sample rate demand; so a torn, late or repeated window cannot pass.
 
     Parameters
     ----------
@@ -85,6 +87,7 @@ class RingReader:
         rows = int(header["count"])
         if rows > self._most:
             raise DoubtfulBlock(f"the block claims {rows} samples, {self._most} fit")
+        self._demand_whole(header, registers, rows)
         first, lost = self._place(int(header["first_sequence"]), rows)
         if rows == 0:
             if self._next_sequence is None:
@@ -100,6 +103,19 @@ class RingReader:
         self._next_sequence = first + rows
         self._last_time_us = int(time_us[-1])
         return RingRows(first, time_us, columns, lost)
+
+    def _demand_whole(self, header: dict[str, float | int], registers: Sequence[int], rows: int) -> None:
+        """See that the window answers this request and came unaltered, as far as the profile lets it."""
+        if CHECK in header:
+            start = self._header.words
+            covered = [*registers[: start - 2], *registers[start : start + rows * self._sample.words]]
+            if crc_of(covered) != header[CHECK]:
+                raise DoubtfulBlock("the block's CRC does not fit its content: it was altered on its way")
+        if header.get(ASKED, self.acknowledge) != self.acknowledge:
+            raise DoubtfulBlock(
+                f"the block answers a request for sequence {header[ASKED]}, not {self.acknowledge}: "
+                "it is late, or another program reads this ring"
+            )
 
     def _place(self, first: int, rows: int) -> tuple[int, int]:
         """Return the absolute sequence of row 0 and the samples missing before it."""

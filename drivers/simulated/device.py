@@ -108,6 +108,7 @@ class SimulatedDevice:
         self.settings = settings
         self.spring = spring
         self.truth = truth
+        self.wall_s = wall_s
         self.faults = FaultSchedule(faults)
         self._clock_rate = 1.0 + settings.clock_drift_ppm * 1e-6
         self.period_s = 1.0 / (RATE_HZ * self._clock_rate)
