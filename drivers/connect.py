@@ -5,25 +5,30 @@ from __future__ import annotations
 from drivers.gsv2 import Gsv2Amplifier
 from drivers.interfaces import Sensor, Stand
 from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import TcpWire
+from drivers.modbus_wires import RtuWire, TcpWire, Wire
+from drivers.polling_controller import PollingController
 from drivers.ring_controller import RingController
 from drivers.stand_file import StandFile
 from drivers.w1_folder import W1Bus
 from foundation.clock import Clock
 
 
-def build_controller(stand_file: StandFile, clock: Clock) -> RingController:
-    """Return the stand's controller, not connected yet.
+def build_controller(stand_file: StandFile, clock: Clock) -> RingController | PollingController:
+    """Return the stand's controller, not connected yet: with a ring or polled, as its profile says.
 
     Raises
     ------
     BadInput
         If its register profile cannot be read.
     """
-    settings = stand_file.controller
-    wire = TcpWire(settings.host, settings.port)
+    settings, profile = stand_file.controller, stand_file.profile()
+    line = stand_file.controller_serial()
+    wire: Wire = TcpWire(settings.host, settings.port)
+    if line is not None:
+        wire = RtuWire(line, baud=settings.baud, parity=settings.parity, stop_bits=settings.stop_bits)
     link = ModbusLink(wire, device_id=settings.device_id, timeout_s=settings.timeout_s)
-    return RingController(link, stand_file.profile(), settings.channel, clock, timeout_s=settings.timeout_s)
+    kind = PollingController if profile.window is None else RingController
+    return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s)
 
 
 def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:

@@ -251,6 +251,9 @@ class ProfileFile(Settings):
             raise ValueError("“request_number” and “request_echo” need each other")
         blocks = [IDENTITY, STATUS, COMMAND, LIMITS]
         if self.poll is not None:
+            for name in SAMPLED:
+                if by_name[f"raw_{name}"].scale != 1.0:
+                    raise ValueError(f"“raw_{name}” can have no scale: the channel's calibration has it")
             blocks += [tuple(f"raw_{name}" for name in read) for read in self.poll.reads]
         for names in blocks:
             self._demand_block([by_name[name] for name in names if name in by_name])

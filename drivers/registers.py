@@ -18,7 +18,8 @@ WordOrder = Literal["big", "little"]
 WORDS: Mapping[str, int] = {"u16": 1, "i16": 1, "u32": 2, "i32": 2, "f32": 2}
 """Registers that a value of each type takes."""
 _CODES: Mapping[str, str] = {"u16": ">H", "i16": ">h", "u32": ">I", "i32": ">i", "f32": ">f"}
-_DTYPES: Mapping[str, str] = {"u16": "u2", "i16": "i2", "u32": "u4", "i32": "i4", "f32": "f4"}
+DTYPES: Mapping[str, str] = {"u16": "u2", "i16": "i2", "u32": "u4", "i32": "i4", "f32": "f4"}
+"""Array type of each register type."""
 
 
 def encode_value(value: float, kind: str, word_order: str = "big") -> list[int]:
@@ -220,8 +221,8 @@ class Layout:
             words = table[:, place.offset : place.offset + place.words]
             if self.word_order == "little":
                 words = words[:, ::-1]
-            packed = np.ascontiguousarray(words).astype(">u2").view(">" + _DTYPES[place.kind])
-            columns[place.name] = packed[:, 0].astype(_DTYPES[place.kind])
+            packed = np.ascontiguousarray(words).astype(">u2").view(">" + DTYPES[place.kind])
+            columns[place.name] = packed[:, 0].astype(DTYPES[place.kind])
         return columns
 
     def encode_rows(self, columns: Mapping[str, NDArray[Any]]) -> list[int]:
@@ -237,7 +238,7 @@ class Layout:
         for place in self.places:
             column = np.asarray(columns[place.name])
             with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is refused below
-                typed = column.astype(">" + _DTYPES[place.kind])
+                typed = column.astype(">" + DTYPES[place.kind])
             if typed.shape != (rows,) or (place.kind != "f32" and not np.array_equal(typed, column)):
                 raise ValueError(f"{place.name}: a value does not fit {place.kind}, or lengths differ")
             words = typed.view(">u2").reshape(rows, place.words)

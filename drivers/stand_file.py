@@ -31,6 +31,9 @@ CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
 }
 """Quantity and unit of each channel that the controller samples."""
 
+LONGEST_RTU_BITS = (17 + 255) * 11
+"""Bits on a line of the largest exchange: a request of function 23 and a reply of 125 registers."""
+
 CELSIUS_PER_COUNT = 0.0625
 """Resolution of a DS18B20 at 12 bit [°C per count]."""
 
@@ -62,14 +65,31 @@ class ControllerSettings(Settings):
     """The actuator controller behind Modbus TCP."""
 
     profile: str = "ring"
-    host: str = Field(min_length=1)
+    host: str = ""
     port: int = Field(default=502, ge=1, le=65535)
+    serial: str = ""
+    """Serial device of a controller on Modbus RTU, instead of ``host``."""
+    baud: int = Field(default=19200, gt=0)
+    parity: Literal["none", "even", "odd"] = "even"
+    stop_bits: Literal[1, 2] = 1
     device_id: int = Field(default=1, ge=0, le=255)
     timeout_s: float = Field(default=0.5, gt=0, le=10)
     """Longest wait for one reply [s]."""
     watchdog_s: float = Field(default=2.0, gt=0, le=65.535)
     """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
     channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
+
+    @model_validator(mode="after")
+    def _one_wire(self) -> ControllerSettings:
+        if bool(self.host) == bool(self.serial):
+            raise ValueError("give either host (Modbus TCP) or serial (Modbus RTU)")
+        longest_s = LONGEST_RTU_BITS / self.baud
+        if self.serial and self.timeout_s < longest_s:
+            raise ValueError(
+                f"timeout_s = {self.timeout_s:g} is too short: at {self.baud} baud the longest request and its "
+                f"reply take {longest_s:.2g} s on the line"
+            )
+        return self
 
     @model_validator(mode="after")
     def _channels_complete(self) -> ControllerSettings:
@@ -236,6 +256,10 @@ class StandFile(Settings):
                 error.problem, file=self._path, place="controller.profile", remedy=error.remedy
             ) from None
 
+    def controller_serial(self) -> Path | None:
+        """Return the controller's serial device, if it is on Modbus RTU."""
+        return self.folder / self.controller.serial if self.controller.serial else None
+
     def amplifier_port(self) -> Path | None:
         """Return the amplifier's serial device, if there is an amplifier."""
         if self.amplifier is None or not self.amplifier.port:
@@ -259,12 +283,15 @@ class Endpoints:
         The amplifier's serial device.
     w1_root : Path
         Folder of the 1-Wire devices.
+    controller_serial : Path
+        The controller's serial device, where it is on Modbus RTU.
     """
 
     host: str | None = None
     port: int | None = None
     amplifier_port: Path | None = None
     w1_root: Path | None = None
+    controller_serial: Path | None = None
 
 
 def load_stand(path: Path) -> StandFile:
@@ -277,7 +304,8 @@ def load_stand(path: Path) -> StandFile:
     """
     stand_file = load_settings(path, StandFile)
     stand_file._path = path
-    sampled = {name for name, _ in stand_file.profile().ring.sample} - {"tick"}
+    window = stand_file.profile().window
+    sampled = set(CONTROLLER_CHANNELS) if window is None else {name for name, _ in window.sample} - {"tick"}
     if sampled != set(CONTROLLER_CHANNELS):
         raise BadInput(
             f"profile “{stand_file.controller.profile}” samples {', '.join(sorted(sampled))}",
@@ -299,6 +327,7 @@ def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
         Endpoints(
             amplifier_port=None if amplifier is None else folder / amplifier.port,
             w1_root=None if temperature is None else folder / temperature.root,
+            controller_serial=folder / stand_file.controller.serial if stand_file.controller.serial else None,
         ),
     )
 
@@ -315,6 +344,8 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
             if value is not None
         }
     )
+    if controller.serial and endpoints.controller_serial is not None:
+        controller = controller.model_copy(update={"serial": str(endpoints.controller_serial.absolute())})
     changes: dict[str, Any] = {"controller": controller}
     if stand_file.amplifier is not None and endpoints.amplifier_port is not None:
         changes["amplifier"] = stand_file.amplifier.model_copy(

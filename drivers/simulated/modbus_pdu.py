@@ -48,7 +48,7 @@ class Responder:
         Says which addresses exist and which of them can be written; those between are illegal.
     catch_up : callable
         Brings the device up to the present; called once before a request is done, with whether the request
-        acts on the stand. An acknowledgement of samples does not.
+        acts on the stand or wants its momentary values. An acknowledgement of samples does neither.
     cut : callable
         Whether the link is cut at present: then nothing is heard, done or answered.
     """
@@ -108,7 +108,8 @@ class Responder:
 
     def _do(self, function: int, request: bytes, wanted: _Request) -> bytes | None:
         bank, written = self._bank, wanted.written
-        self._catch_up(len(written) > 0 and not bank.is_harmless(written.start, len(written)))
+        acts = len(written) > 0 and not bank.is_harmless(written.start, len(written))
+        self._catch_up(acts or bank.is_momentary(wanted.read, wanted.table))
         if self.cut():  # since the request came; the reply is held back too
             return None
         if len(written) and (code := bank.write(written.start, wanted.values)):

@@ -117,7 +117,7 @@ class RegisterBank:
         status = self._status
         if status.table == table and address < status.address + status.words and end > status.address:
             self._latch_status()
-        if self._raw and any(address <= r.address < end for r in self._raw_registers(table)):
+        if self.is_momentary(range(address, end), table):
             self._latch_raw()
         if self._profile.has("writer"):
             self._store("writer", self._writer.number)
@@ -152,6 +152,10 @@ class RegisterBank:
     def is_harmless(self, address: int, count: int) -> bool:
         """Return whether a write says only what has been read or asked: the stand does not care."""
         return all(self._names.get(at) in _HARMLESS for at in range(address, address + count))
+
+    def is_momentary(self, addresses: range, table: Table) -> bool:
+        """Return whether a read wants the converters' present values: those must not be of earlier."""
+        return any(register.address in addresses for register in self._raw_registers(table))
 
     # --- writes -------------------------------------------------------------------------------------
 

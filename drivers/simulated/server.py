@@ -20,6 +20,7 @@ from drivers import stand_file as stands
 from drivers.simulated.build import make_device
 from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.faults import ScheduledFault
+from drivers.simulated.modbus_rtu import RtuStandServer
 from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.pace import Pace
 from drivers.simulated.register_bank import RegisterBank
@@ -48,13 +49,15 @@ class Served:
     Parameters
     ----------
     host, port
-        Of the controller's Modbus TCP server.
+        Of the controller's Modbus TCP server; empty and 0 where it is on a serial line.
     amplifier_port, w1_root : str or None
         Serial device and folder of the 1-Wire devices, absolute.
     speed : float
         Stand seconds in one second of the wall.
     pid : int
         Of the serving process.
+    controller_serial : str or None
+        The controller's serial device, absolute.
     """
 
     host: str
@@ -63,6 +66,7 @@ class Served:
     w1_root: str | None
     speed: float
     pid: int
+    controller_serial: str | None = None
 
     def endpoints(self) -> stands.Endpoints:
         """Return what :func:`drivers.stand_file.with_endpoints` needs to reach it."""
@@ -71,6 +75,7 @@ class Served:
             port=self.port,
             amplifier_port=None if self.amplifier_port is None else Path(self.amplifier_port),
             w1_root=None if self.w1_root is None else Path(self.w1_root),
+            controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
         )
 
 
@@ -130,15 +135,15 @@ class StandServer:
         )
         self._pace = Pace(clock, options.speed, self.device.ring, self.device.period_s)
         profile = stand_file.profile()
-        self._modbus = ModbusStandServer(
-            RegisterBank(self.device, profile, self._pace.now_s),
-            profile,
-            stand_file.controller.device_id,
-            self.catch_up,
-            lambda: self.device.faults.at("controller", self.device.time_s) is not None,
-        )
+        bank = RegisterBank(self.device, profile, self._pace.now_s)
+        device_id = stand_file.controller.device_id
+        self._modbus = ModbusStandServer(bank, profile, device_id, self.catch_up, self._cut)
+        self._line = RtuStandServer(bank, profile, device_id, self.catch_up, self._cut)
         self._amplifier: AmplifierPty | None = None
         self._w1: W1Tree | None = None
+
+    def _cut(self) -> bool:
+        return self.device.faults.at("controller", self.device.time_s) is not None
 
     async def open(self) -> Served:
         """Open every wire; return where they are.
@@ -164,6 +169,26 @@ class StandServer:
         if file.temperature is not None and w1_root is not None:
             w1_root = w1_root.absolute()
             self._w1 = W1Tree(w1_root, self.device.thermometers, self.device.faults)
+        line = file.controller_serial() if wires is None else wires / "controller"
+        if not file.controller.serial or line is None:
+            line = None
+            host, port = await self._listen()
+        else:
+            host, port, line = "", 0, line.absolute()
+            self._line.start(line)
+        return Served(
+            host=host,
+            port=port,
+            amplifier_port=None if self._amplifier is None else str(amplifier_port),
+            w1_root=None if self._w1 is None else str(w1_root),
+            speed=self._options.speed,
+            pid=os.getpid(),
+            controller_serial=None if line is None else str(line),
+        )
+
+    async def _listen(self) -> tuple[str, int]:
+        """Open the TCP port; return where it is."""
+        file = self._file
         port = file.controller.port if self._options.port is None else self._options.port
         host = "127.0.0.1" if file.controller.host == "localhost" else file.controller.host
         if host not in {"127.0.0.1", "::1"}:
@@ -173,14 +198,7 @@ class StandServer:
                 place="controller.host",
                 remedy="write 127.0.0.1 there",
             )
-        return Served(
-            host=host,
-            port=await self._modbus.start(host, port),
-            amplifier_port=None if self._amplifier is None else str(amplifier_port),
-            w1_root=None if self._w1 is None else str(w1_root),
-            speed=self._options.speed,
-            pid=os.getpid(),
-        )
+        return host, await self._modbus.start(host, port)
 
     async def run(self, stop: asyncio.Event) -> None:
         """Keep the stand in step with the clock until ``stop`` is set."""
@@ -214,6 +232,7 @@ class StandServer:
             If the truth cannot be written.
         """
         await self._modbus.stop()
+        self._line.stop()
         if self._amplifier is not None:
             self._amplifier.close()
         if self._w1 is not None:

@@ -72,7 +72,7 @@ def test_a_broken_profile_is_refused(tmp_path: Path, old: str, new: str, message
 
 
 def test_unknown_profile_names_those_shipped() -> None:
-    with pytest.raises(BadInput, match="there is no register profile “rong”; shipped are: ring"):
+    with pytest.raises(BadInput, match="there is no register profile “rong”; shipped are: polling, ring"):
         load_profile("rong")
 
 
