@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from drivers.gsv2 import Gsv2Amplifier
-from drivers.interfaces import Sensor, Stand
+from drivers.build_sensors import build_sensors as build_sensors  # noqa: PLC0414 - the other half of it
+from drivers.interfaces import Stand
 from drivers.modbus_link import ModbusLink
 from drivers.modbus_wires import RtuWire, TcpWire, Wire
 from drivers.polling_controller import PollingController
 from drivers.ring_controller import RingController
 from drivers.stand_file import StandFile
-from drivers.w1_folder import W1Bus
 from foundation.clock import Clock
 
 
@@ -29,17 +28,6 @@ def build_controller(stand_file: StandFile, clock: Clock) -> RingController | Po
     link = ModbusLink(wire, device_id=settings.device_id, timeout_s=settings.timeout_s)
     kind = PollingController if profile.window is None else RingController
     return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s)
-
-
-def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
-    """Return the devices beside the controller, not started yet: amplifier, then temperatures in order."""
-    sensors: list[Sensor] = []
-    port, root = stand_file.amplifier_port(), stand_file.w1_root()
-    if stand_file.amplifier is not None and port is not None:
-        sensors.append(Gsv2Amplifier(port, stand_file.amplifier, clock))
-    if stand_file.temperature is not None and root is not None:
-        sensors += W1Bus(root, stand_file.temperature, clock).sensors
-    return tuple(sensors)
 
 
 def open_stand(stand_file: StandFile, clock: Clock) -> Stand:
