@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from drivers.aed import AedAmplifier
 from drivers.amplifier_map import AmplifierMap, load_amplifier_map
+from drivers.ds2480b_bus import Ds2480bBus
 from drivers.gsv2 import Gsv2Amplifier
 from drivers.interfaces import Sensor
 from drivers.modbus_amplifier import ModbusAmplifier
@@ -50,11 +51,15 @@ def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
         If the amplifier's register map cannot be read.
     """
     sensors: list[Sensor] = []
-    amplifier, root = build_amplifier(stand_file, clock), stand_file.w1_root()
+    amplifier = build_amplifier(stand_file, clock)
     if amplifier is not None:
         sensors.append(amplifier)
-    if stand_file.temperature is not None and root is not None:
-        sensors += W1Bus(root, stand_file.temperature, clock).sensors
+    temperature = stand_file.temperature
+    root, adapter = stand_file.w1_root(), stand_file.onewire_port()
+    if temperature is not None and root is not None:
+        sensors += W1Bus(root, temperature, clock).sensors
+    if temperature is not None and adapter is not None:
+        sensors += Ds2480bBus(adapter, temperature, clock).sensors
     return tuple(sensors)
 
 

@@ -86,8 +86,8 @@ class ControllerSettings(Settings):
         longest_s = LONGEST_RTU_BITS / self.baud
         if self.serial and self.timeout_s < longest_s:
             raise ValueError(
-                f"timeout_s = {self.timeout_s:g} is too short: at {self.baud} baud the longest request and its "
-                f"reply take {longest_s:.2g} s on the line"
+                f"timeout_s = {self.timeout_s:g} is too short: at {self.baud} baud the longest request and "
+                f"its reply take {longest_s:.2g} s on the line"
             )
         return self
 
@@ -190,8 +190,18 @@ class SensorSettings(Settings):
 class TemperatureSettings(Settings):
     """The 1-Wire sensors."""
 
-    kind: Literal["w1"]
+    kind: Literal["w1", "ds2480b"]
+    """The kernel's 1-Wire folder, or a serial adapter with a DS2480B (DS9097U)."""
     root: str = "/sys/bus/w1/devices"
+    """Folder of ``w1``."""
+    access: Literal["w1_slave", "temperature", "bulk"] = "w1_slave"
+    """How the folder is read; ``bulk`` converts all sensors at once."""
+    bulk_master: str = "w1_bus_master1"
+    """Folder of the bus master that has ``therm_bulk_read``."""
+    port: str = ""
+    """Serial device of ``ds2480b``."""
+    parasite: bool = False
+    """Whether sensors without a supply wire hang on the adapter: strong pull-up while they convert."""
     period_s: float = Field(default=1.0, gt=0)
     sensor: Annotated[tuple[SensorSettings, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
 
@@ -202,7 +212,18 @@ class TemperatureSettings(Settings):
             for value in values:
                 if values.count(value) > 1:
                     raise ValueError(f"two sensors have the {what} “{value}”")
+        if (self.kind == "ds2480b") != bool(self.port):
+            raise ValueError("port names the serial device of kind = “ds2480b”, and only of that")
         return self
+
+    @model_serializer(mode="wrap")
+    def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the keys of other kinds that say nothing."""
+        content: dict[str, Any] = handler(self)
+        for key in ("access", "bulk_master", "port", "parasite"):
+            if key not in self.model_fields_set:
+                content.pop(key, None)
+        return content
 
 
 class StandFile(Settings):
@@ -268,7 +289,15 @@ class StandFile(Settings):
 
     def w1_root(self) -> Path | None:
         """Return the folder of the 1-Wire devices, if there are any."""
-        return None if self.temperature is None else self.folder / self.temperature.root
+        if self.temperature is None or self.temperature.kind != "w1":
+            return None
+        return self.folder / self.temperature.root
+
+    def onewire_port(self) -> Path | None:
+        """Return the serial device of the 1-Wire adapter, if there is one."""
+        if self.temperature is None or self.temperature.kind != "ds2480b":
+            return None
+        return self.folder / self.temperature.port
 
 
 @dataclass(frozen=True)
@@ -285,6 +314,8 @@ class Endpoints:
         Folder of the 1-Wire devices.
     controller_serial : Path
         The controller's serial device, where it is on Modbus RTU.
+    onewire_port : Path
+        Serial device of the 1-Wire adapter, where there is one.
     """
 
     host: str | None = None
@@ -292,6 +323,7 @@ class Endpoints:
     amplifier_port: Path | None = None
     w1_root: Path | None = None
     controller_serial: Path | None = None
+    onewire_port: Path | None = None
 
 
 def load_stand(path: Path) -> StandFile:
@@ -325,8 +357,9 @@ def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
     return with_endpoints(
         stand_file,
         Endpoints(
-            amplifier_port=None if amplifier is None else folder / amplifier.port,
+            amplifier_port=None if amplifier is None or not amplifier.port else folder / amplifier.port,
             w1_root=None if temperature is None else folder / temperature.root,
+            onewire_port=None if temperature is None or not temperature.port else folder / temperature.port,
             controller_serial=folder / stand_file.controller.serial if stand_file.controller.serial else None,
         ),
     )
@@ -351,8 +384,11 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
         changes["amplifier"] = stand_file.amplifier.model_copy(
             update={"port": str(endpoints.amplifier_port.absolute())}
         )
-    if stand_file.temperature is not None and endpoints.w1_root is not None:
-        changes["temperature"] = stand_file.temperature.model_copy(
-            update={"root": str(endpoints.w1_root.absolute())}
+    temperature = stand_file.temperature
+    if temperature is not None and temperature.kind == "w1" and endpoints.w1_root is not None:
+        changes["temperature"] = temperature.model_copy(update={"root": str(endpoints.w1_root.absolute())})
+    if temperature is not None and temperature.port and endpoints.onewire_port is not None:
+        changes["temperature"] = temperature.model_copy(
+            update={"port": str(endpoints.onewire_port.absolute())}
         )
     return stand_file.model_copy(update=changes)
