@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import termios
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -148,12 +149,12 @@ class RtuWire:
                 write_timeout=timeout_s,
                 stopbits=self._stop_bits,
                 baudrate=self._baud,
-                parity=_PARITIES[self._parity],
+                parity=self._parity_of_line(),
                 exclusive=True,
                 inter_byte_timeout=client.inter_byte_timeout or None,
             )
             line.reset_input_buffer()
-        except (OSError, ValueError) as error:  # SerialException is an OSError
+        except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError
             raise CannotOpenError(
                 f"cannot open the serial line: {error}",
                 "is the adapter plugged in, the port of the stand file right, no other program on it, "
@@ -162,6 +163,11 @@ class RtuWire:
         client.socket = line
         return client
 
+    def _parity_of_line(self) -> str:
+        """Return the parity to set: a pseudo-terminal (a simulated stand) knows none and refuses it."""
+        simulated = str(self._port.resolve()).startswith("/dev/pts/")
+        return "N" if simulated else _PARITIES[self._parity]
+
     def settle(self, client: Client, timeout_s: float) -> None:
         """Read away what still comes until the line was silent for ``timeout_s`` (thrice that at most)."""
         line = client.socket
@@ -169,6 +175,5 @@ class RtuWire:
             return
         end_s = time.monotonic() + 3.0 * timeout_s
         with suppress(OSError):  # the line itself is gone: opening it again will say so
-            line.timeout = timeout_s
             while line.read(1) and time.monotonic() < end_s:
                 line.reset_input_buffer()

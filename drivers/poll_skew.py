@@ -114,6 +114,12 @@ class SkewMeter:
             f"{force.mean_s * 1e3:+.3f} ms from stroke (standard deviation {force.spread_s * 1e3:.3f} ms; "
             f"mean corrected), round trip of force {force.p50_s * 1e3:.2f}, p99 {force.p99_s * 1e3:.2f} "
             f"ms, of stroke {stroke.p50_s * 1e3:.2f}, {stroke.p99_s * 1e3:.2f} ms; u(delay) = {u_ms:.3f} ms, "
-            f"which is up to {DAMPING_PERCENT_PER_HZ_MS * u_ms:.2g} % of damping at 1 Hz and "
-            f"{DAMPING_PERCENT_PER_HZ_MS * u_ms * 2.5:.2g} % at 2.5 Hz ({len(self)} polls)"
+            f"which makes the damping uncertain by {_percent(u_ms)} at 1 Hz and {_percent(2.5 * u_ms)} at "
+            f"2.5 Hz ({len(self)} polls)"
         )
+
+
+def _percent(hz_ms: float) -> str:
+    """Return the standard uncertainty of a damping, in words; the law is linear for small errors only."""
+    percent = DAMPING_PERCENT_PER_HZ_MS * hz_ms
+    return f"{percent:.2g} %" if percent < 50.0 else "more than 50 %"

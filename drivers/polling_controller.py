@@ -85,6 +85,7 @@ class PollingController:
         self._samples: deque[tuple[int, int, dict[str, float | int]]] = deque(maxlen=KEPT)
         self._fault: DeviceFault | None = None
         self._next: int | None = None
+        self._left_out = 0
         self._said_s = -math.inf
         device = f"{profile.facts.id} at {link.address}"
         self.facts = StreamFacts(STREAM, "host", self._channels, self._poll.rate_Hz, device)
@@ -174,7 +175,7 @@ class PollingController:
                 self._fault = fault
             return
         if max(polled.middle_s) - min(polled.middle_s) > 1.0 / self._poll.rate_Hz:
-            self._link.note(f"poll {slot} left out: its parts came further apart than one period")
+            self._left_out += 1  # a gap in the sequence, which the reader counts
             return
         self._meter.add(polled)
         stamp_us = round(polled.middle_s[self._meter.stamp_index] * 1e6)
@@ -183,7 +184,8 @@ class PollingController:
         now_s = self._clock.now_s()
         if now_s - self._said_s >= SAID_S:
             self._said_s = now_s
-            self._link.note(self._meter.text(self._poll.rate_Hz))
+            apart = f"; {self._left_out} polls left out, whose parts came further apart than one period"
+            self._link.note(self._meter.text(self._poll.rate_Hz) + (apart if self._left_out else ""))
 
     def _read_all(self) -> tuple[dict[str, float | int], PolledAt]:
         """Read each group of channels once.
