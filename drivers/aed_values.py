@@ -163,12 +163,20 @@ class BinaryDecoder:
                 first, *others = [*self._held, found]
                 values += [replace(first, lost=self._lost), *others]
                 self._held, self._bad, self._lost = [], 0, 0
-                self._trusted = found.count
+                if not self._at_end(found.count):
+                    self._trusted = found.count
         return values
+
+    def _at_end(self, count: int) -> bool:
+        """Return whether a value is at an end of the range: an overdriven input gets there at once."""
+        most = 0x7FFF if self.output in _TWO_BYTES else 0x7FFFFF
+        return abs(count) >= most
 
     def _jumps(self, count: int) -> bool:
         """Return whether a value cannot follow the last one that was trusted."""
-        return self.jump is not None and self._trusted is not None and abs(count - self._trusted) > self.jump
+        if self.jump is None or self._trusted is None or self._at_end(count):
+            return False
+        return abs(count - self._trusted) > self.jump
 
     def _refuse(self) -> None:
         if not self._bad:

@@ -174,7 +174,7 @@ class ModbusAmplifier:
                 key: f"{self._name}: {text}" for key, text in status_texts(status, self._map.status.bits)
             }
         if self._is_old(words, at_s, wrong):
-            self._tell(wrong)
+            self._tell(wrong, ends=False)  # an old measurement says nothing about the present
             return
         if isinstance(value, float) and not math.isfinite(value):
             wrong["nan"] = f"{self._name}: its value is {value}; look at its transducer and settings"
@@ -214,12 +214,12 @@ class ModbusAmplifier:
         self._last_us = time_us
         self._tell(wrong)
 
-    def _tell(self, wrong: dict[str, str]) -> None:
+    def _tell(self, wrong: dict[str, str], *, ends: bool = True) -> None:
         """Say each state once when it begins; it may be said again when it has ended."""
         for key, text in wrong.items():
             if key not in self._wrong:
                 self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), text))
-        self._wrong = set(wrong)
+        self._wrong = set(wrong) if ends else self._wrong | set(wrong)
 
     def _tell_events(self) -> None:
         for text in self._link.events():

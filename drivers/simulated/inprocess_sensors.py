@@ -8,9 +8,11 @@ import numpy as np
 
 from drivers.ds18b20 import FAULT_TEXTS, ReadingFault
 from drivers.interfaces import SampleBlock, SensorFault, StreamFacts
-from drivers.simulated.device import SimulatedDevice, Thermometer
+from drivers.serial_amplifier import with_saturation
+from drivers.simulated.device import FULL_SCALE, SimulatedDevice, Thermometer
 from drivers.simulated.virtual_clock import VirtualClock
 from drivers.stand_file import StandFile
+from foundation.plausibility import Watch
 
 _READING_FAULTS = {"silent": ReadingFault.EMPTY, "power-on": ReadingFault.POWER_ON}
 
@@ -34,6 +36,9 @@ class InProcessAmplifier:
         self._clock = clock
         self._name = amplifier.channel.name
         self._sequence = 0
+        self._calibration = amplifier.channel.calibration
+        self._watch = Watch(with_saturation(amplifier.channel, (-FULL_SCALE, FULL_SCALE)))
+        self._wrong: set[str] = set()
         self.facts = StreamFacts(
             "amplifier", "host", (amplifier.channel,), amplifier.rate_Hz, "simulated amplifier, in process"
         )
@@ -52,7 +57,17 @@ class InProcessAmplifier:
         time_us = np.rint(np.concatenate([f.time_s for f in frames]) * 1e6).astype(np.int64)
         counts = np.concatenate([f.counts for f in frames]).astype(np.int32)
         first, self._sequence = self._sequence, self._sequence + counts.size
-        return [SampleBlock("amplifier", first, time_us, {self._name: counts}, 0, self._clock.now_s())]
+        block = SampleBlock("amplifier", first, time_us, {self._name: counts}, 0, self._clock.now_s())
+        return [block, *self._complaints(block)]
+
+    def _complaints(self, block: SampleBlock) -> list[SensorFault]:
+        """Return what cannot be true in a block, where it was true in the one before."""
+        counts = block.counts[self._name]
+        found = self._watch.look(block.time_us, counts, self._calibration.apply(counts))
+        wrong = {item.kind: item.what for item in found}
+        new = [text for kind, text in wrong.items() if kind not in self._wrong]
+        self._wrong = set(wrong)
+        return [SensorFault("amplifier", block.received_s, f"amplifier (simulated): {text}") for text in new]
 
     def close(self) -> None:
         """Let go: nothing to do."""
