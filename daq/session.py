@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,6 +19,7 @@ from daq.panel import GuardPanel, GuardSet
 from daq.progress import Phase, Progress, ProgressSink, Throttle
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.signals import StopRequest
+from daq.validity import expired_calibrations
 from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
 from foundation.errors import DeviceFault
@@ -157,6 +159,8 @@ class Session:
             pump=self._tick,
         )
         self._alive = _Alive(identity, guards, panel, acquisition, driver, safe_stop)
+        for text in self._expired():
+            self._progress.message(f"WARNING: {text}")
         self._first_look(self._alive)
         if must_be_cool and (why := panel.warmer_than()):
             stream = why.partition(" ")[0]
@@ -230,6 +234,8 @@ class Session:
             if where is not None:
                 alive.acquisition.attach(self._make_recorder(*where, self._document(where[1], step)))
             alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
+            for text in self._expired():
+                alive.acquisition.say("calibration", text)
             self._motions(step, motions)
             self._catch_up()  # what was sampled until the last motion's end
             alive.driver.obey()
@@ -244,6 +250,10 @@ class Session:
             raise
         if unsealed := self._close_run("complete", ""):
             raise Halt(unsealed)
+
+    def _expired(self) -> list[str]:
+        """Return what is to be said about calibrations that have expired by today."""
+        return expired_calibrations(self._stand, date.today())  # noqa: DTZ011 - the lab's day
 
     def _halt_of(self, error: BaseException) -> Halt:
         if isinstance(error, DeviceFault):

@@ -10,8 +10,6 @@ import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-import serial
-
 from drivers.aed_values import continuous_decoder, single_decoder, status_words
 from drivers.interfaces import DeviceFault
 from drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
@@ -190,14 +188,13 @@ class AedAmplifier(SerialAmplifier):
     """
 
     def __init__(self, port: Path, settings: AmplifierSettings, clock: Clock) -> None:
-        even = settings.aed.parity == "even"
         super().__init__(
             port,
             settings,
             clock,
             AedDialect(settings),
             f"AED at {Path(settings.port).name}",
-            parity=serial.PARITY_EVEN if even else serial.PARITY_NONE,
+            even_parity=settings.aed.parity == "even",
         )
 
 

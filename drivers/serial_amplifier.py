@@ -14,7 +14,7 @@ import serial
 from drivers.host_stamps import HostStamps, RateWatch
 from drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
 from drivers.mailbox import Mailbox
-from drivers.serial_line import QUIET_S, READ_S, Line
+from drivers.serial_line import QUIET_S, READ_S, Line, parity_of
 from drivers.stand_file import AmplifierSettings
 from foundation.channel import Channel, Plausibility
 from foundation.clock import Clock
@@ -130,8 +130,8 @@ class SerialAmplifier:
         The protocol.
     device : str
         What the run file calls it.
-    parity : str
-        As pyserial names it.
+    even_parity : bool
+        Whether the line has an even parity bit.
     """
 
     facts: StreamFacts
@@ -144,12 +144,12 @@ class SerialAmplifier:
         dialect: Dialect,
         device: str,
         *,
-        parity: str = serial.PARITY_NONE,
+        even_parity: bool = False,
     ) -> None:
         self.facts = StreamFacts(STREAM, "host", (settings.channel,), settings.rate_Hz, device)
         self._path = port
         self._baud = settings.baud
-        self._parity = parity
+        self._even_parity = even_parity
         self._rate_Hz = settings.rate_Hz
         self._clock = clock
         self._dialect = dialect
@@ -237,7 +237,7 @@ class SerialAmplifier:
         port = serial.Serial(
             str(self._path),
             self._baud,
-            parity=self._parity,
+            parity=parity_of(self._path, self._even_parity),
             timeout=READ_S,
             write_timeout=QUIET_S,
             exclusive=True,

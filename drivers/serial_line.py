@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Protocol
 
 from foundation.clock import Clock
@@ -83,3 +84,9 @@ class Line:
             if self._clock.wall_s() >= deadline_s:
                 return False
         return True
+
+
+def parity_of(port: Path, even: bool) -> str:
+    """Return the parity to set, as pyserial names it: a pseudo-terminal (a simulated device) knows none."""
+    simulated = str(port.resolve()).startswith("/dev/pts/")
+    return "E" if even and not simulated else "N"
