@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
 from typing import Any, Literal
@@ -145,7 +145,7 @@ class Session:
             self._plan.limits,
             self._stand,
             ambient=self._facts.ambient(),
-            settings=self._settings.guards,
+            settings=self._guard_settings(),
         )
         panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
         acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
@@ -166,6 +166,12 @@ class Session:
             stream = why.partition(" ")[0]
             raise Halt(self.trip_of(stream, f"still too warm to go on: {why}", device_fault=False))
         self._switch_on()
+
+    def _guard_settings(self) -> GuardSettings:
+        """Return how the guards judge the stand, with the tilt that its own file allows."""
+        tilt_mm = (self._facts.stand.get("limits") or {}).get("tilt_max_mm")
+        guards = self._settings.guards
+        return guards if tilt_mm is None else replace(guards, tilt_mm=float(tilt_mm))
 
     def _first_look(self, alive: _Alive) -> None:
         """Watch until every sensor has spoken; a silent one trips by itself when its grace is over."""

@@ -92,10 +92,10 @@ def value_row(
     return CheckRow(device, channel.name, text, verdict, remark, age_s)
 
 
-def difference_row(stroke_1_mm: float, stroke_2_mm: float) -> CheckRow:
-    """Return how far the two draw wires are apart."""
+def difference_row(stroke_1_mm: float, stroke_2_mm: float, most_mm: float | None = None) -> CheckRow:
+    """Return how far the two draw wires are apart, judged by the stand's own limit if it states one [mm]."""
     apart_mm = abs(stroke_1_mm - stroke_2_mm)
-    if apart_mm <= STROKE_DIFFERENCE_MM:
+    if apart_mm <= (STROKE_DIFFERENCE_MM if most_mm is None else most_mm):
         return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm")
     remark = "the draw wires disagree; look for tilt, a slack or a snagged wire"
     return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm", Verdict.FAULT, remark)

@@ -11,11 +11,13 @@ import pytest
 
 from daq.guards import Action, Trip
 from daq.plausibility_guard import PlausibilityGuard
+from daq.runner import run_campaign
 from daq.scaling import scale
 from daq.validity import expired_calibrations
 from drivers.interfaces import SampleBlock, StreamFacts
 from foundation.channel import Branch, Calibration, Channel, Plausibility
 from recording.runfile import open_run
+from tests.daq.cases import FACTS as CAMPAIGN_FACTS
 from tests.daq.fake_stand import CONTROLLER_FACTS
 from tests.daq.test_runner import Case
 
@@ -132,3 +134,14 @@ def test_guards_see_the_same_values_as_the_evaluation(size: int) -> None:
         online = np.concatenate([one.values[channel.name] for one in seen])
         recorded = Channel.model_validate(channel.model_dump(mode="json"))
         assert np.array_equal(online, recorded.calibration.apply(counts))
+
+
+def test_the_tilt_that_the_stand_file_allows_is_the_guards(tmp_path: Path) -> None:
+    case = Case(tmp_path)
+    facts = replace(CAMPAIGN_FACTS, stand={"stand": {"id": "fake"}, "limits": {"tilt_max_mm": 0.8}})
+    outcome = run_campaign(
+        case.plan, case.stand, case.clock, case.out, facts, progress=case.shown, stop_request=case.request
+    )
+    guards = open_run(outcome.runs[0]).metadata["limits"]["guards"]["channels"]
+    (tilt,) = [guard for guard in guards if guard["signal"] == "tilt"]
+    assert (tilt["lower"], tilt["upper"]) == (-0.8, 0.8)
