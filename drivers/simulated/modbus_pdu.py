@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from drivers.modbus_link import Table
 from drivers.profile import MAX_READ, Profile
+from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.register_bank import RegisterBank
 
 READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_SEVERAL, EXCHANGE = 3, 4, 6, 16, 23
@@ -51,6 +52,8 @@ class Responder:
         acts on the stand or wants its momentary values. An acknowledgement of samples does neither.
     cut : callable
         Whether the link is cut at present: then nothing is heard, done or answered.
+    trouble : FrameTrouble, optional
+        What happens to the replies on their way, and with which exceptions requests are answered.
     """
 
     def __init__(
@@ -59,10 +62,12 @@ class Responder:
         profile: Profile,
         catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
+        trouble: FrameTrouble | None = None,
     ) -> None:
         self._bank = bank
         self._catch_up = catch_up
         self.cut = cut
+        self.trouble = trouble
         self._readable: dict[Table, frozenset[int]] = {}
         tables: tuple[Table, ...] = ("holding", "input")
         for table in tables:
@@ -75,12 +80,18 @@ class Responder:
     def answer(self, request: bytes) -> bytes | None:
         """Do a request (function code and data); return the reply, None where the link is cut."""
         function = request[0]
+        if self.trouble is not None and (code := self.trouble.exception()) is not None:
+            return bytes((function | 0x80, code))
         try:
             wanted = self._parse(function, request[1:])
             self._demand_addresses(wanted)
             return self._do(function, request, wanted)
         except RefusedError as refused:
             return bytes((function | 0x80, refused.code))
+
+    def arrivals(self, frame: bytes) -> list[tuple[float, bytes]]:
+        """Return what arrives of a frame that is sent: after how long [s of the wall], and its bytes."""
+        return [(0.0, frame)] if self.trouble is None else self.trouble.arrivals(frame)
 
     def _parse(self, function: int, data: bytes) -> _Request:
         match function:

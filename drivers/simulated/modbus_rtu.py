@@ -17,6 +17,7 @@ from pathlib import Path
 from pymodbus.framer.rtu import FramerRTU
 
 from drivers.profile import Profile
+from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.modbus_pdu import EXCHANGE, WRITE_SEVERAL, Responder
 from drivers.simulated.register_bank import RegisterBank
 from foundation.errors import BadInput
@@ -35,7 +36,7 @@ class RtuStandServer:
 
     Parameters
     ----------
-    bank, profile, device_id, catch_up, cut
+    bank, profile, device_id, catch_up, cut, trouble
         As :class:`drivers.simulated.modbus_server.ModbusStandServer` takes them; a request to another unit is
         not answered, since on a line somebody else will.
     """
@@ -47,8 +48,9 @@ class RtuStandServer:
         device_id: int,
         catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
+        trouble: FrameTrouble | None = None,
     ) -> None:
-        self._responder = Responder(bank, profile, catch_up, cut)
+        self._responder = Responder(bank, profile, catch_up, cut, trouble)
         self._device_id = device_id
         self._received = b""
         self._heard_s = 0.0
@@ -127,8 +129,21 @@ class RtuStandServer:
         reply = self._responder.answer(frame[1:-2])
         if reply is not None and frame[0] != _BROADCAST:
             answer = frame[:1] + reply
+            self._send(answer + FramerRTU.compute_CRC(answer).to_bytes(2, "big"))
+
+    def _send(self, frame: bytes) -> None:
+        """Send a frame, or what a fault on the line makes of it."""
+        loop = asyncio.get_running_loop()
+        for delay_s, piece in self._responder.arrivals(frame):
+            if delay_s > 0.0:
+                loop.call_later(delay_s, self._write, piece)
+            else:
+                self._write(piece)
+
+    def _write(self, data: bytes) -> None:
+        if self._ends is not None:
             with suppress(BlockingIOError):  # nobody reads: lost, as on a line
-                os.write(self._ends[0], answer + FramerRTU.compute_CRC(answer).to_bytes(2, "big"))
+                os.write(self._ends[0], data)
 
     def _fresh(self) -> bytes:
         """Return what was received just now and is not answered yet."""

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import cast
 
 from drivers.profile import Profile
+from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.modbus_pdu import NOT_THERE, Responder
 from drivers.simulated.register_bank import RegisterBank
 from foundation.errors import BadInput
@@ -32,7 +33,7 @@ class ModbusStandServer:
         Says which addresses exist and which of them can be written; those between are illegal.
     device_id : int
         Unit identifier that it answers to; others get exception 0x0B.
-    catch_up, cut : callable
+    catch_up, cut, trouble
         As :class:`drivers.simulated.modbus_pdu.Responder` takes them.
     """
 
@@ -43,8 +44,9 @@ class ModbusStandServer:
         device_id: int,
         catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
+        trouble: FrameTrouble | None = None,
     ) -> None:
-        self._responder = Responder(bank, profile, catch_up, cut)
+        self._responder = Responder(bank, profile, catch_up, cut, trouble)
         self._device_id = device_id
         self._connections: set[asyncio.Transport] = set()
         self._server: asyncio.Server | None = None
@@ -124,4 +126,17 @@ class _Connection(asyncio.Protocol):
             else:
                 reply = bytes((request[0] | 0x80, NOT_THERE))
             if reply is not None:
-                self._transport.write(struct.pack(">HHHB", transaction, 0, len(reply) + 1, unit) + reply)
+                self._send(struct.pack(">HHHB", transaction, 0, len(reply) + 1, unit) + reply)
+
+    def _send(self, frame: bytes) -> None:
+        """Send a frame, or what a fault on the wire makes of it."""
+        loop = asyncio.get_running_loop()
+        for delay_s, piece in self._responder.arrivals(frame):
+            if delay_s > 0.0:
+                loop.call_later(delay_s, self._write, piece)
+            else:
+                self._write(piece)
+
+    def _write(self, data: bytes) -> None:
+        if self._transport is not None and not self._transport.is_closing():
+            self._transport.write(data)

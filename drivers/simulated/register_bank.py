@@ -5,9 +5,10 @@ Every read is one latched snapshot; what a write means is found by the names of 
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from drivers.profile import (
 from drivers.registers import crc_of, encode_value
 from drivers.simulated.commands import Command
 from drivers.simulated.device import RATE_HZ, SimulatedDevice
+from drivers.simulated.faults import ScheduledFault, nearest
 from drivers.simulated.ring import COLUMNS
 from drivers.simulated.writer import Writer
 from foundation.errors import BadInput
@@ -64,6 +66,7 @@ class RegisterBank:
         self._now_s = now_s or (lambda: device.time_s)
         self._profile = profile
         self._writer = Writer(device.wall_s)
+        self._stuck: dict[str, float] = {}
         self._status = profile.span(STATUS)
         self._command = profile.span(COMMAND)
         self._demand_known()
@@ -231,12 +234,46 @@ class RegisterBank:
             "request_echo": self._value("request_number") if self._profile.has("request_number") else 0,
             "status_check": 0,
         }
+        values |= self._wrong(values)
         places = self._status.places
         words = self._status.encode({place.name: values[place.name] for place in places})
         if places[-1].name == "status_check":
             self._status_check(words)
         start = self._status.address
         self._tables[self._status.table][start : start + len(words)] = words
+
+    def _wrong(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the registers that are stuck, or no numbers, by a simulated fault."""
+        wrong: dict[str, float] = {}
+        faults, now_s = self._device.faults, self._device.time_s
+        if fault := faults.find("controller", "stuck", now_s):
+            name = fault.name("register")
+            wrong[name] = self._stuck.setdefault(name, values[name])
+        else:
+            self._stuck.clear()
+        if fault := faults.find("controller", "nan", now_s):
+            wrong[fault.name("register")] = math.nan
+        return wrong
+
+    def demand_register(self, fault: ScheduledFault) -> None:
+        """See that the register that shall fail is one of the status, and can.
+
+        Raises
+        ------
+        BadInput
+            If it is not.
+        """
+        if fault.target != "controller" or fault.kind not in {"stuck", "nan"}:
+            return
+        kinds = ("f32",) if fault.kind == "nan" else ("f32", "u16", "u32", "i16", "i32")
+        known = [place.name for place in self._status.places if place.kind in kinds]
+        known = [name for name in known if name not in {"request_echo", "status_check"}]
+        if (name := fault.name("register")) not in known:
+            raise BadInput(
+                f"no register “{name}” can be {fault.kind}{nearest(name, known)}",
+                place=f"fault {fault}",
+                remedy=f"those of the status that can: {', '.join(known) or 'none'}",
+            )
 
     def _status_check(self, words: list[int]) -> None:
         """Put the CRC of the words before it into the last place."""
