@@ -3,19 +3,49 @@
 from __future__ import annotations
 
 import socket
+import struct
 import termios
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, TypeVar
 
 import serial
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.exceptions import ModbusIOException
+from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
 
 Client = ModbusTcpClient | ModbusSerialClient
+_Client = TypeVar("_Client", ModbusTcpClient, ModbusSerialClient)
 Parity = Literal["none", "even", "odd"]
 
 _PARITIES = {"none": "N", "even": "E", "odd": "O"}
+
+
+class _Registers(ReadHoldingRegistersResponse):
+    """Registers of a reply, decoded at once; pymodbus takes 100 µs for 121 of them one by one."""
+
+    def decode(self, data: bytes) -> None:
+        """Take the registers; their number must be what the reply says."""
+        if data[0] != len(data) - 1 or data[0] % 2:
+            raise ModbusIOException(f"byte count {data[0]} of {len(data) - 1} bytes")
+        self.registers = list(struct.unpack_from(f">{data[0] // 2}H", data, 1))
+
+    def __str__(self) -> str:
+        """Return less than pymodbus would, which makes this text of every reply for a log that is off."""
+        return type(self).__name__
+
+
+class _Holding(_Registers):
+    function_code = 3
+
+
+class _Input(_Registers):
+    function_code = 4
+
+
+class _Exchanged(_Registers):
+    function_code = 23
 
 
 class CannotOpenError(Exception):
@@ -25,6 +55,12 @@ class CannotOpenError(Exception):
         super().__init__(problem)
         self.problem = problem
         self.look = look
+
+
+def _quick(client: _Client) -> _Client:
+    for reply in (_Holding, _Input, _Exchanged):
+        client.register(reply)
+    return client
 
 
 class Wire(Protocol):
@@ -91,7 +127,7 @@ class TcpWire:
         wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         client = ModbusTcpClient(self._host, port=self._port, timeout=timeout_s, retries=0)
         client.socket = wire
-        return client
+        return _quick(client)
 
     def settle(self, client: Client, timeout_s: float) -> None:
         """Do nothing: the next connection cannot hear this one."""
@@ -161,7 +197,7 @@ class RtuWire:
                 "and may you use it (group dialout)?",
             ) from None
         client.socket = line
-        return client
+        return _quick(client)
 
     def _parity_of_line(self) -> str:
         """Return the parity to set: a pseudo-terminal (a simulated stand) knows none and refuses it."""

@@ -6,6 +6,7 @@ import struct
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -110,7 +111,12 @@ def crc_of(registers: Sequence[int]) -> int:
 
     Another polynomial than the CRC-16 of Modbus RTU, so that what slips through one is caught by the other.
     """
-    return zlib.crc32(struct.pack(f">{len(registers)}H", *registers))
+    return zlib.crc32(pack(registers))
+
+
+def pack(registers: Sequence[int]) -> bytes:
+    """Return registers as they are on the wire, each high byte first."""
+    return struct.pack(f">{len(registers)}H", *registers)
 
 
 @dataclass(frozen=True)
@@ -175,6 +181,8 @@ class Layout:
             If the number of registers is not that of the window.
         """
         self._demand(len(registers), self.words)
+        if self._coding is not None:
+            return self.unpack(pack(registers))
         return {
             place.name: from_wire(
                 registers[place.offset : place.offset + place.words],
@@ -184,6 +192,35 @@ class Layout:
             )
             for place in self.places
         }
+
+    def unpack(self, packed: bytes) -> dict[str, float | int]:
+        """Return every value of the window by name, from its bytes as they are on the wire.
+
+        Raises
+        ------
+        ValueError
+            If the number of bytes is not that of the window.
+        """
+        if self._coding is None:
+            return self.decode(struct.unpack(f">{len(packed) // 2}H", packed))
+        self._demand(len(packed) // 2, self.words)
+        return dict(zip(self._names, self._coding.unpack(packed), strict=True))
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(place.name for place in self.places)
+
+    @cached_property
+    def _coding(self) -> struct.Struct | None:
+        """How the whole window is unpacked at once; None where words are swapped or values are scaled."""
+        form, at = ">", 0
+        for place in self.places:
+            order = place.word_order or self.word_order
+            if place.scale != 1.0 or (place.words > 1 and order != "big"):
+                return None
+            form += f"{2 * (place.offset - at)}x{_CODES[place.kind][1:]}"
+            at = place.offset + place.words
+        return struct.Struct(form + f"{2 * (self.words - at)}x")
 
     def encode(self, values: Mapping[str, float]) -> list[int]:
         """Return the window's registers; registers without a name are 0.
@@ -214,16 +251,37 @@ class Layout:
         ValueError
             If the number of registers is not ``rows`` windows.
         """
-        self._demand(len(registers), rows * self.words)
-        table = np.asarray(registers, dtype=np.uint16).reshape(rows, self.words)
+        return self.unpack_rows(pack(registers), rows)
+
+    def unpack_rows(self, packed: bytes, rows: int) -> dict[str, NDArray[Any]]:
+        """Return the same from the bytes of the windows as they are on the wire.
+
+        Raises
+        ------
+        ValueError
+            If the number of bytes is not that of ``rows`` windows.
+        """
+        self._demand(len(packed) // 2, rows * self.words)
+        table = np.frombuffer(packed, dtype=self._row_type, count=rows)
         columns: dict[str, NDArray[Any]] = {}
         for place in self.places:
-            words = table[:, place.offset : place.offset + place.words]
-            if self.word_order == "little":
-                words = words[:, ::-1]
-            packed = np.ascontiguousarray(words).astype(">u2").view(">" + DTYPES[place.kind])
-            columns[place.name] = packed[:, 0].astype(DTYPES[place.kind])
+            column = table[place.name]
+            if place.words > 1 and (place.word_order or self.word_order) == "little":
+                words = np.ascontiguousarray(column).view(">u2").reshape(rows, place.words)[:, ::-1]
+                column = np.ascontiguousarray(words).view(">" + DTYPES[place.kind])[:, 0]
+            columns[place.name] = column.astype(DTYPES[place.kind])
         return columns
+
+    @cached_property
+    def _row_type(self) -> np.dtype[np.void]:
+        return np.dtype(
+            {
+                "names": list(self._names),
+                "formats": [">" + DTYPES[place.kind] for place in self.places],
+                "offsets": [2 * place.offset for place in self.places],
+                "itemsize": 2 * self.words,
+            }
+        )
 
     def encode_rows(self, columns: Mapping[str, NDArray[Any]]) -> list[int]:
         """Return the registers of windows in a row from arrays of equal length (undoes :meth:`decode_rows`).
