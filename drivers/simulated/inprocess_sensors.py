@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +15,19 @@ from drivers.simulated.virtual_clock import VirtualClock
 from drivers.stand_file import StandFile
 from foundation.plausibility import Watch
 
-_READING_FAULTS = {"silent": ReadingFault.EMPTY, "power-on": ReadingFault.POWER_ON}
+_READING_FAULTS = {
+    "silent": ReadingFault.EMPTY,
+    "crc": ReadingFault.CRC_REFUSED,
+    "missing": ReadingFault.ABSENT,
+}
+"""Where a fault has another name than what a driver makes of it."""
+
+
+def reading_fault(kind: str | None) -> ReadingFault | None:
+    """Return what a driver makes of a sensor's fault; None where it reads a value."""
+    if kind is None or kind == "stale":
+        return None
+    return _READING_FAULTS.get(kind) or ReadingFault(kind)
 
 
 class InProcessAmplifier:
@@ -51,7 +64,14 @@ class InProcessAmplifier:
         """Get (and forget) what has come in since the last call."""
         frames = list(self._device.frames)
         self._device.frames.clear()
-        frames = [f for f in frames if not self._device.faults.at("amplifier", float(f.time_s[-1]))]
+        faults = self._device.faults
+        frames = [f for f in frames if faults.at("amplifier", float(f.time_s[-1])) != "silent"]
+        frames = [
+            replace(f, counts=np.full_like(f.counts, FULL_SCALE))
+            if faults.at("amplifier", float(f.time_s[-1])) == "overload"
+            else f
+            for f in frames
+        ]
         if not frames:
             return []
         time_us = np.rint(np.concatenate([f.time_s for f in frames]) * 1e6).astype(np.int64)
@@ -95,6 +115,7 @@ class InProcessThermometer:
         self._period_s = period_s
         self._next_s = period_s
         self._sequence = 0
+        self._last: int | None = None
         settings = thermometer.settings
         self._name = settings.name
         self.facts = StreamFacts(
@@ -120,7 +141,10 @@ class InProcessThermometer:
         fault = self._device.faults.at(self._name, at_s)
         readings = reversed(self._thermometer.readings)
         counts = next((counts for time_s, counts in readings if time_s <= at_s), None)
-        kind = _READING_FAULTS.get(fault or "")
+        if fault == "stale" and self._last is not None:
+            counts = self._last
+        self._last = counts
+        kind = reading_fault(fault)
         if kind is not None or counts is None:
             text = FAULT_TEXTS[kind or ReadingFault.EMPTY]
             return SensorFault(self._name, at_s, f"{self._name} (simulated): {text}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
 from drivers.simulated.w1_tree import scratchpad
@@ -10,6 +10,17 @@ from drivers.simulated.w1_tree import scratchpad
 SensorState = Literal["ok", "absent", "power-on", "no-power", "all-zero", "crc", "hangs"]
 """How a sensor is: as it should be, off the bus, just powered on, without power for a conversion, showing
 zeros or wrong bytes, or never done with its conversion."""
+FAULT_STATES: Mapping[str, SensorState] = {
+    "silent": "absent",
+    "missing": "absent",
+    "crc": "crc",
+    "crc-mismatch": "crc",
+    "all-zero": "all-zero",
+    "power-on": "power-on",
+    "no-power": "no-power",
+    "unfinished": "hangs",
+}
+"""State of a sensor by the name of its fault."""
 
 _SEARCH, _MATCH, _SKIP = 0xF0, 0x55, 0xCC
 _CONVERT, _READ_SCRATCHPAD, _READ_POWER = 0x44, 0xBE, 0xB4
