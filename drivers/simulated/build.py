@@ -23,6 +23,7 @@ def make_device(
     spring: Spring | None = None,
     truth: Truth | None = None,
     faults: Sequence[ScheduledFault] = (),
+    fault_seed: int = 0,
 ) -> SimulatedDevice:
     """Return the stand of a stand file with a specimen in it, at time 0, switched off.
 
@@ -40,6 +41,8 @@ def make_device(
         Where to log what really happens.
     faults : sequence of ScheduledFault
         What shall fail, and when.
+    fault_seed : int
+        By which the frames are picked that a fault strikes.
 
     Raises
     ------
@@ -50,4 +53,4 @@ def make_device(
     if spring is None:
         initial_C = settings.ambient_C if settings.initial_C is None else settings.initial_C
         spring = SpringStepper(load_model(model_path(stand_file, model)), initial_C, settings.ambient_C)
-    return SimulatedDevice(stand_file, settings, spring, wall_s, truth, faults)
+    return SimulatedDevice(stand_file, settings, spring, wall_s, truth, faults, fault_seed)

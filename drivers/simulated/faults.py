@@ -125,6 +125,12 @@ class ScheduledFault:
         if isinstance(value, str):
             if key in _NAMES and value not in _NAMES[key]:
                 raise BadInput(f"{key} = “{value}”", place=place, remedy=f"write {' or '.join(_NAMES[key])}")
+        elif self.kind == "trip" and value not in (1.0, 2.0, 3.0, 4.0):
+            raise BadInput(
+                f"code = {value:g}",
+                place=place,
+                remedy="1 watchdog, 2 force limit, 3 stroke limit, 4 actuator",
+            )
         elif not (0.0 <= value <= _MOST.get(key, FOREVER_S) or key == "jump_s"):
             raise BadInput(
                 f"{key} = {value:g} is not possible", place=place, remedy=f"0 … {_MOST.get(key, FOREVER_S):g}"

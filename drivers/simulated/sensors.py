@@ -135,6 +135,10 @@ class Converters:
         np.minimum(raw, self._high, out=raw)
         return raw
 
+    def ends(self, column: int) -> tuple[float, float]:
+        """Return the lowest and highest counts of a channel."""
+        return float(self._low[column]), float(self._high[column])
+
     def values(self, counts: FloatArray) -> FloatArray:
         """Return the physical values of counts, same shape (…, channels)."""
         value: FloatArray = self._zero + self._slope * counts
