@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -233,6 +234,10 @@ class Layout:
         names = {place.name for place in self.places}
         if wrong := names.symmetric_difference(values):
             raise ValueError(f"values do not match the window: {', '.join(sorted(wrong))}")
+        if self._coding is not None:
+            with suppress(struct.error, OverflowError):  # what does not fit is said by name below
+                packed = self._coding.pack(*(values[name] for name in self._names))
+                return list(struct.unpack(f">{self.words}H", packed))
         registers = [0] * self.words
         for place in self.places:
             try:

@@ -122,7 +122,7 @@ class RegisterBank:
             self._latch_status()
         if self.is_momentary(range(address, end), table):
             self._latch_raw()
-        if self._profile.has("writer"):
+        if self._profile.has("writer") and address <= self._profile.find("writer").address < end:
             self._store("writer", self._writer.number)
         window = self._window
         if window is not None and table == "holding":
