@@ -360,10 +360,7 @@ class SerialAmplifier:
         if new:
             decoder.resyncs = 0
             self._resyncs += new
-            self._fault(
-                f"the spacing of its frames was lost ({self._resyncs} times since the start); "
-                "look at cable, shield and baud rate"
-            )
+            self._fault(resync_text(self._resyncs))
 
     def _watch_silence(self) -> None:
         silent_s = self._clock.wall_s() - self._last_frame_s
@@ -382,6 +379,14 @@ class SerialAmplifier:
     def _fault(self, what: str) -> None:
         text = f"amplifier at {self._path}: {what}"
         self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), text))
+
+
+def resync_text(times: int) -> str:
+    """Return how it is said that the form of the stream was lost, so often since the start."""
+    return (
+        f"the spacing of its frames was lost ({times} times since the start); "
+        "look at cable, shield and baud rate"
+    )
 
 
 def with_saturation(channel: Channel, saturation: tuple[float, float] | None) -> Channel:

@@ -47,7 +47,7 @@ FAULTS: Mapping[str, Mapping[str, Mapping[str, Setting]]] = {
         kind: {}
         for kind in (
             "silent", "crc", "crc-mismatch", "all-zero", "power-on", "no-power", "out-of-range",
-            "unreadable", "garbled", "missing", "stale", "shorted", "unfinished", "unpowered",
+            "unreadable", "garbled", "missing", "frozen", "stale", "shorted", "unfinished", "unpowered",
         )
     },
 }  # fmt: skip
@@ -67,7 +67,7 @@ _FORM = re.compile(
     rf"^(?P<target>[a-z][a-z0-9_]*)=(?P<kind>[a-z0-9-]+)(?:@(?P<start>{_NUMBER})(?::(?P<end>{_NUMBER}))?)?"
     r"(?P<rest>(?:,[^,=]+=[^,=]+)*)$"
 )
-FORM = "TARGET=KIND[@START[:END]][,KEY=VALUE]…"
+FORM = "TARGET=KIND@START[:END][,KEY=VALUE]…"
 
 
 @dataclass(frozen=True)
@@ -251,9 +251,9 @@ def target_class(target: str) -> str:
 
 
 def parse_fault(
-    text: str, *, file: str = "--fault", start_s: Callable[[], float] = lambda: 0.0
+    text: str, *, file: str = "--fault", start_s: Callable[[], float] | None = None
 ) -> ScheduledFault:
-    """Return the fault that ``TARGET=KIND[@START[:END]][,KEY=VALUE]…`` describes (stand time in s).
+    """Return the fault that ``TARGET=KIND@START[:END][,KEY=VALUE]…`` describes (stand time in s).
 
     Parameters
     ----------
@@ -261,8 +261,8 @@ def parse_fault(
         As a user writes it.
     file : str
         Where it was written, for messages.
-    start_s : callable
-        When one without ``@START`` begins [s].
+    start_s : callable, optional
+        When one without ``@START`` begins [s]; without it there must be a start.
 
     Raises
     ------
@@ -270,7 +270,7 @@ def parse_fault(
         If it does not have this form, or the target cannot have this fault.
     """
     found = _FORM.match(text.strip())
-    if found is None:
+    if found is None or (found["start"] is None and start_s is None):
         raise BadInput(
             f"“{text}” is no fault that can be simulated",
             file=file,
@@ -281,12 +281,13 @@ def parse_fault(
         key.strip(): _setting(value.strip())
         for key, _, value in (part.partition("=") for part in found["rest"].split(",")[1:])
     }
-    start = float(found["start"]) if found["start"] else start_s()
+    start = float(found["start"]) if found["start"] or start_s is None else start_s()
     end = float(found["end"]) if found["end"] else FOREVER_S
     try:
         return ScheduledFault(found["target"], found["kind"], start, end, settings)
     except BadInput as error:
-        raise BadInput(error.problem, file=file, place=error.place, remedy=error.remedy) from None
+        problem = f"“{text}” is no fault that can be simulated: {error.problem}"
+        raise BadInput(problem, file=file, remedy=error.remedy) from None
 
 
 def nearest(name: str, known: Mapping[str, object] | Sequence[str]) -> str:

@@ -19,6 +19,7 @@ FAULT_STATES: Mapping[str, SensorState] = {
     "power-on": "power-on",
     "no-power": "no-power",
     "unfinished": "hangs",
+    "stale": "hangs",
 }
 """State of a sensor by the name of its fault."""
 

@@ -8,6 +8,7 @@ from drivers.ds2480b import rom_bytes
 from drivers.simulated.amplifier_devices import amplifier_device
 from drivers.simulated.device import CONVERSION_S, SimulatedDevice, Thermometer
 from drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
+from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.onewire import FAULT_STATES, OneWireBus, OneWireSensor
 from drivers.simulated.serial_pty import AmplifierPty
 from drivers.simulated.w1_tree import W1Tree
@@ -55,8 +56,12 @@ class SensorWires:
         """Obey and send what has become due by stand time ``now_s`` [s], with the faults of that time."""
         faults = self._device.faults
         if self._amplifier is not None:
-            fault = faults.at("amplifier", now_s)
-            self._amplifier.pump(silent=fault == "silent", overload=fault == "overload")
+            resyncs = faults.due(now_s, "amplifier")
+            self._amplifier.pump(
+                silent=faults.find("amplifier", "silent", now_s) is not None,
+                overload=faults.find("amplifier", "overload", now_s) is not None,
+                drop=sum(int(fault.number("bytes")) for fault in resyncs),
+            )
         if self._w1 is not None:
             self._w1.update(now_s)
         if self._adapter is not None and self._onewire is not None:
@@ -86,7 +91,10 @@ class SensorWires:
                     remedy="use gsv2 or aed there",
                 )
             amplifier = amplifier_device(file.amplifier)
-            self._amplifier = AmplifierPty(port.absolute(), device.frames, file.amplifier.rate_Hz, amplifier)
+            trouble = FrameTrouble(device.faults, "amplifier", lambda: device.time_s)
+            self._amplifier = AmplifierPty(
+                port.absolute(), device.frames, file.amplifier.rate_Hz, amplifier, trouble
+            )
         root, adapter = file.w1_root(), file.onewire_port()
         if root is not None:
             root = root if folder is None else folder / "w1" / "devices"

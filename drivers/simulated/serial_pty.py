@@ -6,6 +6,7 @@ import fcntl
 import os
 import struct
 import termios
+import time
 import tty
 from collections import deque
 from contextlib import suppress
@@ -16,6 +17,7 @@ import numpy as np
 from drivers.simulated.amplifier_devices import Gsv2Device, WireDevice
 from drivers.simulated.amplifier_devices import encode_frames as encode_frames  # noqa: PLC0414 - of this wire
 from drivers.simulated.device import Frames
+from drivers.simulated.faults_wire import FrameTrouble
 from foundation.errors import BadInput
 
 BUFFER = 4000
@@ -109,6 +111,8 @@ class AmplifierPty(SerialPty):
         Values a second that it says it is set to.
     device : WireDevice, optional
         Which amplifier it is; a GSV-2 without it.
+    trouble : FrameTrouble, optional
+        What happens on its way to what is sent at once.
 
     Raises
     ------
@@ -117,10 +121,17 @@ class AmplifierPty(SerialPty):
     """
 
     def __init__(
-        self, link: Path, frames: deque[Frames], rate_Hz: float, device: WireDevice | None = None
+        self,
+        link: Path,
+        frames: deque[Frames],
+        rate_Hz: float,
+        device: WireDevice | None = None,
+        trouble: FrameTrouble | None = None,
     ) -> None:
         super().__init__(link, "amplifier.port")
         self._frames = frames
+        self._trouble = trouble
+        self._late: list[tuple[float, bytes]] = []
         self.device: WireDevice = Gsv2Device(rate_Hz) if device is None else device
 
     def pump(self, *, silent: bool = False, overload: bool = False, drop: int = 0) -> None:
@@ -139,6 +150,13 @@ class AmplifierPty(SerialPty):
         counts = [frames.counts for frames in self._frames]
         self._frames.clear()
         data = self.device.send(np.concatenate(counts), overload=overload) if counts else b""
-        if not silent:
+        now_s = time.monotonic()
+        if data and not silent:
             middle = len(data) // 2
-            self.send(data[:middle] + data[middle + drop :], size=5)
+            data = data[:middle] + data[middle + drop :]
+            arrivals = [(0.0, data)] if self._trouble is None else self._trouble.arrivals(data)
+            self._late += [(now_s + delay_s, piece) for delay_s, piece in arrivals]
+        for due_s, piece in self._late:
+            if due_s <= now_s:
+                self.send(piece, size=5)
+        self._late = [late for late in self._late if late[0] > now_s]

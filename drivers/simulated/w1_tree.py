@@ -14,6 +14,7 @@ from foundation.errors import BadInput
 MASTER = "w1_bus_master1"
 TRIGGER = b"trigger\n"
 _POWER_ON_BYTE_6 = 0x0C
+_FILES = ("w1_slave", "temperature")
 
 
 def scratchpad(counts: int, *, power_on: bool = False) -> bytes:
@@ -92,21 +93,42 @@ class W1Tree:
             settings = thermometer.settings
             fault = self._faults.at(settings.name, now_s)
             state = (thermometer.conversions, fault)
-            if self._shown.get(settings.rom) == state or fault == "stale":
+            if self._shown.get(settings.rom) == state or fault == "frozen":
                 continue
             self._shown[settings.rom] = state
             folder = self.root / settings.rom
+            if fault == "stale":
+                self._hang(folder)
+                continue
+            self._release(folder)
             slave, value = faulty_texts(fault, thermometer.readings[-1][1])
             if slave is None:
-                for name in ("w1_slave", "temperature"):
+                for name in _FILES:
                     (folder / name).unlink(missing_ok=True)
                     self._texts.pop(folder / name, None)
                 continue
             self._show(folder / "w1_slave", slave)
             self._show(folder / "temperature", value)
             mode = 0o000 if fault == "unreadable" else 0o644
-            for name in ("w1_slave", "temperature"):
+            for name in _FILES:
                 (folder / name).chmod(mode)
+
+    def _hang(self, folder: Path) -> None:
+        """Let whoever reads a sensor wait without end, as on a bus that hangs: pipes instead of files."""
+        for name in _FILES:
+            path = folder / name
+            if not path.is_fifo():
+                path.unlink(missing_ok=True)
+                os.mkfifo(path)
+            self._texts.pop(path, None)
+
+    @staticmethod
+    def _release(folder: Path) -> None:
+        """End the wait of whoever reads a sensor that hangs; it reads nothing then."""
+        for path in (folder / name for name in _FILES):
+            if path.is_fifo():
+                with suppress(OSError):  # nobody waits there
+                    os.close(os.open(path, os.O_WRONLY | os.O_NONBLOCK))
 
     def _look_at_bulk(self, now_s: float) -> None:
         """Obey ``trigger`` as the kernel does: −1 while all convert, then 1; anything else is ignored.
@@ -129,7 +151,8 @@ class W1Tree:
         """Take the tree away, and the folders that are empty then."""
         for thermometer in self._thermometers:
             folder = self.root / thermometer.settings.rom
-            for name in ("w1_slave", "temperature"):
+            self._release(folder)
+            for name in _FILES:
                 (folder / name).unlink(missing_ok=True)
             with suppress(OSError):
                 folder.rmdir()

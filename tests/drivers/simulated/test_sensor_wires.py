@@ -131,10 +131,10 @@ def test_each_fault_of_the_folder_is_read_as_what_it_is(tmp_path: Path, kind: st
     tree.close()
 
 
-def test_a_stale_sensor_shows_what_it_showed(tmp_path: Path) -> None:
+def test_a_frozen_sensor_shows_what_it_showed(tmp_path: Path) -> None:
     class Schedule:
         def at(self, target: str, time_s: float) -> str | None:
-            return "stale" if target and time_s >= 1.0 else None
+            return "frozen" if target and time_s >= 1.0 else None
 
     stand = device(tmp_path)
     tree = W1Tree(tmp_path / "devices", stand.thermometers, Schedule())  # type: ignore[arg-type]
