@@ -52,6 +52,10 @@ class SensorWires:
             onewire_port=None if self._adapter is None else self._adapter.link,
         )
 
+    def descriptors(self) -> list[int]:
+        """Return the ends of the lines on which somebody asks, to serve when they can be read."""
+        return [wire.fileno() for wire in (self._amplifier, self._adapter) if wire is not None]
+
     def serve(self, now_s: float) -> None:
         """Obey and send what has become due by stand time ``now_s`` [s], with the faults of that time."""
         faults = self._device.faults

@@ -17,16 +17,17 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from drivers import stand_file as stands
-from drivers.simulated.build import make_device
+from drivers.simulated.build import demand_possible, make_device
 from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.faults import ScheduledFault
+from drivers.simulated.faults_control import SOCKET, FaultControl
+from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.modbus_rtu import RtuStandServer
 from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.pace import Pace
 from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.serial_pty import AmplifierPty
+from drivers.simulated.sensor_wires import SensorWires
 from drivers.simulated.truth import Truth
-from drivers.simulated.w1_tree import W1Tree
 from foundation.clock import Clock, WallClock
 from foundation.errors import BadInput
 
@@ -58,6 +59,10 @@ class Served:
         Of the serving process.
     controller_serial : str or None
         The controller's serial device, absolute.
+    onewire_port : str or None
+        Serial device of the 1-Wire adapter, absolute.
+    faults_socket : str or None
+        Where it takes faults (``bufferstand fault``), absolute.
     """
 
     host: str
@@ -67,6 +72,8 @@ class Served:
     speed: float
     pid: int
     controller_serial: str | None = None
+    onewire_port: str | None = None
+    faults_socket: str | None = None
 
     def endpoints(self) -> stands.Endpoints:
         """Return what :func:`drivers.stand_file.with_endpoints` needs to reach it."""
@@ -76,6 +83,7 @@ class Served:
             amplifier_port=None if self.amplifier_port is None else Path(self.amplifier_port),
             w1_root=None if self.w1_root is None else Path(self.w1_root),
             controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
+            onewire_port=None if self.onewire_port is None else Path(self.onewire_port),
         )
 
 
@@ -97,6 +105,8 @@ class Options:
         File for what really happened, written at the end (``.npz``, else CSV).
     faults : tuple of ScheduledFault
         What shall fail, and when.
+    fault_seed : int
+        By which the frames are picked that a fault strikes.
     with_parent : bool
         End when standard input ends, so that no server outlives its starter.
     """
@@ -107,6 +117,7 @@ class Options:
     wires: Path | None = None
     truth: Path | None = None
     faults: tuple[ScheduledFault, ...] = ()
+    fault_seed: int = 0
     with_parent: bool = False
 
 
@@ -131,19 +142,38 @@ class StandServer:
         self._options = options
         self._truth = None if options.truth is None else Truth()
         self.device: SimulatedDevice = make_device(
-            stand_file, clock.wall_s, model=options.model, truth=self._truth, faults=options.faults
+            stand_file,
+            clock.wall_s,
+            model=options.model,
+            truth=self._truth,
+            faults=options.faults,
+            fault_seed=options.fault_seed,
         )
         self._pace = Pace(clock, options.speed, self.device.ring, self.device.period_s)
         profile = stand_file.profile()
         bank = RegisterBank(self.device, profile, self._pace.now_s)
         device_id = stand_file.controller.device_id
-        self._modbus = ModbusStandServer(bank, profile, device_id, self.catch_up, self._cut)
-        self._line = RtuStandServer(bank, profile, device_id, self.catch_up, self._cut)
-        self._amplifier: AmplifierPty | None = None
-        self._w1: W1Tree | None = None
+        trouble = FrameTrouble(self.device.faults, "controller", lambda: self.device.time_s)
+        self._modbus = ModbusStandServer(bank, profile, device_id, self.catch_up, self._cut, trouble)
+        self._line = RtuStandServer(bank, profile, device_id, self.catch_up, self._cut, trouble)
+        self._sensors: SensorWires | None = None
+        folder = stand_file.folder / "wires" if options.wires is None else options.wires
+        self._control = FaultControl(
+            (folder / SOCKET).absolute(),
+            self.device.faults,
+            lambda: self.device.time_s,
+            self._demand_possible,
+        )
+        self._bank = bank
+        for fault in options.faults:
+            self._demand_possible(fault)
+
+    def _demand_possible(self, fault: ScheduledFault) -> None:
+        demand_possible(self._file, fault)
+        self._bank.demand_register(fault)
 
     def _cut(self) -> bool:
-        return self.device.faults.at("controller", self.device.time_s) is not None
+        return self.device.faults.find("controller", "lost", self.device.time_s) is not None
 
     async def open(self) -> Served:
         """Open every wire; return where they are.
@@ -161,14 +191,11 @@ class StandServer:
 
     async def _open(self) -> Served:
         wires, file = self._options.wires, self._file
-        amplifier_port = file.amplifier_port() if wires is None else wires / "amplifier"
-        w1_root = file.w1_root() if wires is None else wires / "w1" / "devices"
-        if file.amplifier is not None and amplifier_port is not None:
-            amplifier_port = amplifier_port.absolute()
-            self._amplifier = AmplifierPty(amplifier_port, self.device.frames, file.amplifier.rate_Hz)
-        if file.temperature is not None and w1_root is not None:
-            w1_root = w1_root.absolute()
-            self._w1 = W1Tree(w1_root, self.device.thermometers, self.device.faults)
+        self._sensors = SensorWires(file, self.device, wires)
+        for descriptor in self._sensors.descriptors():
+            asyncio.get_running_loop().add_reader(descriptor, self._serve_slow_wires)
+        await self._control.start()
+        ends = self._sensors.endpoints()
         line = file.controller_serial() if wires is None else wires / "controller"
         if not file.controller.serial or line is None:
             line = None
@@ -179,11 +206,13 @@ class StandServer:
         return Served(
             host=host,
             port=port,
-            amplifier_port=None if self._amplifier is None else str(amplifier_port),
-            w1_root=None if self._w1 is None else str(w1_root),
+            amplifier_port=None if ends.amplifier_port is None else str(ends.amplifier_port),
+            w1_root=None if ends.w1_root is None else str(ends.w1_root),
             speed=self._options.speed,
             pid=os.getpid(),
             controller_serial=None if line is None else str(line),
+            onewire_port=None if ends.onewire_port is None else str(ends.onewire_port),
+            faults_socket=str(self._control.path),
         )
 
     async def _listen(self) -> tuple[str, int]:
@@ -217,11 +246,8 @@ class StandServer:
                     await asyncio.wait_for(stop.wait(), TICK_S)
 
     def _serve_slow_wires(self) -> None:
-        now_s = self.device.time_s
-        if self._amplifier is not None:
-            self._amplifier.pump(silent=self.device.faults.at("amplifier", now_s) is not None)
-        if self._w1 is not None:
-            self._w1.update(now_s)
+        if self._sensors is not None:
+            self._sensors.serve(self.device.time_s)
 
     async def close(self) -> None:
         """Take every wire away and write the truth.
@@ -233,11 +259,12 @@ class StandServer:
         """
         await self._modbus.stop()
         self._line.stop()
-        if self._amplifier is not None:
-            self._amplifier.close()
-        if self._w1 is not None:
-            self._w1.close()
-        self._amplifier = self._w1 = None
+        await self._control.stop()
+        sensors, self._sensors = self._sensors, None
+        if sensors is not None:
+            for descriptor in sensors.descriptors():
+                asyncio.get_running_loop().remove_reader(descriptor)
+            sensors.close()
         if self._truth is not None and self._options.truth is not None:
             try:
                 self._truth.write(self._options.truth)
