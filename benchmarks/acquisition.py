@@ -51,7 +51,14 @@ class BareSocket:
         self._address = profile.find("ring_acknowledge").address
         self._window = (profile.ring.address, profile.ring.registers)
         self._size = 9 + 2 * profile.ring.registers
+        header = {place.name: place.offset for place in profile.ring_header.places}
+        self._count_at = header["count"]
         self._number = 0
+
+    def count_in(self, reply: bytes) -> int:
+        """Return how many samples a reply holds, so that the next request goes on behind them."""
+        at = 9 + 2 * self._count_at
+        return int.from_bytes(reply[at : at + 2], "big")
 
     def exchange(self, acknowledge: int) -> bytes:
         """Make one transaction; return the reply."""
@@ -77,25 +84,31 @@ def fast_enough(stand: StandFile, seconds: float) -> tuple[float, float, float, 
     if not isinstance(controller, RingController):
         raise TypeError("the sample stand's profile has no ring")
     controller.connect()
-    controller.read_block()  # from now on the stand waits for its reader, 6000 samples ahead
+    first = controller.read_block()  # from now on the stand waits for its reader, 6000 samples ahead
     time.sleep(0.5)
-    position, samples, lost = 0, 0, 0
+    position = 0 if first is None else first.first_sequence + len(first.time_us)
+    samples = lost = 0
     walls: dict[str, list[float]] = {"driver": [], "bare": []}
     processors: dict[str, list[float]] = {"driver": [], "bare": []}
-    driving_s = 0.0
+    driving_s, turns = 0.0, 0
     end_s = time.monotonic() + seconds
     while time.monotonic() < end_s:
-        for who in ("driver", "bare"):
+        turns += 1
+        start = position
+        # Both read the same samples, in turns first: whoever is, has the stand sample some more meanwhile.
+        for who in ("driver", "bare") if turns % 2 else ("bare", "driver"):
             wall_s, processor_s = time.perf_counter(), time.process_time()
-            for _ in range(TURN):
-                if who == "bare":
-                    bare.exchange(position % (1 << 32))
-                    continue
-                block = controller.read_block()
-                if block is not None:
-                    samples += len(block.time_us)
-                    lost += block.lost
-                    position = block.first_sequence + len(block.time_us)
+            if who == "bare":
+                at = start
+                for _ in range(TURN):
+                    at += bare.count_in(bare.exchange(at % (1 << 32)))
+            else:
+                for _ in range(TURN):
+                    block = controller.read_block()
+                    if block is not None:
+                        samples += len(block.time_us)
+                        lost += block.lost
+                        position = block.first_sequence + len(block.time_us)
             walls[who].append(time.perf_counter() - wall_s)
             processors[who].append(time.process_time() - processor_s)
         driving_s += walls["driver"][-1]

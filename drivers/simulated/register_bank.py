@@ -26,7 +26,7 @@ from drivers.profile import (
     Register,
     Ring,
 )
-from drivers.registers import crc_of, encode_value
+from drivers.registers import crc_of, encode_value, pack
 from drivers.simulated.commands import Command
 from drivers.simulated.device import RATE_HZ, SimulatedDevice
 from drivers.simulated.faults import ScheduledFault, nearest
@@ -342,10 +342,10 @@ class _WindowBank:
             CHECK: 0,
         }
         values = {name: value for name, value in values.items() if name in self._fields}
-        if CHECK in self._fields:
-            before = self._header.encode(values)[: self._header.words - 2]
-            values[CHECK] = zlib.crc32(struct.pack(f">{len(before)}H", *before) + rows)
         words = self._header.encode(values)
+        if CHECK in self._fields:
+            crc = zlib.crc32(rows, zlib.crc32(pack(words[:-2])))
+            words[-2:] = encode_value(crc, "u32", self._header.word_order)
         words += struct.unpack(f">{len(rows) // 2}H", rows)
         return words + [0] * (self.words - len(words))
 
