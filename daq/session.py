@@ -169,7 +169,7 @@ class Session:
 
     def _guard_settings(self) -> GuardSettings:
         """Return how the guards judge the stand, with the tilt that its own file allows."""
-        tilt_mm = (self._facts.stand.get("limits") or {}).get("tilt_max_mm")
+        tilt_mm = (self._facts.stand.get("stand") or {}).get("tilt_max_mm")
         guards = self._settings.guards
         return guards if tilt_mm is None else replace(guards, tilt_mm=float(tilt_mm))
 

@@ -103,7 +103,7 @@ def _controller_rows(
         yield value_row(
             "controller", channel, values[channel.name], stand_file, age_s=age_s, stale_after_s=STALE_S
         )
-    yield difference_row(values["stroke_1"], values["stroke_2"], stand_file.limits.tilt_max_mm)
+    yield difference_row(values["stroke_1"], values["stroke_2"], stand_file.stand.tilt_max_mm)
 
 
 def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:

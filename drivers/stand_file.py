@@ -50,6 +50,8 @@ class StandFacts(Settings):
     laboratory: str = ""
     moving_mass_kg: float | None = Field(default=None, ge=0)
     """Mass between load cell and specimen that moves with the stroke; the evaluation corrects for it [kg]."""
+    tilt_max_mm: float | None = Field(default=None, gt=0)
+    """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
 
 
 class Limits(Settings):
@@ -59,8 +61,6 @@ class Limits(Settings):
     stroke_max_mm: float = Field(gt=0)
     frequency_max_Hz: float = Field(gt=0)
     speed_max_mm_per_s: float = Field(gt=0)
-    tilt_max_mm: float | None = Field(default=None, gt=0)
-    """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
 
 
 class ControllerSettings(Settings):

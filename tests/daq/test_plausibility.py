@@ -138,7 +138,7 @@ def test_guards_see_the_same_values_as_the_evaluation(size: int) -> None:
 
 def test_the_tilt_that_the_stand_file_allows_is_the_guards(tmp_path: Path) -> None:
     case = Case(tmp_path)
-    facts = replace(CAMPAIGN_FACTS, stand={"stand": {"id": "fake"}, "limits": {"tilt_max_mm": 0.8}})
+    facts = replace(CAMPAIGN_FACTS, stand={"stand": {"id": "fake", "tilt_max_mm": 0.8}})
     outcome = run_campaign(
         case.plan, case.stand, case.clock, case.out, facts, progress=case.shown, stop_request=case.request
     )
