@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from drivers import command_port as command
 from drivers.actuator_switch import ActuatorSwitch
@@ -35,6 +35,7 @@ class RegisterController:
         lock = WriterLock(self._panel)
         self._commands = command.CommandPort(self._panel, lock)
         self._switch = ActuatorSwitch(self._panel, lock)
+        self._no_numbers: set[str] = set()
 
     def identify(self) -> Identity:
         """Open the wire, check identity and test-value registers; get who answers.
@@ -83,6 +84,7 @@ class RegisterController:
             state, end_reason = MotionState(int(values["state"])), EndReason(int(values["end_reason"]))
         except ValueError as error:
             raise self._panel.fault(f"status registers: {error}; look at the register profile") from None
+        self._note_no_numbers(values)
         return ControllerStatus(
             state=state,
             fault_code=int(values["fault_code"]),
@@ -95,7 +97,20 @@ class RegisterController:
             stroke_mm=float(values["stroke"]),
             position_mm=float(values["position"]),
             command_mm=float(values["command"]),
+            tick_us=int(values["tick"]) if "tick" in values else None,
         )
+
+    def _note_no_numbers(self, values: Mapping[str, float]) -> None:
+        """Say, when it begins, which of the momentary values is no number; the samples are not touched."""
+        wrong = {
+            name for name in ("force", "stroke", "position", "command") if not math.isfinite(values[name])
+        }
+        for name in sorted(wrong - self._no_numbers):
+            self._link.note(
+                f"register {name} of the controller holds {values[name]}, which is no number; "
+                "look at its transducer and at the controller's own messages"
+            )
+        self._no_numbers = wrong
 
     def feed_watchdog(self) -> None:
         """Write the heartbeat; without it the controller falls back to zero force by itself.
