@@ -30,6 +30,9 @@ TRIALS = 50
 """Polls at connect that the skew is measured by."""
 SAID_S = 10.0
 """The skew is put into the run this often [s of stand time]."""
+PAUSE = 5
+"""A sample that comes more than this many periods after the last follows a gap; less is a late poll, whose
+time stamp says so."""
 KEPT = 100_000
 """Samples that wait for the reader at most."""
 
@@ -86,6 +89,8 @@ class PollingController:
         self._fault: DeviceFault | None = None
         self._next: int | None = None
         self._left_out = 0
+        self._last_slot: int | None = None
+        self._number = 0
         self._said_s = -math.inf
         device = f"{profile.facts.id} at {link.address}"
         self.facts = StreamFacts(STREAM, "host", self._channels, self._poll.rate_Hz, device)
@@ -109,6 +114,7 @@ class PollingController:
                 _, polled = self._read_all()
                 self._meter.add(polled)
             self._state_skew(identity)
+            self._said_s = self._clock.now_s()
             self._bus.begin()
         return identity
 
@@ -135,7 +141,8 @@ class PollingController:
     def read_block(self) -> SampleBlock | None:
         """Get the samples that have been polled since the last call (None where there are none).
 
-        Slots that nobody had time for, or whose parts came too far apart, are missing and counted.
+        Samples are stamped when they were polled, which may be late. A pause longer than ``PAUSE`` periods
+        is a gap, and the polls that it lacks are counted as lost.
 
         Raises
         ------
@@ -175,17 +182,25 @@ class PollingController:
                 self._fault = fault
             return
         if max(polled.middle_s) - min(polled.middle_s) > 1.0 / self._poll.rate_Hz:
-            self._left_out += 1  # a gap in the sequence, which the reader counts
+            self._left_out += 1
             return
         self._meter.add(polled)
         stamp_us = round(polled.middle_s[self._meter.stamp_index] * 1e6)
         with self._lock:
-            self._samples.append((slot, stamp_us, values))
+            self._samples.append((self._numbered(slot), stamp_us, values))
         now_s = self._clock.now_s()
         if now_s - self._said_s >= SAID_S:
             self._said_s = now_s
             apart = f"; {self._left_out} polls left out, whose parts came further apart than one period"
             self._link.note(self._meter.text(self._poll.rate_Hz) + (apart if self._left_out else ""))
+
+    def _numbered(self, slot: int) -> int:
+        """Return the sequence number of the sample of a slot."""
+        last, self._last_slot = self._last_slot, slot
+        if last is not None:
+            missed = slot - last - 1
+            self._number += 1 + (missed if missed >= PAUSE else 0)
+        return self._number
 
     def _read_all(self) -> tuple[dict[str, float | int], PolledAt]:
         """Read each group of channels once.

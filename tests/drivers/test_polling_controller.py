@@ -198,6 +198,11 @@ def test_what_a_register_cannot_resolve_is_said(served: Served) -> None:
     assert "target 1.2345 mm is sent as 1.23 (one count of the register is 0.01 mm)" in event
 
 
+def test_a_late_poll_is_no_gap_and_a_pause_is(served: Served) -> None:
+    numbered = served.controller._numbered
+    assert [numbered(slot) for slot in (3, 4, 7, 12, 13, 19, 20, 1020)] == [0, 1, 2, 3, 4, 10, 11, 1011]
+
+
 def test_a_cut_wire_is_a_fault_and_then_a_counted_gap(served: Served) -> None:
     controller = served.controller
     controller.connect()

@@ -78,8 +78,9 @@ def test_samples_follow_each_other_or_a_counted_gap_says_so(bench: Bench) -> Non
     sequence = np.concatenate([b.first_sequence + np.arange(len(b.time_us)) for b in bench.blocks])
     period_us = 1e6 / bench.controller.facts.rate_Hz
     assert np.all(np.diff(time_us) > 0)
-    if bench.polled:  # the computer's clock: late by scheduling, never by a slot unnoticed
-        np.testing.assert_allclose(time_us - time_us[0], (sequence - sequence[0]) * period_us, atol=1e6)
+    if bench.polled:  # by the computer's clock: late, by scheduling, but no long pause without a counted gap
+        pause_us = np.diff(time_us) / np.diff(sequence)
+        assert np.max(pause_us) < 8.0 * period_us
     else:
         np.testing.assert_allclose(
             time_us - time_us[0], (sequence - sequence[0]) * period_us, atol=0.5 * period_us
