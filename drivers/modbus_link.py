@@ -93,6 +93,11 @@ class ModbusLink:
         """Wire and unit, for messages."""
         return f"{self._wire.address} unit {self._device_id}"
 
+    @property
+    def bytes_per_s(self) -> float:
+        """What the wire can carry."""
+        return self._wire.bytes_per_s
+
     def open(self) -> None:
         """Connect, if not connected.
 

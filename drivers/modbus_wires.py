@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import socket
 import struct
 import termios
@@ -71,6 +72,11 @@ class Wire(Protocol):
         """Where it leads, for messages."""
         ...
 
+    @property
+    def bytes_per_s(self) -> float:
+        """What it can carry; infinite where something else is the bound."""
+        ...
+
     def open(self, timeout_s: float) -> Client:
         """Return an open client of pymodbus that does not retry by itself.
 
@@ -103,6 +109,11 @@ class TcpWire:
     def address(self) -> str:
         """``host:port``."""
         return f"{self._host}:{self._port}"
+
+    @property
+    def bytes_per_s(self) -> float:
+        """No bound that matters here."""
+        return math.inf
 
     def open(self, timeout_s: float) -> ModbusTcpClient:
         """Connect, without delay of small segments.
@@ -161,6 +172,11 @@ class RtuWire:
     def address(self) -> str:
         """Device and line settings."""
         return f"{self._port} ({self._baud} baud, 8 data bits, {self._parity} parity, {self._stop_bits} stop)"
+
+    @property
+    def bytes_per_s(self) -> float:
+        """By baud rate and bits of a character: start, eight data, parity, stop."""
+        return self._baud / (9 + (self._parity != "none") + self._stop_bits)
 
     def open(self, timeout_s: float) -> ModbusSerialClient:
         """Open the serial device for this program alone, and forget what came before.

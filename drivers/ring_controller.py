@@ -67,12 +67,24 @@ class RingController(RegisterController):
         rate_Hz = identity.sample_rate_Hz
         if self._reader is None:
             self._reader = RingReader(self._profile, rate_Hz)
+            self._look_at_line(rate_Hz)
         elif rate_Hz != self.facts.rate_Hz:
             raise self._panel.fault(f"its sample rate changed from {self.facts.rate_Hz:g} to {rate_Hz:g} Hz")
         facts = self._profile.facts
         device = f"{facts.id} edition {facts.edition} at {self._link.address}, serial {identity.serial}"
         self.facts = StreamFacts(STREAM, "device", self._channels, rate_Hz, device)
         return identity
+
+    def _look_at_line(self, rate_Hz: float) -> None:
+        """Say if the wire cannot carry what the controller samples."""
+        ring = self._profile.ring
+        request, reply = 17, 5 + 2 * ring.registers  # bytes of function 23 on a serial line
+        most_Hz = ring.samples_per_block * self._link.bytes_per_s / (request + reply)
+        if rate_Hz > most_Hz:
+            self._link.note(
+                f"SAMPLES WILL BE LOST: the line carries {most_Hz:.0f} samples/s at most, the controller "
+                f"takes {rate_Hz:g}; set a higher baud rate or a lower sample rate"
+            )
 
     def read_block(self) -> SampleBlock | None:
         """Get the next samples from the ring (None where there are none yet) and acknowledge the last.

@@ -212,3 +212,15 @@ def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
         first.close()
         second.close()
         asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)
+
+
+def test_a_line_too_slow_for_the_ring_is_said(
+    line: tuple[RtuWire, Script, RingDevice], profile: Profile, tmp_path: Path
+) -> None:
+    """14 samples of 264 characters of 11 bits: 115200 baud carry 555 samples/s."""
+    wire, _, _ = line
+    controller = RingController(ModbusLink(wire, timeout_s=TIMEOUT_S), profile, CHANNELS, WallClock())
+    controller.connect()
+    (event,) = controller.events()
+    assert "SAMPLES WILL BE LOST: the line carries 555 samples/s at most, the controller takes 1000" in event
+    controller.close()

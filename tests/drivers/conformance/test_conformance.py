@@ -24,7 +24,7 @@ from tests.drivers.conformance import peers
 from tests.drivers.conftest import SAMPLE_STAND
 
 CHANNELS = load_stand(SAMPLE_STAND).controller.channel
-BAUD = "115200"
+BAUD = "460800"  # enough for 1000 samples/s
 
 
 @pytest.fixture(scope="module")
