@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import date
 
 import numpy as np
@@ -48,6 +48,8 @@ SENSOR_RATE_TOLERANCE = 0.05
 SLOW_RATE_TOLERANCE = 0.5
 """Shares by which rates may differ from those stated: controller, amplifier, temperature sensors."""
 _POLL_S = 0.01
+_BLOCKS_AT_ONCE = 50
+_LEAST_SAMPLES = 100
 
 
 def check_stand(
@@ -144,14 +146,7 @@ def _controller_rows(
         return
     if watch_s > 0.0:
         seen = _watch(controller, clock, newest, watch_s)
-        yield rate_row(
-            "controller",
-            "sample rate",
-            seen.samples / seen.span_s,
-            identity.sample_rate_Hz,
-            seen.lost,
-            tolerance=RATE_TOLERANCE,
-        )
+        yield _sample_rate_row(seen, identity.sample_rate_Hz)
         yield drift_row(fit_drift(seen.host_s, seen.trip_s, seen.tick_us))
         newest = seen.newest
     values = _mean_values(controller.facts.channels, newest)
@@ -172,43 +167,52 @@ def _implausible(row: CheckRow, channel: Channel, block: SampleBlock) -> CheckRo
     return replace(row, verdict=Verdict.FAULT, remark=found[0].what) if found else row
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Seen:
-    """What came of a controller while it was watched."""
+    """What came of a controller while it was watched; counted from when the ring's history was read."""
 
     newest: SampleBlock
-    samples: int
-    lost: int
-    span_s: float
-    host_s: list[float]
-    trip_s: list[float]
-    tick_us: list[int]
+    samples: int = 0
+    lost: int = 0
+    since_s: float | None = None
+    host_s: list[float] = field(default_factory=list)
+    trip_s: list[float] = field(default_factory=list)
+    tick_us: list[int] = field(default_factory=list)
 
 
 def _watch(controller: Controller, clock: Clock, newest: SampleBlock, watch_s: float) -> _Seen:
     """Read samples and clock of a controller for a while."""
-    host_s: list[float] = []
-    trip_s: list[float] = []
-    tick_us: list[int] = []
-    samples = lost = 0
-    first_s = newest.received_s
+    seen = _Seen(newest)
     end_s = clock.wall_s() + watch_s
     while clock.wall_s() < end_s:
         asked_s = clock.wall_s()
         status = controller.status()
         answered_s = clock.wall_s()
         if status.tick_us is not None:
-            host_s.append(0.5 * (asked_s + answered_s))
-            trip_s.append(answered_s - asked_s)
-            tick_us.append(status.tick_us)
-        while (block := controller.read_block()) is not None:
-            samples += len(block.time_us) + block.lost
-            lost += block.lost
-            newest = block
-            if clock.wall_s() >= end_s:
+            seen.host_s.append(0.5 * (asked_s + answered_s))
+            seen.trip_s.append(answered_s - asked_s)
+            seen.tick_us.append(status.tick_us)
+        for _ in range(_BLOCKS_AT_ONCE):
+            block = controller.read_block()
+            if block is None:
+                seen.since_s = seen.newest.received_s if seen.since_s is None else seen.since_s
                 break
+            seen.newest = block
+            if seen.since_s is not None:
+                seen.samples += len(block.time_us) + block.lost
+                seen.lost += block.lost
         clock.sleep(_POLL_S)
-    return _Seen(newest, samples, lost, max(newest.received_s - first_s, 1e-9), host_s, trip_s, tick_us)
+    return seen
+
+
+def _sample_rate_row(seen: _Seen, stated_Hz: float) -> CheckRow:
+    """Return how many samples a second come; of a ring with a long history that may not be known yet."""
+    span_s = 0.0 if seen.since_s is None else seen.newest.received_s - seen.since_s
+    if span_s * stated_Hz < _LEAST_SAMPLES:
+        remark = "its ring held more than could be read meanwhile; watch it longer (--watch)"
+        return CheckRow("controller", "sample rate", "—", Verdict.NOTE, remark)
+    rate_Hz = seen.samples / span_s
+    return rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=RATE_TOLERANCE)
 
 
 def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:

@@ -75,7 +75,8 @@ def _show(rows: Sequence[CheckRow]) -> None:
         click.secho(device, bold=True)
         for row in found:
             word, colour = _MARKS[row.verdict]
-            click.echo(f"  {click.style(f'{word:5}', fg=colour)}  ", nl=False)
+            mark = click.style(f"{word:5}", fg=colour) if colour else f"{word:5}"
+            click.echo(f"  {mark}  ", nl=False)
             indent = " " * (11 + widest)
             value = row.value if row.age_s is None else f"{row.value}, {_age(row.age_s)}"
             click.echo(_wrapped(f"{row.item:{widest}}  {value}", width - 1, 9, indent))

@@ -26,6 +26,7 @@ _FRAMES: Mapping[str, Mapping[str, Setting]] = {
     "duplicate": _SHARE,
     "reorder": _SHARE,
 }
+_ON_LINE = {kind: settings for kind, settings in _FRAMES.items() if kind != "reorder"}
 FRAME_KINDS = tuple(_FRAMES)
 """Faults of what is sent: ``share`` of all frames, picked by the schedule's seed."""
 
@@ -42,7 +43,7 @@ FAULTS: Mapping[str, Mapping[str, Mapping[str, Setting]]] = {
         "overrun": {"keep": 0.0},
     },
     "channel": {"broken": {"side": "low"}, "stuck": {}},
-    "amplifier": {"silent": {}, "overload": {}, "resync": {"bytes": 2.0}, **_FRAMES},
+    "amplifier": {"silent": {}, "overload": {}, "resync": {"bytes": 2.0}, **_ON_LINE},
     "temperature": {
         kind: {}
         for kind in (
