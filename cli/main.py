@@ -20,6 +20,7 @@ COMMANDS = {
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
     "check": "Read every device of a stand once; say what is stale or out of range.",
     "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
+    "fault": "Let a device of a simulated stand that is being served fail, or mend it.",
     "import": "Turn foreign records (CSV) into run files.",
     "evaluate": "Evaluate runs or campaigns: energies, damping, stiffness, EN 15551.",
     "skew": "Measure the skew of force and stroke on an elastic reference; what 1 ms changes.",

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from daq.blocks import join_blocks
 from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
+from daq.plausibility_guard import PlausibilityGuard
 from daq.scaling import ScaledBlock, scale
 from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand
+from foundation.channel import Branch
 from foundation.clock import Clock
 from foundation.errors import DeviceFault
 
@@ -152,6 +154,10 @@ class Acquisition:
         self._facts = {stand.controller.facts.name: stand.controller.facts} | {
             sensor.facts.name: sensor.facts for sensor in stand.sensors
         }
+        self._branches = {
+            channel.name: Branch() for facts in self._facts.values() for channel in facts.channels
+        }
+        self._plausibility = PlausibilityGuard(stand.controller.facts)
         self._recorder: Recorder | None = None
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
@@ -275,8 +281,10 @@ class Acquisition:
         """Record first, judge second: the sample that trips is in the run."""
         if self._recorder is not None:
             self._recorder.append(block.stream, block.first_sequence, block.time_us, block.counts, block.lost)
-        scaled = scale(block, self._facts[block.stream])
+        scaled = scale(block, self._facts[block.stream], self._branches)
         if block.stream == CONTROLLER_STREAM:
+            for trip in self._plausibility.look(block, scaled):
+                self.panel.latch(trip)
             self._samples += len(scaled)
             self._lost += block.lost
             self._keep_anchor(scaled)

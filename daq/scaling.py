@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.interfaces import SampleBlock, StreamFacts
+from foundation.channel import Branch
 
 STROKE_WIRES = ("stroke_1", "stroke_2")
 """The two draw wires on the buffer."""
@@ -47,7 +48,9 @@ class ScaledBlock:
         return len(self.time_us)
 
 
-def scale(block: SampleBlock, facts: StreamFacts) -> ScaledBlock:
+def scale(
+    block: SampleBlock, facts: StreamFacts, branches: Mapping[str, Branch] | None = None
+) -> ScaledBlock:
     """Return a block with its channels calibrated and the derived signals added.
 
     Parameters
@@ -56,6 +59,8 @@ def scale(block: SampleBlock, facts: StreamFacts) -> ScaledBlock:
         As delivered by the device.
     facts : StreamFacts
         What its stream is made of; a channel without counts in the block is left out.
+    branches : mapping of str to Branch, optional
+        Memory of the rising and falling branch, by channel, from the block before.
 
     Returns
     -------
@@ -63,7 +68,9 @@ def scale(block: SampleBlock, facts: StreamFacts) -> ScaledBlock:
         Same rows, same time stamps.
     """
     values = {
-        channel.name: channel.calibration.apply(block.counts[channel.name])
+        channel.name: channel.calibration.apply(
+            block.counts[channel.name], (branches or {}).get(channel.name)
+        )
         for channel in facts.channels
         if channel.name in block.counts
     }

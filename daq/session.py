@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from datetime import date
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,6 +19,7 @@ from daq.panel import GuardPanel, GuardSet
 from daq.progress import Phase, Progress, ProgressSink, Throttle
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.signals import StopRequest
+from daq.validity import expired_calibrations
 from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
 from foundation.errors import DeviceFault
@@ -143,7 +145,7 @@ class Session:
             self._plan.limits,
             self._stand,
             ambient=self._facts.ambient(),
-            settings=self._settings.guards,
+            settings=self._guard_settings(),
         )
         panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
         acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
@@ -157,11 +159,19 @@ class Session:
             pump=self._tick,
         )
         self._alive = _Alive(identity, guards, panel, acquisition, driver, safe_stop)
+        for text in self._expired():
+            self._progress.message(f"WARNING: {text}")
         self._first_look(self._alive)
         if must_be_cool and (why := panel.warmer_than()):
             stream = why.partition(" ")[0]
             raise Halt(self.trip_of(stream, f"still too warm to go on: {why}", device_fault=False))
         self._switch_on()
+
+    def _guard_settings(self) -> GuardSettings:
+        """Return how the guards judge the stand, with the tilt that its own file allows."""
+        tilt_mm = (self._facts.stand.get("stand") or {}).get("tilt_max_mm")
+        guards = self._settings.guards
+        return guards if tilt_mm is None else replace(guards, tilt_mm=float(tilt_mm))
 
     def _first_look(self, alive: _Alive) -> None:
         """Watch until every sensor has spoken; a silent one trips by itself when its grace is over."""
@@ -230,6 +240,8 @@ class Session:
             if where is not None:
                 alive.acquisition.attach(self._make_recorder(*where, self._document(where[1], step)))
             alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
+            for text in self._expired():
+                alive.acquisition.say("calibration", text)
             self._motions(step, motions)
             self._catch_up()  # what was sampled until the last motion's end
             alive.driver.obey()
@@ -244,6 +256,10 @@ class Session:
             raise
         if unsealed := self._close_run("complete", ""):
             raise Halt(unsealed)
+
+    def _expired(self) -> list[str]:
+        """Return what is to be said about calibrations that have expired by today."""
+        return expired_calibrations(self._stand, date.today())  # noqa: DTZ011 - the lab's day
 
     def _halt_of(self, error: BaseException) -> Halt:
         if isinstance(error, DeviceFault):

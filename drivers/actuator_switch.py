@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 from drivers import cia402
-from drivers.interfaces import CommandRejected
+from drivers.interfaces import CommandRejected, DeviceFault
+from drivers.profile import LIMITS
 from drivers.register_panel import FAULT_TEXTS, RegisterPanel
+from drivers.writer_lock import WriterLock
 
 _INTERMEDIATE_S = 0.1
 
@@ -18,11 +21,14 @@ class ActuatorSwitch:
     ----------
     panel : RegisterPanel
         The controller's registers.
+    lock : WriterLock
+        The right to give commands.
     """
 
-    def __init__(self, panel: RegisterPanel) -> None:
+    def __init__(self, panel: RegisterPanel, lock: WriterLock) -> None:
         self._panel = panel
-        self._limits = panel.profile.block("force_limit", "stroke_limit")
+        self._lock = lock
+        self._limits = panel.profile.span(LIMITS)
         self._beat: int | None = None
 
     def feed_watchdog(self) -> None:
@@ -35,7 +41,10 @@ class ActuatorSwitch:
         """
         if self._beat is None:
             register = self._panel.profile.find("watchdog_feed")
-            self._beat = self._panel.link.read(register.address, 1, "the last heartbeat")[0]
+            link = self._panel.link
+            self._beat = self._panel.ask_again(lambda: link.read(register.address, 1, "the last heartbeat"))[
+                0
+            ]
         self._beat = (self._beat + 1) % 0x10000
         self._panel.set("watchdog_feed", self._beat)
 
@@ -54,7 +63,8 @@ class ActuatorSwitch:
         CommandRejected
             If a value is none that can be sent.
         DeviceFault
-            If the wire fails, the device keeps other values, or a state is not reached in time.
+            If the wire fails, another program gives commands, the device keeps other values, or a state is
+            not reached in time.
         """
         panel = self._panel
         if not 0 < watchdog_ms <= 0xFFFF:
@@ -64,12 +74,13 @@ class ActuatorSwitch:
                 f"limits of {force_limit_kN} kN and {stroke_limit_mm} mm were not sent: they must be positive"
             )
         limits = self._limits.encode({"force_limit": force_limit_kN, "stroke_limit": stroke_limit_mm})
+        self._lock.claim()
         panel.set("watchdog_time", watchdog_ms)
         panel.link.write(self._limits.address, limits, "limits")
         panel.demand_kept(
             "watchdog_time", "watchdog_time", panel.profile.encode("watchdog_time", watchdog_ms)
         )
-        panel.demand_kept("force_limit", "stroke_limit", limits)
+        panel.demand_kept(self._limits.places[0].name, self._limits.places[-1].name, limits)
         self.feed_watchdog()
         values = panel.read_status()
         if int(values["status_word"]) & cia402.FAULT_BIT:
@@ -95,6 +106,8 @@ class ActuatorSwitch:
         self._panel.demand_state(
             lambda word: not word & cia402.OPERATION_BIT, "the actuator off after control word 0x0000"
         )
+        with suppress(DeviceFault):  # it is off; the lock frees itself in time
+            self._lock.give_back()
 
     def _reset_fault(self, code: int) -> None:
         text = FAULT_TEXTS.get(code, f"unknown fault {code}")

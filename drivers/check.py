@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import date
 
 import numpy as np
 
+from drivers.check_clock import drift_row, fit_drift
+from drivers.check_hints import controller_hint, port_hint
 from drivers.check_rows import (
     CheckRow,
     Verdict,
@@ -15,6 +19,7 @@ from drivers.check_rows import (
     channels_of,
     difference_row,
     force_rows,
+    rate_row,
     value_row,
 )
 from drivers.connect import build_controller, build_sensors
@@ -24,6 +29,7 @@ from drivers.stand_file import StandFile
 from drivers.w1_folder import roms_on_bus
 from foundation.channel import Channel
 from foundation.clock import Clock
+from foundation.plausibility import Watch
 
 ROUND_TRIPS = 50
 """Status reads whose duration is measured."""
@@ -35,10 +41,20 @@ SECOND_CHANCE_S = 1.5
 """Wait for a reading after a fault of the same sensor [s of wall time]."""
 STALE_S = 5.0
 """A reading older than this, and than three of its periods, is stale [s of stand time]."""
+WATCH_S = 5.0
+"""Time over which rate and clock of the controller are watched [s of wall time]."""
+RATE_TOLERANCE = 0.02
+SENSOR_RATE_TOLERANCE = 0.05
+SLOW_RATE_TOLERANCE = 0.5
+"""Shares by which rates may differ from those stated: controller, amplifier, temperature sensors."""
 _POLL_S = 0.01
+_BLOCKS_AT_ONCE = 50
+_LEAST_SAMPLES = 100
 
 
-def check_stand(stand_file: StandFile, clock: Clock, today: date | None = None) -> list[CheckRow]:
+def check_stand(
+    stand_file: StandFile, clock: Clock, today: date | None = None, *, watch_s: float = WATCH_S
+) -> list[CheckRow]:
     """Connect to each device in turn, read it, and judge what comes; nothing is moved or set.
 
     A device that fails is a row, not an exception, and the others are still read.
@@ -51,38 +67,70 @@ def check_stand(stand_file: StandFile, clock: Clock, today: date | None = None) 
         Stand and wall time.
     today : date, optional
         Day by which calibrations are judged; the present one without it.
+    watch_s : float
+        Wall time over which rate and clock of the controller are watched [s]; 0 leaves both out.
 
     Raises
     ------
     BadInput
         If the controller's register profile cannot be read.
     """
+    controller, sensors = build_controller(stand_file, clock), build_sensors(stand_file, clock)
+    root = stand_file.w1_root()
+    return [
+        *check_devices(stand_file, controller, sensors, clock, watch_s=watch_s),
+        *bus_rows(stand_file, () if root is None else roms_on_bus(root)),
+        *calibration_rows(channels_of(stand_file), today or date.today()),  # noqa: DTZ011 - the lab's day
+    ]
+
+
+def check_devices(
+    stand_file: StandFile,
+    controller: Controller,
+    sensors: Sequence[Sensor],
+    clock: Clock,
+    *,
+    watch_s: float = WATCH_S,
+) -> list[CheckRow]:
+    """Read devices that are there already, as :func:`check_stand` does; lets go of them at the end.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        What they are said to be.
+    controller, sensors
+        Not connected or started yet.
+    clock : Clock
+        Stand and wall time.
+    watch_s : float
+        Wall time over which rate and clock of the controller are watched [s]; 0 leaves both out.
+    """
     rows: list[CheckRow] = []
     forces: dict[str, float] = {}
-    controller = build_controller(stand_file, clock)
     try:
-        for row in _controller_rows(controller, stand_file, clock, forces):
-            rows.append(row)  # noqa: PERF402 - what came before a fault must be kept
-    except DeviceFault as fault:
-        rows.append(CheckRow("controller", "connection", "", Verdict.FAULT, str(fault)))
-    finally:
-        rows += [CheckRow("controller", "wire", "", Verdict.NOTE, event) for event in controller.events()]
-        controller.close()
-    sensors = build_sensors(stand_file, clock)
-    try:
-        rows += _sensor_rows(sensors, stand_file, clock, forces)
+        started, refused = _start(sensors)  # they read while the controller is watched
+        try:
+            for row in _controller_rows(controller, stand_file, clock, forces, watch_s):
+                rows.append(row)  # noqa: PERF402 - what came before a fault must be kept
+        except DeviceFault as fault:
+            hint = controller_hint(fault, stand_file)
+            remark = f"{fault}; {hint}" if hint else str(fault)
+            rows.append(CheckRow("controller", "connection", "", Verdict.FAULT, remark))
+        finally:
+            rows += [CheckRow("controller", "wire", "", Verdict.NOTE, event) for event in controller.events()]
+            controller.close()
+        rows += refused
+        for sensor in started:
+            rows += _reading_rows(sensor, stand_file, clock, forces)
     finally:
         for sensor in sensors:
             sensor.close()
     rows += force_rows(forces, stand_file)
-    root = stand_file.w1_root()
-    rows += bus_rows(stand_file, () if root is None else roms_on_bus(root))
-    rows += calibration_rows(channels_of(stand_file), today or date.today())  # noqa: DTZ011 - the lab's day
     return rows
 
 
 def _controller_rows(
-    controller: Controller, stand_file: StandFile, clock: Clock, forces: dict[str, float]
+    controller: Controller, stand_file: StandFile, clock: Clock, forces: dict[str, float], watch_s: float
 ) -> Iterator[CheckRow]:
     identity = controller.connect()
     yield CheckRow(
@@ -91,19 +139,80 @@ def _controller_rows(
         f"{identity.device}, serial {identity.serial}, {identity.sample_rate_Hz:g} Hz, at {identity.address}",
     )
     yield from _liveness_rows(controller, clock)
-    block = _newest_block(controller, clock)
-    if block is None:
+    newest = _newest_block(controller, clock)
+    if newest is None:
         remark = "its ring stays empty; look whether sampling is switched on in the controller"
         yield CheckRow("controller", "samples", "none", Verdict.FAULT, remark)
         return
-    values = _mean_values(controller.facts.channels, block)
+    if watch_s > 0.0:
+        seen = _watch(controller, clock, newest, watch_s)
+        yield _sample_rate_row(seen, identity.sample_rate_Hz)
+        yield drift_row(fit_drift(seen.host_s, seen.trip_s, seen.tick_us))
+        newest = seen.newest
+    values = _mean_values(controller.facts.channels, newest)
     forces["force"] = values["force"]
-    age_s = clock.now_s() - block.received_s
+    age_s = clock.now_s() - newest.received_s
     for channel in controller.facts.channels:
-        yield value_row(
+        row = value_row(
             "controller", channel, values[channel.name], stand_file, age_s=age_s, stale_after_s=STALE_S
         )
-    yield difference_row(values["stroke_1"], values["stroke_2"])
+        yield _implausible(row, channel, newest)
+    yield difference_row(values["stroke_1"], values["stroke_2"], stand_file.stand.tilt_max_mm)
+
+
+def _implausible(row: CheckRow, channel: Channel, block: SampleBlock) -> CheckRow:
+    """Return the row, as a fault where the channel's own limits say that transducer or wire has failed."""
+    raw = block.counts[channel.name]
+    found = Watch(channel).look(block.time_us, raw, channel.calibration.apply(raw))
+    return replace(row, verdict=Verdict.FAULT, remark=found[0].what) if found else row
+
+
+@dataclass
+class _Seen:
+    """What came of a controller while it was watched; counted from when the ring's history was read."""
+
+    newest: SampleBlock
+    samples: int = 0
+    lost: int = 0
+    since_s: float | None = None
+    host_s: list[float] = field(default_factory=list)
+    trip_s: list[float] = field(default_factory=list)
+    tick_us: list[int] = field(default_factory=list)
+
+
+def _watch(controller: Controller, clock: Clock, newest: SampleBlock, watch_s: float) -> _Seen:
+    """Read samples and clock of a controller for a while."""
+    seen = _Seen(newest)
+    end_s = clock.wall_s() + watch_s
+    while clock.wall_s() < end_s:
+        asked_s = clock.wall_s()
+        status = controller.status()
+        answered_s = clock.wall_s()
+        if status.tick_us is not None:
+            seen.host_s.append(0.5 * (asked_s + answered_s))
+            seen.trip_s.append(answered_s - asked_s)
+            seen.tick_us.append(status.tick_us)
+        for _ in range(_BLOCKS_AT_ONCE):
+            block = controller.read_block()
+            if block is None:
+                seen.since_s = seen.newest.received_s if seen.since_s is None else seen.since_s
+                break
+            seen.newest = block
+            if seen.since_s is not None:
+                seen.samples += len(block.time_us) + block.lost
+                seen.lost += block.lost
+        clock.sleep(_POLL_S)
+    return seen
+
+
+def _sample_rate_row(seen: _Seen, stated_Hz: float) -> CheckRow:
+    """Return how many samples a second come; of a ring with a long history that may not be known yet."""
+    span_s = 0.0 if seen.since_s is None else seen.newest.received_s - seen.since_s
+    if span_s * stated_Hz < _LEAST_SAMPLES:
+        remark = "its ring held more than could be read meanwhile; watch it longer (--watch)"
+        return CheckRow("controller", "sample rate", "—", Verdict.NOTE, remark)
+    rate_Hz = seen.samples / span_s
+    return rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=RATE_TOLERANCE)
 
 
 def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:
@@ -114,9 +223,10 @@ def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:
         start_s = clock.wall_s()
         status = controller.status()
         durations_ms.append((clock.wall_s() - start_s) * 1e3)
-    p50_ms, p99_ms = np.percentile(durations_ms, [50, 99])
+    p50_ms, p99_ms = (float(value) for value in np.percentile(durations_ms, [50, 99]))
     text = f"p50 {p50_ms:.2f} ms, p99 {p99_ms:.2f} ms ({ROUND_TRIPS} reads)"
-    yield CheckRow("controller", "round trip", text)
+    figures = {"round_trip_p50_ms": p50_ms, "round_trip_p99_ms": p99_ms}
+    yield CheckRow("controller", "round trip", text, figures=figures)
     deadline_s = clock.wall_s() + ANSWER_WAIT_S
     while status.heartbeat == first.heartbeat and clock.wall_s() < deadline_s:
         clock.sleep(_POLL_S)
@@ -132,6 +242,14 @@ def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:
         yield CheckRow("controller", "state", state, Verdict.FAULT, remark)
     else:
         yield CheckRow("controller", "state", state)
+    for name in ("force_kN", "stroke_mm", "position_mm", "command_mm"):
+        if not math.isfinite(getattr(status, name)):
+            remark = (
+                f"register {name.partition('_')[0]} holds no number; look at its transducer "
+                "and at the controller's own messages"
+            )
+            value = f"{name.partition('_')[0]} {getattr(status, name)}"
+            yield CheckRow("controller", "momentary values", value, Verdict.FAULT, remark)
     if status.watchdog_trips:
         remark = "a program that fed it died or lost the link since the controller was switched on"
         yield CheckRow("controller", "watchdog trips", f"{status.watchdog_trips}", Verdict.NOTE, remark)
@@ -151,34 +269,38 @@ def _newest_block(controller: Controller, clock: Clock) -> SampleBlock | None:
     return newest
 
 
-def _sensor_rows(
-    sensors: Sequence[Sensor], stand_file: StandFile, clock: Clock, forces: dict[str, float]
-) -> Iterator[CheckRow]:
+def _start(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[CheckRow]]:
+    """Begin to read the sensors; return those that do, and a row for each that does not."""
     started: list[Sensor] = []
+    refused: list[CheckRow] = []
     for sensor in sensors:
         try:
             sensor.start()
         except DeviceFault as fault:
-            yield CheckRow(sensor.facts.name, "connection", "", Verdict.FAULT, str(fault))
+            hint = port_hint(str(fault))
+            remark = f"{fault}; {hint}" if hint else str(fault)
+            refused.append(CheckRow(sensor.facts.name, "connection", "", Verdict.FAULT, remark))
         else:
             started.append(sensor)
-    for sensor in started:
-        yield from _reading_rows(sensor, stand_file, clock, forces)
+    return started, refused
 
 
 def _reading_rows(
     sensor: Sensor, stand_file: StandFile, clock: Clock, forces: dict[str, float]
 ) -> Iterator[CheckRow]:
     name, channel = sensor.facts.name, sensor.facts.channels[0]
-    block, faults = _first_reading(sensor, clock)
-    for fault in faults:
-        yield CheckRow(name, "reading", "", Verdict.FAULT, fault.what)
+    blocks, faults = _readings(sensor, clock)
+    for what in dict.fromkeys(fault.what for fault in faults):
+        yield CheckRow(name, "reading", "", Verdict.FAULT, what)
+    block = blocks[-1] if blocks else None
     if block is None:
         if not faults:
             remark = f"nothing came within {READING_WAIT_S:g} s; look at cable and power"
             yield CheckRow(name, "reading", "none", Verdict.FAULT, remark)
         return
-    yield CheckRow(name, "identity", sensor.facts.device)
+    identity = getattr(sensor, "identity", "") or sensor.facts.device
+    yield CheckRow(name, "identity", identity)
+    yield from _rate_rows(sensor, blocks)
     value = _mean_values(sensor.facts.channels, block)[channel.name]
     if channel.quantity == "force":
         forces[channel.name] = value
@@ -192,22 +314,35 @@ def _reading_rows(
     )
 
 
-def _first_reading(sensor: Sensor, clock: Clock) -> tuple[SampleBlock | None, list[SensorFault]]:
-    """Wait for a block of a sensor, not long after a fault; get it and every fault that came."""
+def _readings(sensor: Sensor, clock: Clock) -> tuple[list[SampleBlock], list[SensorFault]]:
+    """Return all that has come of a sensor, waiting for a first block, not long after a fault."""
     deadline_s = clock.wall_s() + READING_WAIT_S
-    block: SampleBlock | None = None
+    blocks: list[SampleBlock] = []
     faults: list[SensorFault] = []
-    while block is None and clock.wall_s() < deadline_s:
+    while True:
         for item in sensor.drain():
             if isinstance(item, SampleBlock):
-                block = item
+                blocks.append(item)
                 continue
             if not faults:
                 deadline_s = min(deadline_s, clock.wall_s() + SECOND_CHANCE_S)
             faults.append(item)
-        if block is None:
-            clock.sleep(_POLL_S)
-    return block, faults
+        if blocks or clock.wall_s() >= deadline_s:
+            return blocks, faults
+        clock.sleep(_POLL_S)
+
+
+def _rate_rows(sensor: Sensor, blocks: Sequence[SampleBlock]) -> Iterator[CheckRow]:
+    """Yield how often a sensor delivers, where enough has come to tell."""
+    values = sum(len(block.time_us) for block in blocks) - len(blocks[0].time_us)
+    lost = sum(block.lost for block in blocks[1:])
+    span_s = (int(blocks[-1].time_us[-1]) - int(blocks[0].time_us[-1])) * 1e-6
+    if values < 2 or span_s * sensor.facts.rate_Hz < 2.0:
+        return
+    tolerance = SENSOR_RATE_TOLERANCE if sensor.facts.rate_Hz > 10.0 else SLOW_RATE_TOLERANCE
+    yield rate_row(
+        sensor.facts.name, "rate", (values + lost) / span_s, sensor.facts.rate_Hz, lost, tolerance=tolerance
+    )
 
 
 def _mean_values(channels: Sequence[Channel], block: SampleBlock) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import date, timedelta
 from enum import StrEnum
 
@@ -49,6 +49,8 @@ class CheckRow:
         What is wrong and where to look.
     age_s : float or None
         Age of a reading [s of stand time].
+    figures : mapping
+        The same as numbers, for programs; names carry their units.
     """
 
     device: str
@@ -57,6 +59,7 @@ class CheckRow:
     verdict: Verdict = Verdict.OK
     remark: str = ""
     age_s: float | None = None
+    figures: Mapping[str, float] = field(default_factory=dict)
 
 
 def value_row(
@@ -89,13 +92,41 @@ def value_row(
         remark = f"outside {low:g} … {high:g} {channel.unit}; look at transducer, cable and coefficients"
     elif age_s > stale_after_s:
         verdict, remark = Verdict.FAULT, f"stale: {age_s:.1f} s old; look at the device and its wire"
-    return CheckRow(device, channel.name, text, verdict, remark, age_s)
+    figures = {f"value_{channel.unit.removeprefix('°')}": value, "age_s": age_s}
+    return CheckRow(device, channel.name, text, verdict, remark, age_s, figures)
 
 
-def difference_row(stroke_1_mm: float, stroke_2_mm: float) -> CheckRow:
-    """Return how far the two draw wires are apart."""
+def rate_row(
+    device: str, item: str, measured_Hz: float, stated_Hz: float, lost: int, *, tolerance: float
+) -> CheckRow:
+    """Return how many values a second come, against how many should.
+
+    Parameters
+    ----------
+    device, item : str
+        As the finding names them.
+    measured_Hz, stated_Hz : float
+        By the computer's clock, and as device or stand file say.
+    lost : int
+        Values known to be lost meanwhile.
+    tolerance : float
+        Share by which they may differ.
+    """
+    text = f"{measured_Hz:.4g} Hz of {stated_Hz:.4g}" + (f", {lost} lost" if lost else "")
+    figures = {"rate_Hz": measured_Hz, "lost": float(lost)}
+    if abs(measured_Hz - stated_Hz) > tolerance * stated_Hz:
+        remark = "not the stated rate; look at its data rate, and whether line or computer are overloaded"
+        return CheckRow(device, item, text, Verdict.FAULT, remark, figures=figures)
+    if lost:
+        remark = "values were lost; look at the round trip, and whether a second program reads this device"
+        return CheckRow(device, item, text, Verdict.FAULT, remark, figures=figures)
+    return CheckRow(device, item, text, figures=figures)
+
+
+def difference_row(stroke_1_mm: float, stroke_2_mm: float, most_mm: float | None = None) -> CheckRow:
+    """Return how far the two draw wires are apart, judged by the stand's own limit if it states one [mm]."""
     apart_mm = abs(stroke_1_mm - stroke_2_mm)
-    if apart_mm <= STROKE_DIFFERENCE_MM:
+    if apart_mm <= (STROKE_DIFFERENCE_MM if most_mm is None else most_mm):
         return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm")
     remark = "the draw wires disagree; look for tilt, a slack or a snagged wire"
     return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm", Verdict.FAULT, remark)
@@ -156,8 +187,12 @@ def calibration_rows(channels: Iterable[tuple[str, Channel]], today: date) -> It
         elif end is None:
             yield CheckRow(device, item, text, Verdict.NOTE, "its certificate has no “valid_until”")
         elif end < today:
-            remark = f"expired on {end.isoformat()}; calibrate, or enter the new certificate"
-            yield CheckRow(device, item, text, Verdict.FAULT, remark)
+            ago = (today - end).days
+            remark = (
+                f"expired on {end.isoformat()}, {ago} days ago: nothing measured since can be traced; "
+                "calibrate, or enter the new certificate"
+            )
+            yield CheckRow(device, item, f"{text}, EXPIRED", Verdict.FAULT, remark)
         elif end - today <= CALIBRATION_SOON:
             yield CheckRow(device, item, text, Verdict.NOTE, f"ends soon, on {end.isoformat()}")
         else:

@@ -2,39 +2,32 @@
 
 from __future__ import annotations
 
-from drivers.gsv2 import Gsv2Amplifier
-from drivers.interfaces import Sensor, Stand
+from drivers.build_sensors import build_sensors as build_sensors  # noqa: PLC0414 - the other half of it
+from drivers.interfaces import Stand
 from drivers.modbus_link import ModbusLink
+from drivers.modbus_wires import RtuWire, TcpWire, Wire
+from drivers.polling_controller import PollingController
 from drivers.ring_controller import RingController
 from drivers.stand_file import StandFile
-from drivers.w1_folder import W1Bus
 from foundation.clock import Clock
 
 
-def build_controller(stand_file: StandFile, clock: Clock) -> RingController:
-    """Return the stand's controller, not connected yet.
+def build_controller(stand_file: StandFile, clock: Clock) -> RingController | PollingController:
+    """Return the stand's controller, not connected yet: with a ring or polled, as its profile says.
 
     Raises
     ------
     BadInput
         If its register profile cannot be read.
     """
-    settings = stand_file.controller
-    link = ModbusLink(
-        settings.host, settings.port, device_id=settings.device_id, timeout_s=settings.timeout_s
-    )
-    return RingController(link, stand_file.profile(), settings.channel, clock, timeout_s=settings.timeout_s)
-
-
-def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
-    """Return the devices beside the controller, not started yet: amplifier, then temperatures in order."""
-    sensors: list[Sensor] = []
-    port, root = stand_file.amplifier_port(), stand_file.w1_root()
-    if stand_file.amplifier is not None and port is not None:
-        sensors.append(Gsv2Amplifier(port, stand_file.amplifier, clock))
-    if stand_file.temperature is not None and root is not None:
-        sensors += W1Bus(root, stand_file.temperature, clock).sensors
-    return tuple(sensors)
+    settings, profile = stand_file.controller, stand_file.profile()
+    line = stand_file.controller_serial()
+    wire: Wire = TcpWire(settings.host, settings.port)
+    if line is not None:
+        wire = RtuWire(line, baud=settings.baud, parity=settings.parity, stop_bits=settings.stop_bits)
+    link = ModbusLink(wire, device_id=settings.device_id, timeout_s=settings.timeout_s)
+    kind = PollingController if profile.window is None else RingController
+    return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s)
 
 
 def open_stand(stand_file: StandFile, clock: Clock) -> Stand:

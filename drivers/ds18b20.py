@@ -35,6 +35,9 @@ class ReadingFault(StrEnum):
     OUT_OF_RANGE = "out-of-range"
     UNREADABLE = "unreadable"
     GARBLED = "garbled"
+    SHORTED = "shorted"
+    UNFINISHED = "unfinished"
+    UNPOWERED = "unpowered"
 
 
 FAULT_TEXTS = {
@@ -53,6 +56,11 @@ FAULT_TEXTS = {
     ReadingFault.OUT_OF_RANGE: "its value is outside −55 … 125 °C; look at the sensor",
     ReadingFault.UNREADABLE: "its file cannot be read; look at the rights on the 1-Wire folder",
     ReadingFault.GARBLED: "its file does not look like that of a DS18B20; look at the 1-Wire folder",
+    ReadingFault.SHORTED: "the data line is shorted; look at plugs and crushed cables",
+    ReadingFault.UNFINISHED: "the conversion did not end in time; look at the supply wire of every sensor "
+    "on the bus",
+    ReadingFault.UNPOWERED: "a sensor on the bus has no supply wire (parasite power); look at its plug, "
+    "use three wires, or say temperature.parasite = true",
 }
 """Each fault in words: what it is and where to look."""
 
@@ -120,6 +128,27 @@ def decode_w1_slave(text: str) -> Reading | ReadingFault:
     if line[3].upper() == "NO":
         return ReadingFault.CRC_REFUSED
     return decode_scratchpad(scratchpad)
+
+
+def decode_temperature(text: str) -> Reading | ReadingFault | None:
+    """Return the reading in the text of a ``temperature`` file, why it holds none, or None if it cannot tell.
+
+    The file has a number only [1/1000 °C, cut towards zero]: 85 °C may be the power-on value, and 0 °C an
+    all-zero scratchpad. Its resolution is taken as 12 bit.
+    """
+    shown = text.strip()
+    if not shown:
+        return ReadingFault.EMPTY
+    if not re.fullmatch(r"-?\d{1,6}", shown):
+        return ReadingFault.GARBLED
+    count = round(int(shown) * 16 / 1000)
+    if count in {POWER_ON_COUNT, 0}:
+        return None
+    if count == NO_POWER_COUNT:
+        return ReadingFault.NO_POWER
+    if not LOWEST_COUNT <= count <= HIGHEST_COUNT:
+        return ReadingFault.OUT_OF_RANGE
+    return Reading(count, 12)
 
 
 def looks_genuine(rom: str) -> bool:

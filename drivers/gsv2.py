@@ -1,36 +1,51 @@
-"""ME GSV-2 measuring amplifier on a serial line: a stream of values, read in a thread of its own."""
+"""ME GSV-2 measuring amplifier on a serial line: its commands, and the stream of values that it sends.
+
+Sources: ME-Messysteme, GSV-2AS manual: data output (p. 16), table of commands (p. 18), read frequency
+(p. 29), transmission mode (p. 38). Where no text was found it is said; see docs/sensors.md.
+"""
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-import serial
-
-from drivers.gsv2_frames import FrameDecoder
-from drivers.host_stamps import HostStamps
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
-from drivers.mailbox import Mailbox
+from drivers.amplifier_settings import Gsv2Settings
+from drivers.gsv2_frames import SHORT, FrameDecoder
+from drivers.interfaces import DeviceFault
+from drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
+from drivers.serial_line import Line
 from drivers.stand_file import AmplifierSettings
+from drivers.text_values import LineDecoder, decimal_counts
 from foundation.clock import Clock
 
-STREAM = "amplifier"
-
 SET_ZERO = b"\x0c"
+SET_FREQUENCY = b"\x12"
 READ_FREQUENCY = b"\x16"
+GET_SERIAL_NUMBER = b"\x1f"
 STOP = b"\x23"
 START = b"\x24"
+SET_MODE = b"\x26"
+GET_MODE = b"\x27"
+FIRMWARE_VERSION = b"\x2b"
+SET_TX_MODE = b"\x80"
+GET_TX_MODE = b"\x81"
 
-SILENCE_S = 1.0
-"""Wall time without a frame after which the amplifier counts as silent [s]."""
-_POLL_S = 0.01
-_READ_S = 0.05
-_QUIET_S = 0.5
-_RETRY_S = 1.0
+MODE_TEXT = 0x02
+"""Bit of the mode register for lines of text (its place is not in any text found; read back)."""
+TX_FIVE_BYTES = 0x08
+"""Bit of the transmission mode for frames of five bytes instead of three."""
+
 _RATE_TOLERANCE = 0.01
+_FORMS = {
+    "binary5": "5-byte binary frames",
+    "binary3": "3-byte binary frames",
+    "text": "lines of text with the stated decimals",
+}
+_SATURATION: Mapping[str, tuple[float, float] | None] = {
+    "binary5": (-0x800000, 0x7FFFFF),
+    "binary3": (-0x8000, 0x7FFF),
+    "text": None,
+}
 
 
 def frequency_of(register: int) -> float:
@@ -59,227 +74,136 @@ def register_of(rate_Hz: float) -> int:
     return register
 
 
-class Gsv2Amplifier:
-    """Sensor of :mod:`drivers.interfaces`: force through a second amplifier, stamped with host time.
+class Gsv2Dialect:
+    """The commands of a GSV-2: stop, look, set up, start.
+
+    Parameters
+    ----------
+    settings : AmplifierSettings
+        With the data rate, and the table ``gsv2``.
+    """
+
+    request = b""
+
+    def __init__(self, settings: AmplifierSettings) -> None:
+        self._rate_Hz = settings.rate_Hz
+        self._settings: Gsv2Settings = settings.gsv2
+        self.saturation = _SATURATION[settings.gsv2.frame]
+        self.form = _FORMS[settings.gsv2.frame]
+        self.identity = ""
+
+    def begin(self, line: Line, complain: Complain) -> Decoder:
+        """Stop the stream, set up or check form and rate, start it.
+
+        Raises
+        ------
+        DeviceFault
+            If the amplifier is set to another rate or form than the stand file says.
+        """
+        line.write(STOP)
+        quiet = line.quieten()
+        if not quiet:
+            complain("it does not stop sending on command 0x23; its data rate could not be checked")
+        else:
+            if self._settings.set_up:
+                self._set_up(line)
+            self._check_rate(line, complain)
+        line.write(START)
+        return self._decoder(aligned=quiet)
+
+    def restart(self, line: Line) -> Decoder:
+        """Stop and start the stream, so that its first byte begins a frame."""
+        line.write(STOP)
+        quiet = line.quieten()
+        line.write(START)
+        return self._decoder(aligned=quiet)
+
+    def zero(self, line: Line) -> Decoder | None:
+        """Set the present value as zero (0x0C); the stream need not stop for it."""
+        line.write(SET_ZERO)
+        return None
+
+    def judge(self, values: Sequence[Value]) -> Iterable[tuple[str, str]]:
+        """Yield nothing: the frames carry no word about the measurement."""
+        del values
+        return ()
+
+    def _decoder(self, *, aligned: bool) -> Decoder:
+        match self._settings.frame:
+            case "binary3":
+                return FrameDecoder(aligned=aligned, form=SHORT)
+            case "text":
+                decimals = self._settings.decimals
+                return LineDecoder(lambda text: decimal_counts(text, decimals), aligned=aligned)
+            case _:
+                return FrameDecoder(aligned=aligned)
+
+    def _set_up(self, line: Line) -> None:
+        """Read who it is; set form and rate; read back what can be read back."""
+        firmware = self._demand(line, FIRMWARE_VERSION, 2, "firmware version")
+        serial_number = self._demand(line, GET_SERIAL_NUMBER, 8, "serial number")
+        shown = serial_number.decode("ascii", errors="replace").strip("\0 ")
+        self.identity = f"GSV-2 serial {shown}, firmware {firmware[0]}.{firmware[1]:02d}"
+        text = self._settings.frame == "text"
+        mode = self._demand(line, GET_MODE, 1, "mode")[0]
+        self._set(line, SET_MODE, GET_MODE, mode, MODE_TEXT, text, "mode")
+        if not text:
+            tx_mode = self._demand(line, GET_TX_MODE, 1, "transmission mode")[0]
+            five = self._settings.frame == "binary5"
+            self._set(line, SET_TX_MODE, GET_TX_MODE, tx_mode, TX_FIVE_BYTES, five, "transmission mode")
+        if self._settings.rate_code is not None:
+            line.write(SET_FREQUENCY + self._settings.rate_code.to_bytes(2, "big"))
+
+    def _set(self, line: Line, write: bytes, read: bytes, now: int, bit: int, on: bool, name: str) -> None:
+        """Set one bit of a register and see that it is set; leave the others as they are."""
+        if bool(now & bit) == on:
+            return
+        wanted = now | bit if on else now & ~bit
+        line.write(write + bytes([wanted]))
+        got = self._demand(line, read, 1, name)[0]
+        if bool(got & bit) != on:
+            raise DeviceFault(
+                f"{line.name}: its {name} stays at 0x{got:02X} and cannot be set to {self.form}; "
+                "look whether changes are locked (jumper JP2), or set it with the maker's program"
+            )
+
+    @staticmethod
+    def _demand(line: Line, question: bytes, count: int, name: str) -> bytes:
+        answer = line.ask(question, count)
+        if len(answer) < count:
+            raise DeviceFault(
+                f"{line.name}: no answer to “{name}” (0x{question[0]:02X}); "
+                "look at the baud rate, the cable's transmit wire, and whether it is a GSV-2"
+            )
+        return answer
+
+    def _check_rate(self, line: Line, complain: Complain) -> None:
+        """Ask for the frequency register; a rate that is not the stated one would falsify the time base."""
+        answer = line.ask(READ_FREQUENCY, 3)
+        if len(answer) < 3:
+            complain("no answer to “read frequency” (0x16); its data rate could not be checked")
+            return
+        rate_Hz = frequency_of(int.from_bytes(answer, "big"))
+        if abs(rate_Hz - self._rate_Hz) > _RATE_TOLERANCE * self._rate_Hz:
+            raise DeviceFault(
+                f"{line.name}: it is set to {rate_Hz:.4g} values a second, the stand file says "
+                f"{self._rate_Hz:.4g}; set the one or the other (amplifier.rate_Hz)"
+            )
+
+
+class Gsv2Amplifier(SerialAmplifier):
+    """Sensor of :mod:`drivers.interfaces`: force through a GSV-2, stamped with host time.
 
     Parameters
     ----------
     port : Path
         Serial device.
     settings : AmplifierSettings
-        Baud rate, data rate, channel.
+        Baud rate, data rate, channel, table ``gsv2``.
     clock : Clock
         Stand time for the stamps, wall time for the judgement of silence.
     """
 
-    facts: StreamFacts
-
     def __init__(self, port: Path, settings: AmplifierSettings, clock: Clock) -> None:
-        self.facts = StreamFacts(
-            STREAM, "host", (settings.channel,), settings.rate_Hz, f"GSV-2 at {Path(settings.port).name}"
-        )
-        self._path = port
-        self._baud = settings.baud
-        self._rate_Hz = settings.rate_Hz
-        self._clock = clock
-        self._mailbox = Mailbox()
-        self._stop = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._port: serial.Serial | None = None
-        self._decoder = FrameDecoder()
-        self._stamps = HostStamps(settings.rate_Hz)
-        self._sequence = 0
-        self._resyncs = 0
-        self._last_frame_s = 0.0
-        self._silent = False
-        self._failing = False
-        self._bytes_since_frame = 0
-
-    @property
-    def resyncs(self) -> int:
-        """How often the frames' spacing was lost since the start."""
-        return self._resyncs
-
-    def start(self) -> None:
-        """Open the port, check the data rate, begin to read; does nothing if it reads already.
-
-        Raises
-        ------
-        DeviceFault
-            If the port cannot be opened, or the amplifier is set to another rate than the stand file says.
-        """
-        if self._thread is not None:
-            return
-        try:
-            self._open()
-        except (OSError, serial.SerialException) as error:
-            self._let_go()
-            raise DeviceFault(
-                f"amplifier at {self._path}: cannot be opened ({_reason(error)}); "
-                "look whether the device is there, plugged in, free, and readable by you"
-            ) from None
-        except DeviceFault:
-            self._let_go()
-            raise
-        self._stop.clear()
-        self._thread = threading.Thread(target=self._run, name="amplifier", daemon=True)
-        self._thread.start()
-
-    def drain(self) -> Sequence[SampleBlock | SensorFault]:
-        """Get (and forget) what has come in since the last call; never blocks."""
-        return self._mailbox.take()
-
-    def zero(self) -> None:
-        """Set the present value as zero in the amplifier (command 0x0C); only with nothing on the transducer.
-
-        Raises
-        ------
-        DeviceFault
-            If the port is not open or fails.
-        """
-        port = self._port
-        if port is None:
-            raise DeviceFault(f"amplifier at {self._path}: zero was not set, its port is not open")
-        try:
-            port.write(SET_ZERO)
-        except (OSError, serial.SerialException) as error:
-            raise DeviceFault(f"amplifier at {self._path}: zero was not set ({_reason(error)})") from None
-
-    def close(self) -> None:
-        """Stop reading and let go of the port; never raises. The amplifier goes on sending, as it came."""
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join(timeout=2.0)
-            self._thread = None
-        self._let_go()
-
-    def _open(self) -> serial.Serial:
-        """Open the port and restart the stream, so that its first byte begins a frame."""
-        port = serial.Serial(
-            str(self._path), self._baud, timeout=_READ_S, write_timeout=_QUIET_S, exclusive=True
-        )
-        self._port = port
-        port.write(STOP)
-        quiet = self._wait_quiet(port)
-        if quiet:
-            self._check_rate(port)
-        port.write(START)
-        self._decoder = FrameDecoder(aligned=quiet)
-        self._last_frame_s = self._clock.wall_s()
-        self._bytes_since_frame = 0
-        self._silent = False
-        return port
-
-    def _wait_quiet(self, port: serial.Serial) -> bool:
-        """Read away what was under way; return whether it became quiet."""
-        deadline_s = self._clock.wall_s() + _QUIET_S
-        while port.read(4096):
-            if self._clock.wall_s() >= deadline_s:
-                self._fault("it does not stop sending on command 0x23; its data rate could not be checked")
-                return False
-        return True
-
-    def _check_rate(self, port: serial.Serial) -> None:
-        """Ask for the frequency register; a rate that is not the stated one would falsify the time base."""
-        port.write(READ_FREQUENCY)
-        answer = b""
-        deadline_s = self._clock.wall_s() + _QUIET_S
-        while len(answer) < 3 and self._clock.wall_s() < deadline_s:
-            answer += port.read(3 - len(answer))
-        if len(answer) < 3:
-            self._fault("no answer to “read frequency” (0x16); its data rate could not be checked")
-            return
-        rate_Hz = frequency_of(int.from_bytes(answer, "big"))
-        if abs(rate_Hz - self._rate_Hz) > _RATE_TOLERANCE * self._rate_Hz:
-            raise DeviceFault(
-                f"amplifier at {self._path}: it is set to {rate_Hz:.4g} values a second, the stand file says "
-                f"{self._rate_Hz:.4g}; set the one or the other (amplifier.rate_Hz)"
-            )
-
-    def _let_go(self) -> None:
-        port, self._port = self._port, None
-        if port is not None:
-            try:
-                port.close()
-            except (OSError, serial.SerialException) as error:
-                self._fault(f"its port did not close ({_reason(error)})")
-
-    def _run(self) -> None:
-        while not self._stop.is_set():
-            try:
-                self._read_once(self._port or self._open())
-            except (OSError, serial.SerialException, DeviceFault) as error:
-                self._let_go()
-                if not self._failing:  # told once, not every second of an outage
-                    self._fault(f"its line failed ({_reason(error)}); look at plug and power; tried again")
-                self._failing = True
-                self._stop.wait(_RETRY_S)
-
-    def _read_once(self, port: serial.Serial) -> None:
-        data = port.read(max(1, port.in_waiting))
-        received_s = self._clock.now_s()
-        self._bytes_since_frame += len(data)
-        frames = self._decoder.feed(data)
-        self._report_resyncs()
-        if frames:
-            self._last_frame_s = self._clock.wall_s()
-            self._bytes_since_frame = 0
-            self._silent = self._failing = False
-            received_s -= self._decoder.pending_frames / self._rate_Hz
-            self._post([frame.count for frame in frames], [frame.lost for frame in frames], received_s)
-        elif self._decoder.undecided:
-            self._fault("its stream can be read in two ways; it is stopped and started again")
-            self._restart(port)
-        else:
-            self._watch_silence()
-        self._stop.wait(_POLL_S)
-
-    def _restart(self, port: serial.Serial) -> None:
-        port.write(STOP)
-        self._decoder = FrameDecoder(aligned=self._wait_quiet(port))
-        port.write(START)
-
-    def _post(self, counts: list[int], losses: list[int], received_s: float) -> None:
-        """Leave the frames as blocks, a new one behind each loss."""
-        starts = [0] + [i for i in range(1, len(counts)) if losses[i]] + [len(counts)]
-        behind = len(counts)
-        for start, end in pairwise(starts):
-            lost = losses[start]
-            behind -= end - start
-            time_us = self._stamps.stamp(end - start, received_s - behind / self._rate_Hz, lost)
-            self._sequence += lost
-            values = np.array(counts[start:end], dtype=np.int32)
-            name = self.facts.channels[0].name
-            self._mailbox.put(SampleBlock(STREAM, self._sequence, time_us, {name: values}, lost, received_s))
-            self._sequence += end - start
-
-    def _report_resyncs(self) -> None:
-        new = self._decoder.resyncs
-        if new:
-            self._decoder.resyncs = 0
-            self._resyncs += new
-            self._fault(
-                f"the spacing of its frames was lost ({self._resyncs} times since the start); "
-                "look at cable, shield and baud rate"
-            )
-
-    def _watch_silence(self) -> None:
-        silent_s = self._clock.wall_s() - self._last_frame_s
-        if silent_s < SILENCE_S or self._silent:
-            return
-        self._silent = True
-        if self._bytes_since_frame:
-            self._fault(
-                f"{self._bytes_since_frame} bytes but no frame for {silent_s:.1f} s; "
-                "look at the baud rate and whether it sends 5-byte binary frames"
-            )
-        else:
-            self._fault(f"silent for {silent_s:.1f} s; look at cable, power and port")
-
-    def _fault(self, what: str) -> None:
-        text = f"amplifier at {self._path}: {what}"
-        self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), text))
-
-
-def _reason(error: BaseException) -> str:
-    return (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
+        device = f"GSV-2 at {Path(settings.port).name}"
+        super().__init__(port, settings, clock, Gsv2Dialect(settings), device)

@@ -68,6 +68,8 @@ class ControllerStatus:
     stroke_mm: float
     position_mm: float
     command_mm: float
+    tick_us: int | None = None
+    """The device's clock when it made the snapshot [µs, modulo 2³²]; None where it shows none."""
 
 
 @dataclass(frozen=True)

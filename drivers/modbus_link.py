@@ -1,4 +1,4 @@
-"""One owner of one Modbus TCP connection: bounded waits, checked replies, a fresh connection after any doubt.
+"""One owner of one Modbus wire: bounded waits, checked replies, a fresh start after any doubt.
 
 pymodbus compares neither length nor function of a reply with the request and never closes a silent
 connection; both are done here. Every request that goes through here is idempotent (absolute
@@ -8,15 +8,16 @@ acknowledgement, sequence-numbered commands, plain values), so each may be sent 
 from __future__ import annotations
 
 import logging
-import socket
 import struct
+import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from typing import Literal
 
-from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
 
+from drivers.modbus_wires import CannotOpenError, Client, TcpWire, Wire
 from foundation.errors import DeviceFault
 
 # What pymodbus logs is said here as events and faults; without a handler Python would print it besides.
@@ -35,7 +36,17 @@ EXCEPTION_TEXTS = {
 }
 """Modbus exception codes (application protocol 1.1b3, 7)."""
 
+Table = Literal["holding", "input"]
+"""Where a register lies: holding registers (FC3, FC6, FC16, FC23) or input registers (FC4, read only)."""
+
+Check = Callable[[Sequence[int]], str]
+"""Says what is doubtful about registers that were read; empty where nothing is."""
+
 _MOST_EVENTS = 1000
+
+
+def _nothing_doubtful(_registers: Sequence[int]) -> str:
+    return ""
 
 
 class ModbusRefusal(DeviceFault):
@@ -47,15 +58,16 @@ class ModbusRefusal(DeviceFault):
 
 
 class ModbusLink:
-    """Requests and checked replies over one connection, from one thread.
+    """Requests and checked replies over one wire, from one thread at a time.
 
     A request waits at most ``timeout_s`` for a connection and twice ``timeout_s`` for a whole reply (the
-    second wait only for a reply that has begun), and is sent at most twice.
+    second wait only for a reply that has begun), and is sent at most twice. After a doubt a serial line is
+    left alone for ``timeout_s`` (at most three times that) before it is opened again.
 
     Parameters
     ----------
-    host, port
-        Of the Modbus TCP server.
+    wire : Wire
+        Network or serial line; this object owns it.
     device_id : int
         Unit identifier.
     timeout_s : float
@@ -65,21 +77,26 @@ class ModbusLink:
     """
 
     def __init__(
-        self, host: str, port: int, *, device_id: int = 1, timeout_s: float = 0.5, name: str = "controller"
+        self, wire: Wire, *, device_id: int = 1, timeout_s: float = 0.5, name: str = "controller"
     ) -> None:
         self.name = name
-        self._host = host
-        self._port = port
+        self._wire = wire
         self._device_id = device_id
         self._timeout_s = timeout_s
-        self._client: ModbusTcpClient | None = None
+        self._client: Client | None = None
         self._events: deque[str] = deque(maxlen=_MOST_EVENTS)
         self._was_open = False
+        self._busy = threading.Lock()
 
     @property
     def address(self) -> str:
-        """``host:port`` and unit, for messages."""
-        return f"{self._host}:{self._port} unit {self._device_id}"
+        """Wire and unit, for messages."""
+        return f"{self._wire.address} unit {self._device_id}"
+
+    @property
+    def bytes_per_s(self) -> float:
+        """What the wire can carry."""
+        return self._wire.bytes_per_s
 
     def open(self) -> None:
         """Connect, if not connected.
@@ -91,8 +108,16 @@ class ModbusLink:
         """
         self._opened()
 
-    def read(self, address: int, count: int, what: str) -> list[int]:
-        """Get ``count`` holding registers (FC3).
+    def read(
+        self,
+        address: int,
+        count: int,
+        what: str,
+        *,
+        table: Table = "holding",
+        check: Check = _nothing_doubtful,
+    ) -> list[int]:
+        """Get ``count`` registers (FC3 from the holding table, FC4 from the input table).
 
         Parameters
         ----------
@@ -100,18 +125,28 @@ class ModbusLink:
             0-based wire address of the first register, and how many.
         what : str
             What is asked for, for messages.
+        table : str
+            ``holding`` or ``input``.
+        check : callable
+            Finds what is doubtful about the registers; they are asked for once more then.
 
         Raises
         ------
         DeviceFault
             If no true reply comes; ModbusRefusal if the device refuses.
         """
-        asked = f"reading {what} (FC3, {count} registers from {address})"
+        function = 3 if table == "holding" else 4
+
+        def send(client: Client) -> ModbusPDU:
+            if function == 3:
+                return client.read_holding_registers(address, count=count, device_id=self._device_id)
+            return client.read_input_registers(address, count=count, device_id=self._device_id)
+
         reply = self._ask(
-            asked,
-            3,
-            lambda client: client.read_holding_registers(address, count=count, device_id=self._device_id),
-            lambda reply: _wrong_length(reply, count),
+            f"reading {what} (FC{function}, {count} registers from {address})",
+            function,
+            send,
+            lambda reply: _wrong_length(reply, count) or check(reply.registers),
         )
         return list(reply.registers)
 
@@ -140,7 +175,14 @@ class ModbusLink:
         )
 
     def exchange(
-        self, *, read_address: int, read_count: int, write_address: int, values: Sequence[int], what: str
+        self,
+        *,
+        read_address: int,
+        read_count: int,
+        write_address: int,
+        values: Sequence[int],
+        what: str,
+        check: Check = _nothing_doubtful,
     ) -> list[int]:
         """Set registers and get others in one transaction (FC23: the device writes first).
 
@@ -160,9 +202,14 @@ class ModbusLink:
                 values=list(values),
                 device_id=self._device_id,
             ),
-            lambda reply: _wrong_length(reply, read_count),
+            lambda reply: _wrong_length(reply, read_count) or check(reply.registers),
         )
         return list(reply.registers)
+
+    def distrust(self, text: str) -> None:
+        """Note a doubt that was found behind the link, and begin afresh with the next request."""
+        self._drop(doubtful=True)
+        self.note(text)
 
     def note(self, text: str) -> None:
         """Keep an event for :meth:`events`."""
@@ -179,29 +226,20 @@ class ModbusLink:
         self._drop()
         self._was_open = False
 
-    def _drop(self) -> None:
+    def _drop(self, *, doubtful: bool = False) -> None:
         client, self._client = self._client, None
         if client is not None:
+            if doubtful:
+                self._wire.settle(client, self._timeout_s)
             client.close()  # type: ignore[no-untyped-call]
 
-    def _opened(self) -> ModbusTcpClient:
+    def _opened(self) -> Client:
         if self._client is not None:
             return self._client
         try:
-            wire = socket.create_connection((self._host, self._port), timeout=self._timeout_s)
-        except TimeoutError:
-            raise self._fault(
-                f"no connection within {self._timeout_s:g} s",
-                "is it switched on, the network cable in, and the host right?",
-            ) from None
-        except OSError as error:
-            raise self._fault(
-                f"cannot connect: {error.strerror or error}",
-                "is the controller's Modbus server running, and are host and port of the stand file right?",
-            ) from None
-        wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        client = ModbusTcpClient(self._host, port=self._port, timeout=self._timeout_s, retries=0)
-        client.socket = wire
+            client = self._wire.open(self._timeout_s)
+        except CannotOpenError as error:
+            raise self._fault(error.problem, error.look) from None
         self._client = client
         if self._was_open:
             self.note(f"connection to {self.name} at {self.address} opened again")
@@ -212,10 +250,24 @@ class ModbusLink:
         self,
         asked: str,
         function: int,
-        send: Callable[[ModbusTcpClient], ModbusPDU],
+        send: Callable[[Client], ModbusPDU],
         find_doubt: Callable[[ModbusPDU], str],
     ) -> ModbusPDU:
         """Send, check, and send once more on a fresh connection after a doubt."""
+        if not self._busy.acquire(blocking=False):
+            raise RuntimeError(f"two threads use the link to {self.name} at once; a bus has one owner")
+        try:
+            return self._ask_twice(asked, function, send, find_doubt)
+        finally:
+            self._busy.release()
+
+    def _ask_twice(
+        self,
+        asked: str,
+        function: int,
+        send: Callable[[Client], ModbusPDU],
+        find_doubt: Callable[[ModbusPDU], str],
+    ) -> ModbusPDU:
         doubt = ""
         for attempt in (1, 2):
             client = self._opened()
@@ -226,12 +278,13 @@ class ModbusLink:
                 doubt = self._describe(error, connected=client.connected)
             if not doubt:
                 return reply
-            self._drop()
+            self._drop(doubtful=True)
             further = "sent once more on a new connection" if attempt == 1 else "given up"
             self.note(f"{asked}: {doubt}; connection closed, {further}")
+        cable = "network cable" if isinstance(self._wire, TcpWire) else "serial cable and its termination"
         raise self._fault(
             f"{asked}: {doubt}, twice",
-            "look at the network cable, the controller's load, and whether a second program talks to it",
+            f"look at the {cable}, the controller's load, and whether a second program talks to it",
         )
 
     def _refused_or_doubtful(self, reply: ModbusPDU, function: int, asked: str) -> str:

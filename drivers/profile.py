@@ -1,7 +1,7 @@
 """Register maps as data: schema and checks of ``profiles/*.toml``.
 
 Driver and simulated device read the same profile, so that neither can disagree with the documentation.
-Addresses are 0-based wire addresses in the holding table.
+Addresses are 0-based wire addresses, each table from 0 on.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from drivers.registers import (
     Place,
     RegisterType,
     WordOrder,
-    decode_value,
     encode_value,
+    from_wire,
+    to_wire,
 )
 from foundation.canonical import content_hash
 from foundation.errors import BadInput
@@ -33,25 +34,58 @@ SHIPPED = Path(__file__).parent / "profiles"
 MAX_READ = 125
 """Registers that one Modbus read (FC3, FC4, FC23) can carry (Modbus application protocol 1.1b3, 6.3)."""
 
-RING_REGISTERS: Mapping[str, str] = {
-    **dict.fromkeys(("device_type", "profile_version", "test_float", "test_integer", "serial"), "r"),
-    **dict.fromkeys(("sample_rate", "status_word", "state", "fault_code", "echo_sequence"), "r"),
-    **dict.fromkeys(("reject_code", "done_sequence", "cycles_done", "heartbeat", "watchdog_remaining"), "r"),
-    **dict.fromkeys(("watchdog_trips", "end_reason", "force", "stroke", "position", "command", "tick"), "r"),
-    **dict.fromkeys(("command_sequence", "command_code", "target", "speed", "mean", "amplitude"), "rw"),
-    **dict.fromkeys(("frequency", "cycles", "turning_force", "turning_stroke", "static_pause"), "rw"),
-    **dict.fromkeys(("execute", "control_word", "watchdog_feed", "watchdog_time", "force_limit"), "rw"),
-    **dict.fromkeys(("stroke_limit", "ring_acknowledge"), "rw"),
-}
-"""Registers that a controller with a sample ring must have, and the access to each."""
-
-_BLOCKS = (
-    ("device_type", "sample_rate"),
-    ("status_word", "tick"),
-    ("command_sequence", "static_pause"),
-    ("force_limit", "stroke_limit"),
+IDENTITY = ("device_type", "profile_version", "test_float", "test_integer", "serial", "sample_rate")
+"""Registers read at connect, in one transaction."""
+STATUS = (
+    *("status_word", "state", "fault_code", "echo_sequence", "reject_code", "done_sequence", "cycles_done"),
+    *("heartbeat", "watchdog_remaining", "watchdog_trips", "end_reason", "force", "stroke", "position"),
+    *("command", "tick", "request_echo", "status_check"),
 )
-"""Registers that go in one transaction."""
+"""Registers of one snapshot, read in one transaction."""
+COMMAND = (
+    *("command_sequence", "command_code", "target", "speed", "mean", "amplitude", "frequency", "cycles"),
+    *("turning_force", "turning_stroke", "static_pause"),
+)
+"""Registers of one command, written in one transaction."""
+LIMITS = ("force_limit", "stroke_limit")
+"""Limits of the device, written in one transaction."""
+CONTROL = ("execute", "control_word", "watchdog_feed", "watchdog_time")
+"""Registers written one by one."""
+SAMPLED = ("force", "stroke_1", "stroke_2", "position", "command")
+"""Channels of a controller."""
+
+WATCHDOG_LEFT = "watchdog_remaining"
+_OPTIONAL = frozenset((WATCHDOG_LEFT, "request_echo", "status_check"))
+
+COMMON_REGISTERS: Mapping[str, str] = {
+    **{name: "r" for name in (*IDENTITY, *STATUS) if name not in {*_OPTIONAL, "sample_rate", "tick"}},
+    **dict.fromkeys((*COMMAND, *CONTROL, *LIMITS), "rw"),
+}
+"""Registers that every controller must have, and the access to each."""
+
+RING_REGISTERS: Mapping[str, str] = {
+    **COMMON_REGISTERS,
+    **dict.fromkeys(("sample_rate", WATCHDOG_LEFT, "tick"), "r"),
+    "ring_acknowledge": "rw",
+}
+"""Registers that a controller with a sample ring must have."""
+
+POLLED_REGISTERS: Mapping[str, str] = {
+    **COMMON_REGISTERS,
+    **{f"raw_{name}": "r" for name in SAMPLED},
+}
+"""Registers that a controller without a ring must have: ``raw_…`` are the counts of each channel."""
+
+OPTIONAL_REGISTERS: Mapping[str, str] = {
+    **dict.fromkeys((*_OPTIONAL, "sample_rate", "tick"), "r"),
+    **dict.fromkeys(("request_number", "writer"), "rw"),
+}
+"""Registers that a controller may have."""
+
+CHECK = "check"
+"""Field of a ring's header with the block's CRC-32."""
+ASKED = "asked"
+"""Field of a ring's header that repeats the acknowledged sequence."""
 
 
 class Register(Settings):
@@ -61,6 +95,12 @@ class Register(Settings):
     address: int = Field(ge=0, le=0xFFFF)
     type: RegisterType
     access: Literal["r", "rw"]
+    table: Literal["holding", "input"] = "holding"
+    """Holding registers (FC3, FC6, FC16, FC23), or input registers (FC4)."""
+    word_order: WordOrder | None = None
+    """Its own, where it differs from the profile's."""
+    scale: float = Field(default=1.0, gt=0)
+    """Units per count."""
     unit: str = ""
     expect: float | int | None = None
     """What it must hold at connect, where it is a test value."""
@@ -75,6 +115,10 @@ class Register(Settings):
     def _expected_fits(self) -> Register:
         if self.expect is not None:
             encode_value(self.expect, self.type)
+            if self.scale != 1.0:
+                raise ValueError(f"“{self.name}” has an expected value, so it can have no scale")
+        if self.table == "input" and self.access != "r":
+            raise ValueError(f"“{self.name}” lies in the input table, which cannot be written")
         if self.address + self.words > 0x10000:
             raise ValueError(f"“{self.name}” reaches beyond address 65535")
         return self
@@ -109,6 +153,10 @@ class Ring(Settings):
         for name in ("first_sequence", "count", "overruns", "status_word"):
             if name not in header:
                 raise ValueError(f"the ring's header lacks “{name}”")
+        if CHECK in header and self.header[-1] != (CHECK, "u32"):
+            raise ValueError("“check:u32” must be the last of the ring's header")
+        if ASKED in header and (ASKED, "u32") not in self.header:
+            raise ValueError("“asked” must be u32")
         if ("tick", "u32") not in self.sample:
             raise ValueError("a sample of the ring lacks “tick:u32”")
         if self.samples_per_block < 1:
@@ -131,6 +179,25 @@ class Ring(Settings):
         return (self.registers - self.header_words) // self.sample_words
 
 
+class Poll(Settings):
+    """How a controller without a ring is sampled: each group of channels is one read of their registers."""
+
+    rate_Hz: float = Field(gt=0, le=1000)
+    """Polls a second, by the computer's clock."""
+    reads: Annotated[
+        tuple[Annotated[tuple[str, ...], BeforeValidator(_as_tuple)], ...], BeforeValidator(_as_tuple)
+    ]
+    """Channels of each read, in the order of reading."""
+    description: str = ""
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Poll:
+        names = [name for read in self.reads for name in read]
+        if sorted(names) != sorted(SAMPLED):
+            raise ValueError(f"poll.reads must name each of {', '.join(SAMPLED)} exactly once")
+        return self
+
+
 class ProfileFacts(Settings):
     """Which register map it is."""
 
@@ -145,7 +212,14 @@ class ProfileFile(Settings):
 
     profile: ProfileFacts
     register_: Annotated[tuple[Register, ...], BeforeValidator(_as_tuple)] = Field(alias="register")
-    ring: Ring
+    ring: Ring | None = None
+    poll: Poll | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> ProfileFile:
+        if (self.ring is None) == (self.poll is None):
+            raise ValueError("a profile has either a table [ring] or a table [poll]")
+        return self
 
     @model_validator(mode="after")
     def _apart(self) -> ProfileFile:
@@ -153,29 +227,50 @@ class ProfileFile(Settings):
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"register “{name}” is there twice")
-        spans = [(r.address, r.address + r.words, f"“{r.name}”") for r in self.register_]
-        spans.append((self.ring.address, self.ring.address + self.ring.registers, "the ring's window"))
-        for (_, end, first), (start, _, second) in pairwise(sorted(spans)):
-            if start < end:
+        spans = [(r.table, r.address, r.address + r.words, f"“{r.name}”") for r in self.register_]
+        if self.ring is not None:
+            end = self.ring.address + self.ring.registers
+            spans.append(("holding", self.ring.address, end, "the ring's window"))
+        for (table, _, end, first), (other, start, _, second) in pairwise(sorted(spans)):
+            if table == other and start < end:
                 raise ValueError(f"{first} and {second} overlap at address {start}")
         return self
 
     @model_validator(mode="after")
     def _complete(self) -> ProfileFile:
         by_name = {register.name: register for register in self.register_}
-        for name, access in RING_REGISTERS.items():
+        for name, access in (RING_REGISTERS if self.ring is not None else POLLED_REGISTERS).items():
             if name not in by_name:
                 raise ValueError(f"register “{name}” is missing")
             if access == "rw" and by_name[name].access != "rw":
                 raise ValueError(f"register “{name}” must have access “rw”")
-        for first, last in _BLOCKS:
-            start, end = by_name[first].address, by_name[last].address + by_name[last].words
-            if not 0 < end - start <= MAX_READ:
-                raise ValueError(f"“{first}” to “{last}” do not fit one transaction of {MAX_READ} registers")
-            named = sum(r.words for r in self.register_ if start <= r.address < end)
-            if named != end - start:
-                raise ValueError(f"“{first}” to “{last}” must follow each other without a hole")
+        for name in ("request_number", "writer"):
+            if name in by_name and by_name[name].access != "rw":
+                raise ValueError(f"register “{name}” must have access “rw”")
+        if ("request_number" in by_name) != ("request_echo" in by_name):
+            raise ValueError("“request_number” and “request_echo” need each other")
+        blocks = [IDENTITY, STATUS, COMMAND, LIMITS]
+        if self.poll is not None:
+            for name in SAMPLED:
+                if by_name[f"raw_{name}"].scale != 1.0:
+                    raise ValueError(f"“raw_{name}” can have no scale: the channel's calibration has it")
+            blocks += [tuple(f"raw_{name}" for name in read) for read in self.poll.reads]
+        for names in blocks:
+            self._demand_block([by_name[name] for name in names if name in by_name])
         return self
+
+    def _demand_block(self, members: Sequence[Register]) -> None:
+        """See that registers go in one transaction: one table, no hole, not too many."""
+        first = min(members, key=lambda r: r.address)
+        last = max(members, key=lambda r: r.address)
+        what = f"“{first.name}” to “{last.name}”"
+        if {r.table for r in members} != {first.table}:
+            raise ValueError(f"{what} must lie in one table")
+        start, end = first.address, last.address + last.words
+        if end - start > MAX_READ:
+            raise ValueError(f"{what} do not fit one transaction of {MAX_READ} registers")
+        if sum(r.words for r in members) != end - start:
+            raise ValueError(f"{what} must follow each other without a hole")
 
 
 @dataclass(frozen=True)
@@ -188,21 +283,41 @@ class Profile:
         Id, edition, word order.
     registers : mapping of str to Register
         By name, in the file's order.
-    ring : Ring
-        The sample ring's window.
+    window : Ring or None
+        The sample ring's window, if the controller has one.
+    poll : Poll or None
+        How it is sampled, if it has none.
     hash : str
         SHA-256 of the content, for the run file.
     """
 
     facts: ProfileFacts
     registers: Mapping[str, Register]
-    ring: Ring
+    window: Ring | None
+    poll: Poll | None
     hash: str
+
+    @property
+    def ring(self) -> Ring:
+        """The sample ring's window.
+
+        Raises
+        ------
+        ValueError
+            If the controller has none.
+        """
+        if self.window is None:
+            raise ValueError(f"profile “{self.facts.id}” has no sample ring")
+        return self.window
 
     @property
     def word_order(self) -> str:
         """``big`` or ``little``."""
         return self.facts.word_order
+
+    def has(self, name: str) -> bool:
+        """Return whether the map has a register of that name."""
+        return name in self.registers
 
     def find(self, name: str) -> Register:
         """Return the register of a name.
@@ -222,7 +337,8 @@ class Profile:
         KeyError, ValueError
             If there is no such register, or the value does not fit it.
         """
-        return encode_value(value, self.find(name).type, self.word_order)
+        register = self.find(name)
+        return to_wire(value, register.type, register.word_order or self.word_order, register.scale)
 
     def decode(self, name: str, registers: Sequence[int]) -> float | int:
         """Return the value of register ``name`` from its words.
@@ -232,7 +348,8 @@ class Profile:
         KeyError, ValueError
             If there is no such register, or the number of words is not its own.
         """
-        return decode_value(registers, self.find(name).type, self.word_order)
+        register = self.find(name)
+        return from_wire(registers, register.type, register.word_order or self.word_order, register.scale)
 
     def block(self, first: str, last: str) -> Layout:
         """Return the window from register ``first`` to register ``last``, both included.
@@ -242,13 +359,27 @@ class Profile:
         KeyError
             If there is no such register.
         """
-        start = self.find(first).address
+        table, start = self.find(first).table, self.find(first).address
         end = self.find(last).address + self.find(last).words
         inside = sorted(
-            (r for r in self.registers.values() if start <= r.address < end), key=lambda r: r.address
+            (r for r in self.registers.values() if r.table == table and start <= r.address < end),
+            key=lambda r: r.address,
         )
-        places = tuple(Place(r.name, r.type, r.address - start) for r in inside)
-        return Layout(start, end - start, places, self.word_order)
+        places = tuple(Place(r.name, r.type, r.address - start, r.scale, r.word_order or "") for r in inside)
+        return Layout(start, end - start, places, self.word_order, table)
+
+    def span(self, names: Sequence[str]) -> Layout:
+        """Return the window of those of ``names`` that the map has.
+
+        Raises
+        ------
+        ValueError
+            If it has none of them.
+        """
+        members = sorted((self.registers[n] for n in names if self.has(n)), key=lambda r: r.address)
+        if not members:
+            raise ValueError(f"the map has none of {', '.join(names)}")
+        return self.block(members[0].name, members[-1].name)
 
     @property
     def ring_header(self) -> Layout:
@@ -275,7 +406,7 @@ def load_profile(name: str, folder: Path | None = None) -> Profile:
     Parameters
     ----------
     name : str
-        A shipped profile's name (``ring``), or the path of a TOML file (it ends in ``.toml``).
+        A shipped profile's name (``ring``, ``polling``), or the path of a TOML file (it ends in ``.toml``).
     folder : Path, optional
         Folder that a relative path starts from; the working directory without it.
 
@@ -299,5 +430,6 @@ def load_profile(name: str, folder: Path | None = None) -> Profile:
         content.profile,
         {register.name: register for register in content.register_},
         content.ring,
+        content.poll,
         content_hash(content.model_dump(mode="json", by_alias=True)),
     )

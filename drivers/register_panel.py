@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from drivers import cia402
 from drivers.interfaces import DeviceFault
-from drivers.modbus_link import ModbusLink
-from drivers.profile import Profile
+from drivers.modbus_link import ModbusLink, ModbusRefusal
+from drivers.profile import STATUS, Profile
+from drivers.registers import crc_of
 
 FAULT_TEXTS = {
     0: "none",
@@ -21,6 +22,8 @@ FAULT_TEXTS = {
 """Meaning of register ``fault_code``."""
 
 _POLL_S = 0.002
+
+_Answer = TypeVar("_Answer")
 
 
 class RegisterPanel:
@@ -40,18 +43,69 @@ class RegisterPanel:
         self.link = link
         self.profile = profile
         self.timeout_s = timeout_s
-        self._status_block = profile.block("status_word", "tick")
+        self._status_block = profile.span(STATUS)
+        self._numbered = profile.has("request_number") and self._status_block.table == "holding"
+        self._number = 0
 
     def read_status(self) -> dict[str, Any]:
         """Get every status register by name, in one transaction.
+
+        Where the profile has ``request_number`` the request carries a new number, and only a snapshot that
+        repeats it is taken; where it has ``status_check`` only one whose CRC fits.
 
         Raises
         ------
         DeviceFault
             If the wire fails.
         """
+        return self._status_block.decode(self.ask_again(self._ask_status))
+
+    def _ask_status(self) -> list[int]:
         block = self._status_block
-        return block.decode(self.link.read(block.address, block.words, "status"))
+        if not self._numbered:
+            return self.link.read(
+                block.address, block.words, "status", table=block.table, check=self._altered
+            )
+        number = self._number = self._number % 0xFFFF + 1
+
+        def doubt(registers: Sequence[int]) -> str:
+            if found := self._altered(registers):
+                return found
+            echo = block.decode(registers)["request_echo"]
+            return "" if echo == number else f"it answers request {echo} instead of {number}: it is late"
+
+        return self.link.exchange(
+            read_address=block.address,
+            read_count=block.words,
+            write_address=self.profile.find("request_number").address,
+            values=[number],
+            what="status",
+            check=doubt,
+        )
+
+    def _altered(self, registers: Sequence[int]) -> str:
+        """Return what is wrong with a snapshot's CRC, as far as there is one."""
+        block = self._status_block
+        place = next((place for place in block.places if place.name == "status_check"), None)
+        if place is None or crc_of(registers[: place.offset]) == block.decode(registers)[place.name]:
+            return ""
+        return "the snapshot's CRC does not fit its content: it was altered on its way"
+
+    def ask_again(self, ask: Callable[[], _Answer]) -> _Answer:
+        """Ask, and once more if the device refuses: a request that was altered on its way is refused, too.
+
+        Only for what changes nothing. A second refusal is the device's own.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails, or the device refuses twice.
+        """
+        try:
+            return ask()
+        except ModbusRefusal as refusal:
+            self.link.note(f"{refusal}; asked once more")
+            return ask()
 
     def set(self, name: str, value: int) -> None:
         """Set one register.
@@ -74,12 +128,25 @@ class RegisterPanel:
             If the wire fails or it holds something else.
         """
         block = self.profile.block(first, last)
-        kept = self.link.read(block.address, block.words, f"back {first}")
+        kept = self.read_back(first, last)
+        if kept != list(written):
+            kept = self.read_back(first, last)  # the first reply may have been altered
         if kept != list(written):
             raise self.fault(
                 f"{first} … {last} read back as {block.decode(kept)} instead of {block.decode(written)}; "
                 "look whether the device bounds them"
             )
+
+    def read_back(self, first: str, last: str) -> list[int]:
+        """Return what a window of writable registers holds.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        block = self.profile.block(first, last)
+        return self.ask_again(lambda: self.link.read(block.address, block.words, f"back {first}"))
 
     def wait(self, done: Callable[[dict[str, Any]], bool], timeout_s: float) -> dict[str, Any] | None:
         """Wait for a status that fulfils ``done``; return it, or None after ``timeout_s``.

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +20,8 @@ WordOrder = Literal["big", "little"]
 WORDS: Mapping[str, int] = {"u16": 1, "i16": 1, "u32": 2, "i32": 2, "f32": 2}
 """Registers that a value of each type takes."""
 _CODES: Mapping[str, str] = {"u16": ">H", "i16": ">h", "u32": ">I", "i32": ">i", "f32": ">f"}
-_DTYPES: Mapping[str, str] = {"u16": "u2", "i16": "i2", "u32": "u4", "i32": "i4", "f32": "f4"}
+DTYPES: Mapping[str, str] = {"u16": "u2", "i16": "i2", "u32": "u4", "i32": "i4", "f32": "f4"}
+"""Array type of each register type."""
 
 
 def encode_value(value: float, kind: str, word_order: str = "big") -> list[int]:
@@ -71,13 +75,73 @@ def decode_value(registers: Sequence[int], kind: str, word_order: str = "big") -
     return value
 
 
+def to_wire(value: float, kind: str, word_order: str = "big", scale: float = 1.0) -> list[int]:
+    """Return the registers of a value in its unit, where one count of the register is ``scale`` units.
+
+    Whole-numbered registers take the nearest count.
+
+    Raises
+    ------
+    ValueError
+        As :func:`encode_value`.
+    """
+    if scale == 1.0:
+        return encode_value(value, kind, word_order)
+    counts = value / scale
+    return encode_value(
+        counts if kind == "f32" or not np.isfinite(counts) else round(counts), kind, word_order
+    )
+
+
+def from_wire(
+    registers: Sequence[int], kind: str, word_order: str = "big", scale: float = 1.0
+) -> float | int:
+    """Return the value in its unit that registers hold: undoes :func:`to_wire`.
+
+    Raises
+    ------
+    ValueError
+        As :func:`decode_value`.
+    """
+    counts = decode_value(registers, kind, word_order)
+    return counts if scale == 1.0 else counts * scale
+
+
+def crc_of(registers: Sequence[int]) -> int:
+    """Return the CRC-32 (ISO-HDLC, as zlib and Ethernet have it) of registers, each high byte first.
+
+    Another polynomial than the CRC-16 of Modbus RTU, so that what slips through one is caught by the other.
+    """
+    return zlib.crc32(pack(registers))
+
+
+def pack(registers: Sequence[int]) -> bytes:
+    """Return registers as they are on the wire, each high byte first."""
+    return struct.pack(f">{len(registers)}H", *registers)
+
+
 @dataclass(frozen=True)
 class Place:
-    """One typed value inside a window of registers."""
+    """One typed value inside a window of registers.
+
+    Parameters
+    ----------
+    name : str
+    kind : str
+        Register type.
+    offset : int
+        Registers before it in the window.
+    scale : float
+        Units per count.
+    word_order : str
+        Its own, where it differs from the window's.
+    """
 
     name: str
     kind: str
     offset: int
+    scale: float = 1.0
+    word_order: str = ""
 
     @property
     def words(self) -> int:
@@ -98,13 +162,16 @@ class Layout:
     places : tuple of Place
         The values, by ascending offset.
     word_order : str
-        ``big`` or ``little``.
+        ``big`` or ``little``, for places without one of their own.
+    table : str
+        ``holding`` or ``input``.
     """
 
     address: int
     words: int
     places: tuple[Place, ...]
     word_order: str
+    table: Literal["holding", "input"] = "holding"
 
     def decode(self, registers: Sequence[int]) -> dict[str, float | int]:
         """Return every value of the window by name.
@@ -115,12 +182,46 @@ class Layout:
             If the number of registers is not that of the window.
         """
         self._demand(len(registers), self.words)
+        if self._coding is not None:
+            return self.unpack(pack(registers))
         return {
-            place.name: decode_value(
-                registers[place.offset : place.offset + place.words], place.kind, self.word_order
+            place.name: from_wire(
+                registers[place.offset : place.offset + place.words],
+                place.kind,
+                place.word_order or self.word_order,
+                place.scale,
             )
             for place in self.places
         }
+
+    def unpack(self, packed: bytes) -> dict[str, float | int]:
+        """Return every value of the window by name, from its bytes as they are on the wire.
+
+        Raises
+        ------
+        ValueError
+            If the number of bytes is not that of the window.
+        """
+        if self._coding is None:
+            return self.decode(struct.unpack(f">{len(packed) // 2}H", packed))
+        self._demand(len(packed) // 2, self.words)
+        return dict(zip(self._names, self._coding.unpack(packed), strict=True))
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(place.name for place in self.places)
+
+    @cached_property
+    def _coding(self) -> struct.Struct | None:
+        """How the whole window is unpacked at once; None where words are swapped or values are scaled."""
+        form, at = ">", 0
+        for place in self.places:
+            order = place.word_order or self.word_order
+            if place.scale != 1.0 or (place.words > 1 and order != "big"):
+                return None
+            form += f"{2 * (place.offset - at)}x{_CODES[place.kind][1:]}"
+            at = place.offset + place.words
+        return struct.Struct(form + f"{2 * (self.words - at)}x")
 
     def encode(self, values: Mapping[str, float]) -> list[int]:
         """Return the window's registers; registers without a name are 0.
@@ -133,10 +234,15 @@ class Layout:
         names = {place.name for place in self.places}
         if wrong := names.symmetric_difference(values):
             raise ValueError(f"values do not match the window: {', '.join(sorted(wrong))}")
+        if self._coding is not None:
+            with suppress(struct.error, OverflowError):  # what does not fit is said by name below
+                packed = self._coding.pack(*(values[name] for name in self._names))
+                return list(struct.unpack(f">{self.words}H", packed))
         registers = [0] * self.words
         for place in self.places:
             try:
-                words = encode_value(values[place.name], place.kind, self.word_order)
+                order = place.word_order or self.word_order
+                words = to_wire(values[place.name], place.kind, order, place.scale)
             except ValueError as error:
                 raise ValueError(f"{place.name}: {error}") from None
             registers[place.offset : place.offset + place.words] = words
@@ -150,16 +256,37 @@ class Layout:
         ValueError
             If the number of registers is not ``rows`` windows.
         """
-        self._demand(len(registers), rows * self.words)
-        table = np.asarray(registers, dtype=np.uint16).reshape(rows, self.words)
+        return self.unpack_rows(pack(registers), rows)
+
+    def unpack_rows(self, packed: bytes, rows: int) -> dict[str, NDArray[Any]]:
+        """Return the same from the bytes of the windows as they are on the wire.
+
+        Raises
+        ------
+        ValueError
+            If the number of bytes is not that of ``rows`` windows.
+        """
+        self._demand(len(packed) // 2, rows * self.words)
+        table = np.frombuffer(packed, dtype=self._row_type, count=rows)
         columns: dict[str, NDArray[Any]] = {}
         for place in self.places:
-            words = table[:, place.offset : place.offset + place.words]
-            if self.word_order == "little":
-                words = words[:, ::-1]
-            packed = np.ascontiguousarray(words).astype(">u2").view(">" + _DTYPES[place.kind])
-            columns[place.name] = packed[:, 0].astype(_DTYPES[place.kind])
+            column = table[place.name]
+            if place.words > 1 and (place.word_order or self.word_order) == "little":
+                words = np.ascontiguousarray(column).view(">u2").reshape(rows, place.words)[:, ::-1]
+                column = np.ascontiguousarray(words).view(">" + DTYPES[place.kind])[:, 0]
+            columns[place.name] = column.astype(DTYPES[place.kind])
         return columns
+
+    @cached_property
+    def _row_type(self) -> np.dtype[np.void]:
+        return np.dtype(
+            {
+                "names": list(self._names),
+                "formats": [">" + DTYPES[place.kind] for place in self.places],
+                "offsets": [2 * place.offset for place in self.places],
+                "itemsize": 2 * self.words,
+            }
+        )
 
     def encode_rows(self, columns: Mapping[str, NDArray[Any]]) -> list[int]:
         """Return the registers of windows in a row from arrays of equal length (undoes :meth:`decode_rows`).
@@ -174,7 +301,7 @@ class Layout:
         for place in self.places:
             column = np.asarray(columns[place.name])
             with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is refused below
-                typed = column.astype(">" + _DTYPES[place.kind])
+                typed = column.astype(">" + DTYPES[place.kind])
             if typed.shape != (rows,) or (place.kind != "f32" and not np.array_equal(typed, column)):
                 raise ValueError(f"{place.name}: a value does not fit {place.kind}, or lengths differ")
             words = typed.view(">u2").reshape(rows, place.words)

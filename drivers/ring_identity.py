@@ -54,7 +54,8 @@ def _expected_words(profile: Profile, window: Layout, word_order: str) -> dict[i
     for place in window.places:
         expect = profile.find(place.name).expect
         if expect is not None:
-            words |= dict(enumerate(encode_value(expect, place.kind, word_order), start=place.offset))
+            own = place.word_order or word_order
+            words |= dict(enumerate(encode_value(expect, place.kind, own), start=place.offset))
     return words
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.profile import Profile
+from drivers.profile import ASKED, CHECK, Profile
+from drivers.registers import pack
 
 _WRAP = 1 << 32
 _HALF = 1 << 31
@@ -44,8 +47,9 @@ class RingRows:
 class RingReader:
     """Turns windows of registers into consecutive samples with unwrapped time.
 
-    A window is taken only if its sequence continues (or leaves a gap, which is counted) and its ticks are
-    those that the sequence and the sample rate demand; so a torn or repeated window cannot pass.
+    A window is taken only if it answers what was asked, its CRC is right (where the profile has these
+    fields), its sequence continues (or leaves a gap, which is counted) and its ticks are those that the
+    sequence and the sample rate demand; so a torn, late or repeated window cannot pass.
 
     Parameters
     ----------
@@ -81,18 +85,21 @@ class RingReader:
         ValueError
             If the window has the wrong length.
         """
-        header = self._header.decode(registers[: self._header.words])
+        packed = pack(registers)
+        start = 2 * self._header.words
+        header = self._header.unpack(packed[:start])
         rows = int(header["count"])
         if rows > self._most:
             raise DoubtfulBlock(f"the block claims {rows} samples, {self._most} fit")
+        samples = packed[start : start + 2 * rows * self._sample.words]
+        self._demand_whole(header, packed[: start - 4], samples)
         first, lost = self._place(int(header["first_sequence"]), rows)
         if rows == 0:
             if self._next_sequence is None:
                 self._first_ask = first  # after 25 days “0” lies ahead of the device's sequence, not behind
             self._note_overruns(int(header["overruns"]), lost=0, at=first)
             return None
-        start = self._header.words
-        columns = self._sample.decode_rows(registers[start : start + rows * self._sample.words], rows)
+        columns = self._sample.unpack_rows(samples, rows)
         time_us = self._unwrap(columns.pop("tick"), lost)
         if self._next_sequence is None:
             lost = 0
@@ -100,6 +107,16 @@ class RingReader:
         self._next_sequence = first + rows
         self._last_time_us = int(time_us[-1])
         return RingRows(first, time_us, columns, lost)
+
+    def _demand_whole(self, header: dict[str, float | int], before_check: bytes, samples: bytes) -> None:
+        """See that the window answers this request and came unaltered, as far as the profile lets it."""
+        if CHECK in header and zlib.crc32(samples, zlib.crc32(before_check)) != header[CHECK]:
+            raise DoubtfulBlock("the block's CRC does not fit its content: it was altered on its way")
+        if header.get(ASKED, self.acknowledge) != self.acknowledge:
+            raise DoubtfulBlock(
+                f"the block answers a request for sequence {header[ASKED]}, not {self.acknowledge}: "
+                "it is late, or another program reads this ring"
+            )
 
     def _place(self, first: int, rows: int) -> tuple[int, int]:
         """Return the absolute sequence of row 0 and the samples missing before it."""
@@ -117,27 +134,25 @@ class RingReader:
 
     def _unwrap(self, ticks: NDArray[np.uint32], lost: int) -> NDArray[np.int64]:
         """Return device time without the 32-bit wrap (every 71.6 min); refuse ticks out of step."""
-        steps = np.diff(ticks)  # modulo 2**32 by its type
-        if steps.size and (steps.min() < 0.5 * self._period_us or steps.max() > 1.5 * self._period_us):
+        stamps = ticks.tolist()  # a handful: plain numbers are quicker than arrays
+        steps = [(after - before) % _WRAP for before, after in pairwise(stamps)]
+        if steps and (min(steps) < 0.5 * self._period_us or max(steps) > 1.5 * self._period_us):
             raise DoubtfulBlock(
-                f"the ticks step by {steps.min()} … {steps.max()} µs inside the block, "
+                f"the ticks step by {min(steps)} … {max(steps)} µs inside the block, "
                 f"the sample rate demands {self._period_us:g}"
             )
         if self._next_sequence is None:
-            start = int(ticks[0])
+            start = stamps[0]
         else:
             expected_us = (lost + 1) * self._period_us
-            step_us = (int(ticks[0]) - self._last_time_us) % _WRAP
+            step_us = (stamps[0] - self._last_time_us) % _WRAP
             step_us += round((expected_us - step_us) / _WRAP) * _WRAP
             if abs(step_us - expected_us) > 0.5 * self._period_us + 1e-3 * expected_us:
                 raise DoubtfulBlock(
                     f"the tick steps by {step_us} µs from the last block, {expected_us:g} µs would be right"
                 )
             start = self._last_time_us + step_us
-        time_us = np.empty(ticks.size, dtype=np.int64)
-        time_us[0] = start
-        time_us[1:] = start + np.cumsum(steps, dtype=np.int64)
-        return time_us
+        return np.fromiter(accumulate(steps, initial=start), dtype=np.int64, count=len(stamps))
 
     def _note_overruns(self, overruns: int, *, lost: int, at: int) -> None:
         before, self._overruns = self._overruns, overruns

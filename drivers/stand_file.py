@@ -7,8 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PrivateAttr,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
+from drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifierSettings
 from drivers.profile import Profile, load_profile
 from foundation.channel import Calibration, Channel, ChannelUncertainty
 from foundation.errors import BadInput
@@ -22,6 +30,9 @@ CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
     "command": ("command", "mm"),
 }
 """Quantity and unit of each channel that the controller samples."""
+
+LONGEST_RTU_BITS = (17 + 255) * 11
+"""Bits on a line of the largest exchange: a request of function 23 and a reply of 125 registers."""
 
 CELSIUS_PER_COUNT = 0.0625
 """Resolution of a DS18B20 at 12 bit [°C per count]."""
@@ -44,6 +55,8 @@ class StandFacts(Settings):
     force_cell: Literal["moving-side", "fixed-side"] | None = None
     """Where the load cell is: it pushes the mass (``moving-side``, as where nothing is stated), or stands
     behind the specimen (``fixed-side``)."""
+    tilt_max_mm: float | None = Field(default=None, gt=0)
+    """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
 
 
 class Limits(Settings):
@@ -59,14 +72,31 @@ class ControllerSettings(Settings):
     """The actuator controller behind Modbus TCP."""
 
     profile: str = "ring"
-    host: str = Field(min_length=1)
+    host: str = ""
     port: int = Field(default=502, ge=1, le=65535)
+    serial: str = ""
+    """Serial device of a controller on Modbus RTU, instead of ``host``."""
+    baud: int = Field(default=19200, gt=0)
+    parity: Literal["none", "even", "odd"] = "even"
+    stop_bits: Literal[1, 2] = 1
     device_id: int = Field(default=1, ge=0, le=255)
     timeout_s: float = Field(default=0.5, gt=0, le=10)
     """Longest wait for one reply [s]."""
     watchdog_s: float = Field(default=2.0, gt=0, le=65.535)
     """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
     channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
+
+    @model_validator(mode="after")
+    def _one_wire(self) -> ControllerSettings:
+        if bool(self.host) == bool(self.serial):
+            raise ValueError("give either host (Modbus TCP) or serial (Modbus RTU)")
+        longest_s = LONGEST_RTU_BITS / self.baud
+        if self.serial and self.timeout_s < longest_s:
+            raise ValueError(
+                f"timeout_s = {self.timeout_s:g} is too short: at {self.baud} baud the longest request and "
+                f"its reply take {longest_s:.2g} s on the line"
+            )
+        return self
 
     @model_validator(mode="after")
     def _channels_complete(self) -> ControllerSettings:
@@ -93,27 +123,50 @@ class ControllerSettings(Settings):
 
 
 class AmplifierSettings(Settings):
-    """A measuring amplifier on a serial line."""
+    """A measuring amplifier beside the controller: on a serial line, or with registers."""
 
-    protocol: Literal["gsv2"]
-    port: str = Field(min_length=1)
+    protocol: Literal["gsv2", "aed", "modbus"]
+    port: str = ""
+    """Serial device; none for Modbus TCP."""
     baud: int = Field(default=38400, gt=0)
     rate_Hz: float = Field(gt=0)
-    """Frames a second that the amplifier is set to."""
+    """Values a second that the amplifier is set to, or asked for."""
     range_kN: float = Field(gt=0)
-    """Force at the nominal range; the full scale of the 24-bit value is 1.05 times this."""
+    """Force at the nominal range; the full scale of a GSV-2's 24-bit value is 1.05 times this."""
     channel: Channel
+    gsv2: Gsv2Settings = Gsv2Settings()
+    aed: AedSettings = AedSettings()
+    modbus: ModbusAmplifierSettings | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> AmplifierSettings:
         if (self.channel.quantity, self.channel.unit) != ("force", "kN"):
             raise ValueError(f"channel “{self.channel.name}” must be force in kN")
-        most = self.baud / 50  # 5 bytes of 10 bits a frame
-        if self.rate_Hz > most:
-            raise ValueError(
-                f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}"
-            )
+        for table in ("gsv2", "aed", "modbus"):
+            if table in self.model_fields_set and table != self.protocol:
+                raise ValueError(f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”")
+        if self.protocol == "modbus" and self.modbus is None:
+            raise ValueError("protocol = “modbus” needs a table [amplifier.modbus]")
+        if not self.port and (self.modbus is None or self.modbus.host is None):
+            raise ValueError("port must name the serial device")
+        if self.protocol != "modbus":
+            size = self.gsv2.bytes_per_value if self.protocol == "gsv2" else self.aed.bytes_per_value
+            bits = 11 if self.protocol == "aed" and self.aed.parity == "even" else 10
+            most = self.baud / (bits * size)
+            if self.rate_Hz > most:
+                raise ValueError(
+                    f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}"
+                )
         return self
+
+    @model_serializer(mode="wrap")
+    def _own_table(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the tables of other protocols, and one that says nothing."""
+        content: dict[str, Any] = handler(self)
+        for table in ("gsv2", "aed", "modbus"):
+            if table != self.protocol or table not in self.model_fields_set:
+                content.pop(table, None)
+        return content
 
 
 class SensorSettings(Settings):
@@ -144,8 +197,18 @@ class SensorSettings(Settings):
 class TemperatureSettings(Settings):
     """The 1-Wire sensors."""
 
-    kind: Literal["w1"]
+    kind: Literal["w1", "ds2480b"]
+    """The kernel's 1-Wire folder, or a serial adapter with a DS2480B (DS9097U)."""
     root: str = "/sys/bus/w1/devices"
+    """Folder of ``w1``."""
+    access: Literal["w1_slave", "temperature", "bulk"] = "w1_slave"
+    """How the folder is read; ``bulk`` converts all sensors at once."""
+    bulk_master: str = "w1_bus_master1"
+    """Folder of the bus master that has ``therm_bulk_read``."""
+    port: str = ""
+    """Serial device of ``ds2480b``."""
+    parasite: bool = False
+    """Whether sensors without a supply wire hang on the adapter: strong pull-up while they convert."""
     period_s: float = Field(default=1.0, gt=0)
     sensor: Annotated[tuple[SensorSettings, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
 
@@ -156,7 +219,18 @@ class TemperatureSettings(Settings):
             for value in values:
                 if values.count(value) > 1:
                     raise ValueError(f"two sensors have the {what} “{value}”")
+        if (self.kind == "ds2480b") != bool(self.port):
+            raise ValueError("port names the serial device of kind = “ds2480b”, and only of that")
         return self
+
+    @model_serializer(mode="wrap")
+    def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the keys of other kinds that say nothing."""
+        content: dict[str, Any] = handler(self)
+        for key in ("access", "bulk_master", "port", "parasite"):
+            if key not in self.model_fields_set:
+                content.pop(key, None)
+        return content
 
 
 class StandFile(Settings):
@@ -210,13 +284,27 @@ class StandFile(Settings):
                 error.problem, file=self._path, place="controller.profile", remedy=error.remedy
             ) from None
 
+    def controller_serial(self) -> Path | None:
+        """Return the controller's serial device, if it is on Modbus RTU."""
+        return self.folder / self.controller.serial if self.controller.serial else None
+
     def amplifier_port(self) -> Path | None:
         """Return the amplifier's serial device, if there is an amplifier."""
-        return None if self.amplifier is None else self.folder / self.amplifier.port
+        if self.amplifier is None or not self.amplifier.port:
+            return None
+        return self.folder / self.amplifier.port
 
     def w1_root(self) -> Path | None:
         """Return the folder of the 1-Wire devices, if there are any."""
-        return None if self.temperature is None else self.folder / self.temperature.root
+        if self.temperature is None or self.temperature.kind != "w1":
+            return None
+        return self.folder / self.temperature.root
+
+    def onewire_port(self) -> Path | None:
+        """Return the serial device of the 1-Wire adapter, if there is one."""
+        if self.temperature is None or self.temperature.kind != "ds2480b":
+            return None
+        return self.folder / self.temperature.port
 
 
 @dataclass(frozen=True)
@@ -231,12 +319,18 @@ class Endpoints:
         The amplifier's serial device.
     w1_root : Path
         Folder of the 1-Wire devices.
+    controller_serial : Path
+        The controller's serial device, where it is on Modbus RTU.
+    onewire_port : Path
+        Serial device of the 1-Wire adapter, where there is one.
     """
 
     host: str | None = None
     port: int | None = None
     amplifier_port: Path | None = None
     w1_root: Path | None = None
+    controller_serial: Path | None = None
+    onewire_port: Path | None = None
 
 
 def load_stand(path: Path) -> StandFile:
@@ -249,7 +343,8 @@ def load_stand(path: Path) -> StandFile:
     """
     stand_file = load_settings(path, StandFile)
     stand_file._path = path
-    sampled = {name for name, _ in stand_file.profile().ring.sample} - {"tick"}
+    window = stand_file.profile().window
+    sampled = set(CONTROLLER_CHANNELS) if window is None else {name for name, _ in window.sample} - {"tick"}
     if sampled != set(CONTROLLER_CHANNELS):
         raise BadInput(
             f"profile “{stand_file.controller.profile}” samples {', '.join(sorted(sampled))}",
@@ -269,8 +364,10 @@ def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
     return with_endpoints(
         stand_file,
         Endpoints(
-            amplifier_port=None if amplifier is None else folder / amplifier.port,
+            amplifier_port=None if amplifier is None or not amplifier.port else folder / amplifier.port,
             w1_root=None if temperature is None else folder / temperature.root,
+            onewire_port=None if temperature is None or not temperature.port else folder / temperature.port,
+            controller_serial=folder / stand_file.controller.serial if stand_file.controller.serial else None,
         ),
     )
 
@@ -287,13 +384,18 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
             if value is not None
         }
     )
+    if controller.serial and endpoints.controller_serial is not None:
+        controller = controller.model_copy(update={"serial": str(endpoints.controller_serial.absolute())})
     changes: dict[str, Any] = {"controller": controller}
     if stand_file.amplifier is not None and endpoints.amplifier_port is not None:
         changes["amplifier"] = stand_file.amplifier.model_copy(
             update={"port": str(endpoints.amplifier_port.absolute())}
         )
-    if stand_file.temperature is not None and endpoints.w1_root is not None:
-        changes["temperature"] = stand_file.temperature.model_copy(
-            update={"root": str(endpoints.w1_root.absolute())}
+    temperature = stand_file.temperature
+    if temperature is not None and temperature.kind == "w1" and endpoints.w1_root is not None:
+        changes["temperature"] = temperature.model_copy(update={"root": str(endpoints.w1_root.absolute())})
+    if temperature is not None and temperature.port and endpoints.onewire_port is not None:
+        changes["temperature"] = temperature.model_copy(
+            update={"port": str(endpoints.onewire_port.absolute())}
         )
     return stand_file.model_copy(update=changes)

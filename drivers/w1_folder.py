@@ -1,30 +1,40 @@
-"""DS18B20 sensors through the kernel's 1-Wire folder: one thread reads them in turn, one stream for each.
+"""DS18B20 sensors through the kernel's 1-Wire folder, in one of three ways.
 
-A read blocks for the conversion, up to 0.8 s; so it never happens in the acquisition loop.
+``w1_slave``: the nine bytes of each sensor, one conversion after the other. ``temperature``: the kernel's
+number, where that file is all there is; what it cannot tell is looked up in ``w1_slave``. ``bulk``: one
+conversion for all (``therm_bulk_read``), then the nine bytes of each.
+Source: Linux, drivers/w1/slaves/w1_therm.c and its ABI documentation.
 """
 
 from __future__ import annotations
 
 import errno
-import threading
-from collections.abc import Sequence
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Literal
 
-import numpy as np
-
-from drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault, decode_w1_slave
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
-from drivers.mailbox import Mailbox
-from drivers.stand_file import SensorSettings, TemperatureSettings
+from drivers.ds18b20 import Reading, ReadingFault, decode_temperature, decode_w1_slave
+from drivers.interfaces import DeviceFault
+from drivers.stand_file import TemperatureSettings
+from drivers.temperature_bus import BusSensor as W1Sensor
+from drivers.temperature_bus import TemperatureBus
 from foundation.clock import Clock
 
-_POLL_S = 0.01
-_READ_WORST_S = 1.0
-_LEAST_STALL_S = 5.0
+__all__ = ["FolderReader", "W1Bus", "W1Sensor", "read_sensor", "read_temperature", "roms_on_bus"]
+
+Access = Literal["w1_slave", "temperature", "bulk"]
+
+TRIGGER = b"trigger\n"
+"""What starts a bulk conversion: exactly these eight bytes, anything else is silently ignored."""
+CONVERSION_MOST_S = 2.0
+"""Longest wait for a bulk conversion [s of the wall]; the slowest clones take 0.75 s."""
+_POLL_S = 0.02
 
 
 def read_sensor(root: Path, rom: str) -> Reading | ReadingFault:
-    """Read one sensor once; blocks for its conversion (up to 0.8 s).
+    """Read one sensor's nine bytes once; blocks for its conversion (up to 0.8 s).
 
     Parameters
     ----------
@@ -33,19 +43,21 @@ def read_sensor(root: Path, rom: str) -> Reading | ReadingFault:
     rom : str
         The sensor's name in it.
     """
-    path = root / rom / "w1_slave"
-    try:
-        text = path.read_text(encoding="ascii")
-    except FileNotFoundError:
-        return ReadingFault.ABSENT
-    except UnicodeDecodeError:
-        return ReadingFault.GARBLED
-    except PermissionError:
-        return ReadingFault.UNREADABLE
-    except OSError as error:
-        gone = error.errno in {errno.ENODEV, errno.ENXIO}
-        return ReadingFault.ABSENT if gone else ReadingFault.EMPTY
-    return decode_w1_slave(text)
+    text = _text(root / rom / "w1_slave")
+    return text if isinstance(text, ReadingFault) else decode_w1_slave(text)
+
+
+def read_temperature(root: Path, rom: str) -> Reading | ReadingFault:
+    """Read one sensor through its ``temperature`` file.
+
+    85.0 °C and 0.0 °C are ambiguous there (power-on value; all bytes zero), so they are looked up in the
+    nine bytes.
+    """
+    text = _text(root / rom / "temperature")
+    if isinstance(text, ReadingFault):
+        return text
+    found = decode_temperature(text)
+    return read_sensor(root, rom) if found is None else found
 
 
 def roms_on_bus(root: Path) -> tuple[str, ...]:
@@ -56,159 +68,142 @@ def roms_on_bus(root: Path) -> tuple[str, ...]:
         return ()
 
 
-class W1Sensor:
-    """Sensor of :mod:`drivers.interfaces`: one DS18B20, read by its bus.
-
-    Parameters
-    ----------
-    bus : W1Bus
-        Who reads it.
-    settings : SensorSettings
-        ROM, name and place.
-    period_s : float
-        Stand time between two readings [s].
-    """
-
-    facts: StreamFacts
-
-    def __init__(self, bus: W1Bus, settings: SensorSettings, period_s: float) -> None:
-        self.facts = StreamFacts(
-            settings.name, "host", (settings.channel(),), 1.0 / period_s, f"DS18B20 {settings.rom}"
-        )
-        self.rom = settings.rom
-        self._place = settings.place
-        self._bus = bus
-        self._mailbox = Mailbox()
-        self._sequence = 0
-        self._is_open = False
-        self._stalled = False
-
-    def start(self) -> None:
-        """Begin to read (the first sensor of a bus starts its thread).
-
-        Raises
-        ------
-        DeviceFault
-            If the folder of 1-Wire devices is not there.
-        """
-        if not self._is_open:
-            self._bus.enter()
-            self._is_open = True
-
-    def drain(self) -> Sequence[SampleBlock | SensorFault]:
-        """Get (and forget) what has come in since the last call; never blocks."""
-        stall = self._bus.stall() if self._is_open else ""
-        if stall and not self._stalled:
-            self.refuse(stall)
-        self._stalled = bool(stall)
-        return self._mailbox.take()
-
-    def close(self) -> None:
-        """Stop reading (the last sensor of a bus ends its thread); never raises."""
-        if self._is_open:
-            self._is_open = False
-            self._bus.leave()
-
-    def post(self, reading: Reading, at_s: float) -> None:
-        """Leave a reading, true at stand time ``at_s``."""
-        self._mailbox.put(
-            SampleBlock(
-                stream=self.facts.name,
-                first_sequence=self._sequence,
-                time_us=np.array([round(at_s * 1e6)], dtype=np.int64),
-                counts={self.facts.name: np.array([reading.count], dtype=np.int16)},
-                lost=0,
-                received_s=at_s,
-            )
-        )
-        self._sequence += 1
-
-    def refuse(self, what: str) -> None:
-        """Leave a fault, with the sensor's name, place and ROM."""
-        text = f"{self.facts.name} ({self._place}, {self.rom}): {what}"
-        self._mailbox.put(SensorFault(self.facts.name, self._bus.now_s(), text))
-
-
-class W1Bus:
-    """The 1-Wire folder and the one thread that reads it.
+class FolderReader:
+    """The kernel's folder as a bus.
 
     Parameters
     ----------
     root : Path
         Folder of the 1-Wire devices.
-    settings : TemperatureSettings
-        Sensors and period.
-    clock : Clock
-        Stand time for period and stamps, wall time for the judgement of a stall.
+    access : str
+        ``w1_slave``, ``temperature`` or ``bulk``.
+    master : str
+        Folder of the bus master whose ``therm_bulk_read`` is used.
+    wall_s : callable
+        Monotonic time [s].
+    sleep : callable
+        Waits for a time [s].
     """
 
-    def __init__(self, root: Path, settings: TemperatureSettings, clock: Clock) -> None:
+    def __init__(
+        self,
+        root: Path,
+        access: Access = "w1_slave",
+        master: str = "w1_bus_master1",
+        *,
+        wall_s: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
         self._root = root
-        self._period_s = settings.period_s
-        self._clock = clock
-        self._users = 0
-        self._stop = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._alive_s = 0.0
-        self.sensors = tuple(W1Sensor(self, sensor, settings.period_s) for sensor in settings.sensor)
-        self._stall_s = max(_LEAST_STALL_S, 3 * settings.period_s + _READ_WORST_S * len(self.sensors))
+        self._access = access
+        self._bulk = root / master / "therm_bulk_read"
+        self._wall_s = wall_s
+        self._sleep = sleep
+        self._notes: list[str] = []
+        self._bulk_problem = ""
 
-    def now_s(self) -> float:
-        """Get the stand time [s]."""
-        return self._clock.now_s()
-
-    def enter(self) -> None:
-        """Count one more sensor in use; the first starts the thread.
+    def check(self) -> None:
+        """See that the folder is there.
 
         Raises
         ------
         DeviceFault
-            If the folder is not there.
+            If it is not.
         """
         if not self._root.is_dir():
             raise DeviceFault(
                 f"1-Wire: there is no folder {self._root}; look whether the kernel's w1 driver is loaded "
                 "and temperature.root of the stand file is right"
             )
-        self._users += 1
-        if self._thread is None:
-            self._stop = threading.Event()  # a new one: a thread that still hangs in a read keeps the old
-            self._alive_s = self._clock.wall_s()
-            self._thread = threading.Thread(target=self._run, args=(self._stop,), name="1-wire", daemon=True)
-            self._thread.start()
 
-    def leave(self) -> None:
-        """Count one sensor less; the last ends the thread (a read under way may outlive it, harmlessly)."""
-        self._users -= 1
-        if self._users == 0 and self._thread is not None:
-            self._stop.set()
-            self._thread.join(timeout=2.0)
-            self._thread = None
+    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, Reading | ReadingFault]]:
+        """Yield the reading of each sensor, or why there is none."""
+        if self._access == "bulk":
+            self._note_bulk(self._trigger())
+        one = read_temperature if self._access == "temperature" else read_sensor
+        for rom in roms:
+            yield rom, one(self._root, rom)
 
-    def stall(self) -> str:
-        """Return what is wrong if the thread hangs in a read; empty if it lives."""
-        silent_s = self._clock.wall_s() - self._alive_s
-        if silent_s < self._stall_s:
-            return ""
-        return f"a read of the 1-Wire bus hangs for {silent_s:.0f} s; look at the bus and the kernel's log"
+    def notes(self) -> list[str]:
+        """Get (and forget) what is remarkable about the bus since the last call."""
+        notes, self._notes = self._notes, []
+        return notes
 
-    def _run(self, stop: threading.Event) -> None:
-        due_s = self._clock.now_s()
-        while not stop.is_set():
-            self._alive_s = self._clock.wall_s()
-            if self._clock.now_s() < due_s:
-                stop.wait(_POLL_S)
-                continue
-            due_s = max(due_s + self._period_s, self._clock.now_s())
-            for sensor in self.sensors:
-                if stop.is_set():
-                    return
-                self._read(sensor)
+    def close(self) -> None:
+        """Let go: nothing is held."""
 
-    def _read(self, sensor: W1Sensor) -> None:
-        got = read_sensor(self._root, sensor.rom)
-        self._alive_s = self._clock.wall_s()
-        if isinstance(got, Reading):
-            sensor.post(got, self._clock.now_s())
-        else:
-            sensor.refuse(FAULT_TEXTS[got])
+    def _note_bulk(self, problem: str) -> None:
+        """Say a problem with the common conversion when it is new: the sensors are read one by one then."""
+        if problem and problem != self._bulk_problem:
+            self._notes.append(f"{problem}; the sensors are converted one by one, which takes longer")
+        self._bulk_problem = problem
+
+    def _trigger(self) -> str:
+        """Let all sensors convert at once; return what went wrong.
+
+        The kernel's answer to the write says nothing: it takes any bytes. So the state is read afterwards:
+        −1 a conversion runs, 1 values wait to be read, 0 nothing was triggered.
+        """
+        try:
+            descriptor = os.open(self._bulk, os.O_WRONLY)
+            try:
+                os.write(descriptor, TRIGGER)  # one write; it may block for the conversion
+            finally:
+                os.close(descriptor)
+        except FileNotFoundError:
+            return (
+                f"there is no {self._bulk}; the kernel is too old for it, or this is not the first bus "
+                "master (only that has it: temperature.bulk_master)"
+            )
+        except PermissionError:
+            return f"{self._bulk} may not be written; bulk reading needs root, or a udev rule"
+        except OSError as error:
+            return f"{self._bulk} cannot be written ({error.strerror})"
+        deadline_s = self._wall_s() + CONVERSION_MOST_S
+        while True:
+            state = _text(self._bulk)
+            if isinstance(state, str) and state.strip() == "1":
+                return ""
+            if state == "0\n" or isinstance(state, ReadingFault):
+                return f"{self._bulk} did not take the trigger (it shows {_shown(state)})"
+            if self._wall_s() >= deadline_s:
+                return f"the common conversion did not end within {CONVERSION_MOST_S:g} s"
+            self._sleep(_POLL_S)
+
+
+class W1Bus(TemperatureBus):
+    """The kernel's 1-Wire folder and the one thread that reads it.
+
+    Parameters
+    ----------
+    root : Path
+        Folder of the 1-Wire devices.
+    settings : TemperatureSettings
+        Sensors, period, way of reading.
+    clock : Clock
+        Stand time for period and stamps, wall time for the judgement of a stall.
+    """
+
+    def __init__(self, root: Path, settings: TemperatureSettings, clock: Clock) -> None:
+        reader = FolderReader(root, settings.access, settings.bulk_master)
+        super().__init__(reader, settings, clock)
+
+
+def _text(path: Path) -> str | ReadingFault:
+    try:
+        return path.read_text(encoding="ascii")
+    except FileNotFoundError:
+        return ReadingFault.ABSENT
+    except UnicodeDecodeError:
+        return ReadingFault.GARBLED
+    except PermissionError:
+        return ReadingFault.UNREADABLE
+    except OSError as error:
+        gone = error.errno in {errno.ENODEV, errno.ENXIO}
+        return ReadingFault.ABSENT if gone else ReadingFault.EMPTY
+
+
+def _shown(state: str | ReadingFault) -> str:
+    return (
+        f"“{state.strip()}”" if isinstance(state, str) and not isinstance(state, ReadingFault) else "nothing"
+    )

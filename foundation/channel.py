@@ -5,45 +5,34 @@ The same facts scale a reading in the acquisition loop and, years later, the raw
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from pydantic import Field
+from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from foundation.settings import Day, Numbers, Settings
+from foundation.calibration import Branch as Branch  # noqa: PLC0414 - part of what a channel is
+from foundation.calibration import Calibration as Calibration  # noqa: PLC0414
+from foundation.settings import Settings
 
 Quantity = Literal["force", "stroke", "position", "command", "temperature", "speed"]
+Span = Annotated[tuple[float, float], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+"""A TOML array of two numbers."""
 
 
-class Calibration(Settings):
-    """How raw counts become the channel's unit: ``value = Σ coefficients[i] · counts**i``."""
+class Plausibility(Settings):
+    """What a reading must keep to be believed; beyond it transducer, wire or converter has failed."""
 
-    id: str = "nominal"
-    coefficients: Numbers = Field(default=(0.0, 1.0), min_length=1)
-    certificate: str = ""
-    date: Day | None = None
-    valid_until: Day | None = None
+    counts: Span | None = None
+    """Lowest and highest counts that can be: at the ends the converter is saturated or a wire is broken."""
+    overload: float | None = Field(default=None, gt=0)
+    """Largest magnitude that the transducer bears, in the channel's unit."""
+    rate_per_s: float | None = Field(default=None, gt=0)
+    """Fastest change that the thing measured can make, in the channel's unit per second."""
 
-    def apply(self, counts: ArrayLike) -> NDArray[np.float64]:
-        """Return counts of any shape in the channel's unit, same shape (Horner's scheme)."""
-        raw = np.asarray(counts, dtype=np.float64)
-        value = np.zeros_like(raw)
-        for coefficient in reversed(self.coefficients):
-            value = value * raw + coefficient
-        return value
-
-    def invert_linear(self, value: float) -> float:
-        """Return the counts of a value, for a calibration of first degree (simulated devices).
-
-        Raises
-        ------
-        ValueError
-            If the calibration is not of first degree.
-        """
-        if len(self.coefficients) != 2 or self.coefficients[1] == 0.0:
-            raise ValueError(f"calibration “{self.id}” is not linear")
-        return (value - self.coefficients[0]) / self.coefficients[1]
+    @model_validator(mode="after")
+    def _spans(self) -> Plausibility:
+        if self.counts is not None and self.counts[0] >= self.counts[1]:
+            raise ValueError(f"counts must be [lowest, highest], got {list(self.counts)}")
+        return self
 
 
 class ChannelUncertainty(Settings):
@@ -75,3 +64,12 @@ class Channel(Settings):
     delay_s: float = 0.0
     calibration: Calibration = Calibration()
     uncertainty: ChannelUncertainty = ChannelUncertainty()
+    plausible: Plausibility | None = None
+
+    @model_serializer(mode="wrap")
+    def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what is not stated: the record of a plain channel stays as it was."""
+        content: dict[str, Any] = handler(self)
+        if self.plausible is None:
+            content.pop("plausible", None)
+        return content

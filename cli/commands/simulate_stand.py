@@ -8,6 +8,7 @@ import click
 
 from cli.options import EXISTING, FILE, FOLDER
 from drivers.simulated.faults import parse_fault
+from drivers.simulated.faults_file import load_faults
 from drivers.simulated.server import Options, Served, serve, write_endpoints
 
 
@@ -20,6 +21,7 @@ from drivers.simulated.server import Options, Served, serve, write_endpoints
 @click.option("--endpoints", metavar="FILE", type=FILE, help="Write there where it can be reached (JSON).")
 @click.option("--truth", metavar="FILE", type=FILE, help="Write there at the end what really happened.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help="e.g. temperature_1=silent@30:60")
+@click.option("--faults", "schedule", metavar="FAULTS.toml", type=EXISTING, help="Schedule of faults.")
 def command(
     stand: Path,
     speed: float,
@@ -29,25 +31,37 @@ def command(
     endpoints: Path | None,
     truth: Path | None,
     faults: tuple[str, ...],
+    schedule: Path | None,
 ) -> None:
-    """Serve the simulated stand on loopback until Ctrl-C: Modbus TCP, a serial device, a 1-Wire folder."""
+    """Serve the simulated stand on loopback until Ctrl-C: Modbus, serial devices, a 1-Wire folder.
+
+    While it is served, `bufferstand fault` lets a device of it fail.
+    """
+    scheduled, seed = ((), 0) if schedule is None else load_faults(schedule)
     options = Options(
         model=model,
         speed=speed,
         port=port,
         wires=wires,
         truth=truth,
-        faults=tuple(parse_fault(text) for text in faults),
+        faults=(*scheduled, *(parse_fault(text) for text in faults)),
+        fault_seed=seed,
     )
 
     def ready(served: Served) -> None:
         if endpoints is not None:
             write_endpoints(served, endpoints)
-        click.echo(f"controller   Modbus TCP {served.host}:{served.port}")
+        if served.controller_serial is None:
+            click.echo(f"controller   Modbus TCP {served.host}:{served.port}")
+        else:
+            click.echo(f"controller   Modbus RTU {served.controller_serial}")
         if served.amplifier_port is not None:
             click.echo(f"amplifier    {served.amplifier_port}")
         if served.w1_root is not None:
             click.echo(f"1-Wire       {served.w1_root}")
+        if served.onewire_port is not None:
+            click.echo(f"1-Wire       {served.onewire_port}")
+        click.echo(f"faults       bufferstand fault {stand} FAULT  (or --list, --clear)")
         click.echo(f"serving at {served.speed:g} times real time; Ctrl-C ends it")
 
     serve(stand, options, ready=ready)

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from drivers.simulated.faults import parse_fault
+from drivers.simulated.faults_file import load_faults
 from drivers.simulated.server import Options, Served, serve, write_endpoints
 from foundation.errors import BadInput, ExitStatus
 
@@ -24,6 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--truth", type=Path, help="file for what really happened (.npz or .csv)")
     parser.add_argument("--endpoints", type=Path, help="file that says where it can be reached, once it is")
     parser.add_argument("--fault", action="append", default=[], help="e.g. temperature_1=silent@30:60")
+    parser.add_argument("--faults", type=Path, help="schedule of faults (TOML)")
     parser.add_argument("--with-parent", action="store_true", help="end when standard input ends")
     given = parser.parse_args(arguments)
 
@@ -34,9 +36,16 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stdout.flush()
 
     try:
-        faults = tuple(parse_fault(text) for text in given.fault)
+        faults, seed = ((), 0) if given.faults is None else load_faults(given.faults)
         options = Options(
-            given.model, given.speed, given.port, given.wires, given.truth, faults, given.with_parent
+            model=given.model,
+            speed=given.speed,
+            port=given.port,
+            wires=given.wires,
+            truth=given.truth,
+            faults=(*faults, *(parse_fault(text) for text in given.fault)),
+            fault_seed=seed,
+            with_parent=given.with_parent,
         )
         serve(given.stand, options, ready=ready)
     except BadInput as error:

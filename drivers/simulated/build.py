@@ -6,13 +6,35 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.faults import ScheduledFault
+from drivers.simulated.faults import CHANNELS, ScheduledFault, nearest
 from drivers.simulated.physics import Spring
 from drivers.simulated.settings import model_path, simulation_settings
 from drivers.simulated.truth import Truth
 from drivers.stand_file import StandFile
+from foundation.errors import BadInput
 from model.file import load_model
 from model.stepper import SpringStepper
+
+
+def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
+    """See that a fault strikes a device that the stand has.
+
+    Raises
+    ------
+    BadInput
+        If it has none of that name.
+    """
+    have = ["controller", *CHANNELS]
+    if stand_file.amplifier is not None:
+        have.append("amplifier")
+    if stand_file.temperature is not None:
+        have += [sensor.name for sensor in stand_file.temperature.sensor]
+    if fault.target not in have:
+        raise BadInput(
+            f"the stand has no {fault.target}{nearest(fault.target, have)}",
+            place=f"fault {fault}",
+            remedy=f"it has {', '.join(have)}",
+        )
 
 
 def make_device(
@@ -23,6 +45,7 @@ def make_device(
     spring: Spring | None = None,
     truth: Truth | None = None,
     faults: Sequence[ScheduledFault] = (),
+    fault_seed: int = 0,
 ) -> SimulatedDevice:
     """Return the stand of a stand file with a specimen in it, at time 0, switched off.
 
@@ -40,6 +63,8 @@ def make_device(
         Where to log what really happens.
     faults : sequence of ScheduledFault
         What shall fail, and when.
+    fault_seed : int
+        By which the frames are picked that a fault strikes.
 
     Raises
     ------
@@ -47,7 +72,9 @@ def make_device(
         If the table is missing or wrong, the model cannot be loaded, or a calibration cannot be inverted.
     """
     settings = simulation_settings(stand_file)
+    for fault in faults:
+        demand_possible(stand_file, fault)
     if spring is None:
         initial_C = settings.ambient_C if settings.initial_C is None else settings.initial_C
         spring = SpringStepper(load_model(model_path(stand_file, model)), initial_C, settings.ambient_C)
-    return SimulatedDevice(stand_file, settings, spring, wall_s, truth, faults)
+    return SimulatedDevice(stand_file, settings, spring, wall_s, truth, faults, fault_seed)

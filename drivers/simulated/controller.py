@@ -107,6 +107,13 @@ class Controller:
             self.watchdog.trips += 1
             self._trip(Fault.WATCHDOG, EndReason.WATCHDOG)
 
+    def fail(self, fault: Fault) -> None:
+        """Give up for a reason of its own (a simulated fault): fall back to zero force, valve off."""
+        if self.fault is Fault.NONE:
+            self._trip(fault, EndReason.DEVICE_LIMIT)
+            if not self.valve_on:
+                self._arrive(self._motion)
+
     # --- commands -----------------------------------------------------------------------------------
 
     def arm(self, command: Command) -> Reject:

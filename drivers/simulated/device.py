@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.simulated.commands import Capabilities
+from drivers.simulated.commands import Capabilities, Fault
 from drivers.simulated.controller import Controller
-from drivers.simulated.faults import FaultSchedule, ScheduledFault
+from drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
 from drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
 from drivers.simulated.ring import SampleRing
 from drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
@@ -89,6 +89,8 @@ class SimulatedDevice:
         Where to log what really happens.
     faults : sequence of ScheduledFault
         What shall fail, and when.
+    fault_seed : int
+        By which the frames are picked that a fault strikes.
 
     Raises
     ------
@@ -104,11 +106,15 @@ class SimulatedDevice:
         wall_s: Callable[[], float],
         truth: Truth | None = None,
         faults: Sequence[ScheduledFault] = (),
+        fault_seed: int = 0,
     ) -> None:
         self.settings = settings
         self.spring = spring
         self.truth = truth
-        self.faults = FaultSchedule(faults)
+        self.wall_s = wall_s
+        self.faults = FaultSchedule(faults, fault_seed)
+        self._jumps: list[tuple[int, int]] = []
+        self._held: dict[str, float] = {}
         self._clock_rate = 1.0 + settings.clock_drift_ppm * 1e-6
         self.period_s = 1.0 / (RATE_HZ * self._clock_rate)
         limits = stand_file.limits
@@ -190,6 +196,7 @@ class SimulatedDevice:
         if count > 0:
             self.advance(count)
         else:
+            self._fail_when_due()
             self.controller.look_at_watchdog()
         left = max(0, due - max(count, 0))
         self.time_s = max(self.time_s, self.ring.total * self.period_s if left else time_s)
@@ -198,13 +205,15 @@ class SimulatedDevice:
     def advance(self, count: int) -> None:
         """Advance by ``count`` samples."""
         while count > 0:
+            self._fail_when_due()
             self.controller.look_at_watchdog()
-            still = min(count, DWELL, self._still_samples())
+            undisturbed = min(count, self._samples_to_next_fault())
+            still = min(undisturbed, DWELL, self._still_samples())
             if still > 1:
                 self._dwell(still)
                 count -= still
             else:
-                some = min(count, SLICE)
+                some = min(undisturbed, SLICE)
                 self._move(some)
                 count -= some
             self.time_s = self.ring.total * self.period_s
@@ -212,17 +221,55 @@ class SimulatedDevice:
 
     def tick_us(self, time_s: float) -> int:
         """Return the controller's clock, 32 bits, at a stand time [µs]."""
-        return (self.settings.tick_start_us + round(time_s * self._clock_rate * _US)) % (1 << 32)
+        jumped_us = sum(jump_us for _, jump_us in self._jumps)
+        return (self.settings.tick_start_us + jumped_us + round(time_s * self._clock_rate * _US)) % (1 << 32)
 
     def time_us(self, sequence: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the controller's time stamps of samples without wrapping [µs], same shape."""
         stamps: NDArray[np.int64] = self.settings.tick_start_us + (sequence + 1) * round(_US / RATE_HZ)
+        for first, jump_us in self._jumps:
+            stamps += np.where(sequence >= first, jump_us, 0)
         return stamps
 
     @property
     def heartbeat(self) -> int:
         """Counts up by one every 10 ms of device time, 16 bits."""
         return self.ring.total // 10 % (1 << 16)
+
+    # --- faults -------------------------------------------------------------------------------------
+
+    def _samples_to_next_fault(self) -> int:
+        """Return after how many samples a fault begins or ends, so that it does so at its sample."""
+        change_s = self.faults.next_change_s(self.time_s)
+        if change_s == FOREVER_S:
+            return SLICE
+        return max(1, round(change_s / self.period_s) - self.ring.total)
+
+    def _fail_when_due(self) -> None:
+        """Let the faults of an instant happen."""
+        for fault in self.faults.due(self.time_s, "controller"):
+            match fault.kind:
+                case "trip":
+                    self.controller.fail(Fault(int(fault.number("code"))))
+                case "watchdog":
+                    self.controller.watchdog.expire()
+                case "clock-jump":
+                    self._jumps.append((self.ring.total, round(fault.number("jump_s") * _US)))
+                case "overrun":
+                    self.ring.forget(int(fault.number("keep")))
+
+    def _break_transducers(self, counts: NDArray[np.float64]) -> None:
+        """Overwrite the counts, shape (n, 5), of channels whose transducer is broken or stuck."""
+        for column, name in enumerate(CHANNELS):
+            kind = self.faults.at(name, self.time_s)
+            if kind == "stuck":
+                counts[:, column] = self._held.setdefault(name, counts[0, column])
+                continue
+            self._held.pop(name, None)
+            if kind == "broken":
+                fault = self.faults.find(name, kind, self.time_s)
+                low, high = self._converters.ends(column)
+                counts[:, column] = high if fault is not None and fault.name("side") == "high" else low
 
     def _look_at_thermometers(self) -> None:
         for thermometer in self.thermometers:
@@ -315,6 +362,8 @@ class SimulatedDevice:
         felt[:, 1:3] = self._wires.feel(table[:, 1])
         felt[:, 3:] = table[:, 2:4]
         samples[:, 1:] = self._converters.counts(felt)
+        if self.faults.faults:
+            self._break_transducers(samples[:, 1:])
         self.ring.append(samples)
         last = self._converters.values(samples[-1, 1:])
         self.measured_stroke_mm = 0.5 * (last[1].item() + last[2].item())

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.interfaces import (
     CommandRejected,
@@ -14,7 +18,9 @@ from drivers.interfaces import (
     SampleBlock,
     StreamFacts,
 )
+from drivers.modbus_link import EXCEPTION_TEXTS
 from drivers.simulated.commands import Code, Command, Fault, Reject
+from drivers.simulated.controller import Controller as Machine
 from drivers.simulated.device import RATE_HZ, SimulatedDevice
 from drivers.simulated.virtual_clock import VirtualClock
 from drivers.stand_file import StandFile
@@ -22,6 +28,16 @@ from drivers.stand_file import StandFile
 BLOCK = 1000
 """Most samples of one block."""
 
+_LOSING = ("drop", "corrupt", "reorder", "delay")
+"""Faults of frames after which the driver of a real controller asks once more."""
+_FIELDS = {
+    **{name: name for name in ("state", "fault_code", "done_sequence", "end_reason", "cycles_done")},
+    **{name: name for name in ("heartbeat", "watchdog_trips")},
+    **{name: f"{name}_mm" for name in ("stroke", "position", "command")},
+    "force": "force_kN",
+    "tick": "tick_us",
+}
+"""Where the status has a register."""
 _REASONS = {
     Reject.UNKNOWN_COMMAND: "unknown command",
     Reject.WRONG_STATE: "not possible in the present state",
@@ -51,6 +67,9 @@ class InProcessController:
         self._next = 0
         self._feeds = 0
         self._events: list[str] = []
+        self._stuck: dict[str, Any] = {}
+        self._nan_said = False
+        self._last_us: int | None = None
         self._identity = Identity(
             device="simulated controller",
             address="in process",
@@ -91,10 +110,13 @@ class InProcessController:
         if ticks.size == 0:
             return None
         lost = first - self._next
+        if lost:
+            self._events.append(f"{lost} samples lost before sequence {first}: the ring was read too late")
         self._next = first + ticks.size
         # Here the sequence is known without wrapping, and so is the time.
         sequence = np.arange(first, self._next, dtype=np.int64)
         time_us = self._device.time_us(sequence)
+        self._demand_even(time_us, lost)
         return SampleBlock("controller", first, time_us, columns, lost, self._clock.now_s())
 
     def status(self) -> ControllerStatus:
@@ -107,6 +129,31 @@ class InProcessController:
         """
         self._reach()
         controller = self._device.controller
+        return self._with_faults(self._shown(controller))
+
+    def _with_faults(self, status: ControllerStatus) -> ControllerStatus:
+        """Let registers be stuck, or no numbers, by a simulated fault."""
+        faults, now_s = self._device.faults, self._clock.now_s()
+        wrong: dict[str, Any] = {}
+        if stuck := faults.find("controller", "stuck", now_s):
+            name = _FIELDS.get(stuck.name("register"), "")
+            if name:
+                wrong[name] = self._stuck.setdefault(name, getattr(status, name))
+        else:
+            self._stuck.clear()
+        nan = faults.find("controller", "nan", now_s)
+        if nan is not None:
+            name = nan.name("register")
+            wrong[_FIELDS.get(name, "force_kN")] = math.nan
+            if not self._nan_said:
+                self._events.append(
+                    f"register {name} of the controller holds nan, which is no number; "
+                    "look at its transducer and at the controller's own messages"
+                )
+        self._nan_said = nan is not None
+        return replace(status, **wrong)
+
+    def _shown(self, controller: Machine) -> ControllerStatus:
         return ControllerStatus(
             state=controller.state,
             fault_code=int(controller.fault),
@@ -119,6 +166,7 @@ class InProcessController:
             stroke_mm=self._device.measured_stroke_mm,
             position_mm=self._device.actuator.position_mm,
             command_mm=controller.command_mm,
+            tick_us=self._device.tick_us(self._clock.now_s()),
         )
 
     def feed_watchdog(self) -> None:
@@ -254,11 +302,49 @@ class InProcessController:
 
     def _reach(self) -> None:
         """Fail as a real link does: after its timeout, during which the stand goes on."""
-        if self._device.faults.at("controller", self._clock.now_s()):
+        faults, now_s = self._device.faults, self._clock.now_s
+        if faults.find("controller", "lost", now_s()):
             self._clock.sleep(2.0 * self._timeout_s)
             raise DeviceFault(
                 "the simulated controller does not answer: its link is lost (a simulated fault); "
                 "look at the faults that were given"
+            )
+        if fault := faults.strikes("controller", "exception", now_s()):
+            code = int(fault.number("code"))
+            raise DeviceFault(
+                f"the simulated controller refused with Modbus exception {code} "
+                f"({EXCEPTION_TEXTS.get(code, 'unknown')}); look at the faults that were given"
+            )
+        for attempt in (1, 2):
+            struck = next((kind for kind in _LOSING if self._loses(kind)), None)
+            if struck is None:
+                return
+            self._clock.sleep(self._timeout_s)
+            further = "sent once more on a new connection" if attempt == 1 else "given up"
+            self._events.append(f"no true reply ({struck}, a simulated fault); connection closed, {further}")
+        raise DeviceFault(
+            "the simulated controller: no true reply, twice; look at the faults that were given"
+        )
+
+    def _loses(self, kind: str) -> bool:
+        """Return whether a fault of that kind keeps a reply from coming in time."""
+        fault = self._device.faults.strikes("controller", kind, self._clock.now_s())
+        if fault is not None and kind == "delay" and fault.number("delay_s") <= self._timeout_s:
+            self._clock.sleep(fault.number("delay_s"))
+            return False
+        return fault is not None
+
+    def _demand_even(self, time_us: NDArray[np.int64], lost: int) -> None:
+        """Refuse samples whose clock does not step by the sample period, as the driver of a ring does."""
+        period_us = 1e6 / RATE_HZ
+        steps = np.diff(time_us)
+        before = [] if self._last_us is None else [int(time_us[0]) - self._last_us - lost * period_us]
+        self._last_us = int(time_us[-1])
+        bad = [step for step in (*before, *steps) if abs(step - period_us) > 0.5 * period_us]
+        if bad:
+            raise DeviceFault(
+                "the simulated controller: two blocks of samples running cannot be true: the tick steps by "
+                f"{bad[0]:.0f} µs, {period_us:g} µs would be right; look at the faults that were given"
             )
 
     def _give(self, text: str, code: Code, **parameters: float) -> int:

@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from drivers.ds18b20 import FAULT_TEXTS, ReadingFault
 from drivers.interfaces import SampleBlock, SensorFault, StreamFacts
-from drivers.simulated.device import SimulatedDevice, Thermometer
+from drivers.serial_amplifier import resync_text, with_saturation
+from drivers.simulated.device import FULL_SCALE, Frames, SimulatedDevice, Thermometer
 from drivers.simulated.virtual_clock import VirtualClock
 from drivers.stand_file import StandFile
+from foundation.plausibility import Watch
 
-_READING_FAULTS = {"silent": ReadingFault.EMPTY, "power-on": ReadingFault.POWER_ON}
+_READING_FAULTS = {
+    "silent": ReadingFault.EMPTY,
+    "crc": ReadingFault.CRC_REFUSED,
+    "missing": ReadingFault.ABSENT,
+}
+"""Where a fault has another name than what a driver makes of it."""
+
+
+def reading_fault(kind: str | None) -> ReadingFault | None:
+    """Return what a driver makes of a sensor's fault; None where it reads a value."""
+    if kind in {None, "frozen", "stale"}:
+        return None
+    return _READING_FAULTS.get(kind or "") or ReadingFault(kind)
 
 
 class InProcessAmplifier:
@@ -34,6 +49,11 @@ class InProcessAmplifier:
         self._clock = clock
         self._name = amplifier.channel.name
         self._sequence = 0
+        self._calibration = amplifier.channel.calibration
+        self._watch = Watch(with_saturation(amplifier.channel, (-FULL_SCALE, FULL_SCALE)))
+        self._wrong: set[str] = set()
+        self._lost = self._resyncs = 0
+        self._silent = False
         self.facts = StreamFacts(
             "amplifier", "host", (amplifier.channel,), amplifier.rate_Hz, "simulated amplifier, in process"
         )
@@ -46,13 +66,60 @@ class InProcessAmplifier:
         """Get (and forget) what has come in since the last call."""
         frames = list(self._device.frames)
         self._device.frames.clear()
-        frames = [f for f in frames if not self._device.faults.at("amplifier", float(f.time_s[-1]))]
+        faults = self._device.faults
+        frames, lost = self._spoiled(frames)
+        said = self._wire_faults()
+        if said and frames:
+            lost += frames.pop(0).counts.size
+        frames = [
+            replace(f, counts=np.full_like(f.counts, FULL_SCALE))
+            if faults.find("amplifier", "overload", float(f.time_s[-1]))
+            else f
+            for f in frames
+        ]
         if not frames:
-            return []
+            self._lost += lost
+            return said
+        lost, self._lost = lost + self._lost, 0
         time_us = np.rint(np.concatenate([f.time_s for f in frames]) * 1e6).astype(np.int64)
         counts = np.concatenate([f.counts for f in frames]).astype(np.int32)
-        first, self._sequence = self._sequence, self._sequence + counts.size
-        return [SampleBlock("amplifier", first, time_us, {self._name: counts}, 0, self._clock.now_s())]
+        first = self._sequence + lost
+        self._sequence = first + counts.size
+        block = SampleBlock("amplifier", first, time_us, {self._name: counts}, lost, self._clock.now_s())
+        return [*said, block, *self._complaints(block)]
+
+    def _spoiled(self, frames: list[Frames]) -> tuple[list[Frames], int]:
+        """Return what comes through in spite of the schedule's faults, and how many values do not."""
+        faults = self._device.faults
+        left: list[Frames] = []
+        for one in frames:
+            at_s = float(one.time_s[-1])
+            if faults.find("amplifier", "silent", at_s):
+                continue
+            if not any(faults.strikes("amplifier", kind, at_s) for kind in ("drop", "corrupt")):
+                left.append(one)
+        return left, sum(f.counts.size for f in frames) - sum(f.counts.size for f in left)
+
+    def _wire_faults(self) -> list[SampleBlock | SensorFault]:
+        """Return what the driver of a real amplifier would say of the line."""
+        now_s = self._clock.now_s()
+        texts: list[str] = []
+        for _ in self._device.faults.due(now_s, "amplifier"):
+            self._resyncs += 1
+            texts.append(resync_text(self._resyncs))
+        was, self._silent = self._silent, self._device.faults.find("amplifier", "silent", now_s) is not None
+        if self._silent and not was:
+            texts.append("silent; look at cable, power and port")
+        return [SensorFault("amplifier", now_s, f"amplifier (simulated): {text}") for text in texts]
+
+    def _complaints(self, block: SampleBlock) -> list[SensorFault]:
+        """Return what cannot be true in a block, where it was true in the one before."""
+        counts = block.counts[self._name]
+        found = self._watch.look(block.time_us, counts, self._calibration.apply(counts))
+        wrong = {item.kind: item.what for item in found}
+        new = [text for kind, text in wrong.items() if kind not in self._wrong]
+        self._wrong = set(wrong)
+        return [SensorFault("amplifier", block.received_s, f"amplifier (simulated): {text}") for text in new]
 
     def close(self) -> None:
         """Let go: nothing to do."""
@@ -80,6 +147,7 @@ class InProcessThermometer:
         self._period_s = period_s
         self._next_s = period_s
         self._sequence = 0
+        self._last: int | None = None
         settings = thermometer.settings
         self._name = settings.name
         self.facts = StreamFacts(
@@ -94,7 +162,8 @@ class InProcessThermometer:
         """Get (and forget) what has come in since the last call."""
         came: list[SampleBlock | SensorFault] = []
         while self._next_s <= self._clock.now_s():
-            came.append(self._read(self._next_s))
+            if self._device.faults.at(self._name, self._next_s) != "stale":  # its reads hang
+                came.append(self._read(self._next_s))
             self._next_s += self._period_s
         return came
 
@@ -105,7 +174,10 @@ class InProcessThermometer:
         fault = self._device.faults.at(self._name, at_s)
         readings = reversed(self._thermometer.readings)
         counts = next((counts for time_s, counts in readings if time_s <= at_s), None)
-        kind = _READING_FAULTS.get(fault or "")
+        if fault == "frozen" and self._last is not None:
+            counts = self._last
+        self._last = counts
+        kind = reading_fault(fault)
         if kind is not None or counts is None:
             text = FAULT_TEXTS[kind or ReadingFault.EMPTY]
             return SensorFault(self._name, at_s, f"{self._name} (simulated): {text}")

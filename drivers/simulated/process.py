@@ -100,6 +100,7 @@ def start_process(
     port: int = 0,
     truth: Path | None = None,
     faults: Sequence[str] = (),
+    fault_file: Path | None = None,
 ) -> SimulatedStandProcess:
     """Start a simulated stand and wait until it can be reached.
 
@@ -118,6 +119,8 @@ def start_process(
         File for what really happened, written when it is stopped.
     faults : sequence of str
         As ``--fault`` takes them.
+    fault_file : Path, optional
+        Schedule of faults (TOML).
 
     Raises
     ------
@@ -132,7 +135,7 @@ def start_process(
     arguments += ["--speed", repr(speed), "--port", str(port), "--with-parent"]
     arguments += ["--wires", str((directory / "wires").absolute())]
     arguments += ["--endpoints", str((directory / "endpoints.json").absolute())]
-    for option, path in (("--model", model), ("--truth", truth)):
+    for option, path in (("--model", model), ("--truth", truth), ("--faults", fault_file)):
         if path is not None:
             arguments += [option, str(path.absolute())]
     for fault in faults:

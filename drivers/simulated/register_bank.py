@@ -5,22 +5,41 @@ Every read is one latched snapshot; what a write means is found by the names of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+import math
+import struct
+import zlib
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
-from drivers.profile import RING_REGISTERS, Profile
+from drivers.modbus_link import Table
+from drivers.profile import (
+    ASKED,
+    CHECK,
+    COMMAND,
+    OPTIONAL_REGISTERS,
+    POLLED_REGISTERS,
+    RING_REGISTERS,
+    SAMPLED,
+    STATUS,
+    Profile,
+    Register,
+    Ring,
+)
+from drivers.registers import crc_of, encode_value, pack
 from drivers.simulated.commands import Command
 from drivers.simulated.device import RATE_HZ, SimulatedDevice
+from drivers.simulated.faults import ScheduledFault, nearest
 from drivers.simulated.ring import COLUMNS
+from drivers.simulated.writer import Writer
 from foundation.errors import BadInput
 
 ILLEGAL_VALUE = 3
 """Modbus exception code for a value that a register does not take."""
 
-_STATUS = ("status_word", "tick")
-_COMMAND = ("command_sequence", "static_pause")
-_HEADER = ("first_sequence", "count", "overruns", "status_word")
+_HEADER = (ASKED, "first_sequence", "count", "overruns", "status_word", CHECK)
+_HARMLESS = ("ring_acknowledge", "request_number")
+"""Registers whose writing does nothing to the stand."""
 
 
 class RegisterBank:
@@ -46,28 +65,24 @@ class RegisterBank:
         self._device = device
         self._now_s = now_s or (lambda: device.time_s)
         self._profile = profile
-        self._status = profile.block(*_STATUS)
-        self._command = profile.block(*_COMMAND)
-        self._header = profile.ring_header
-        self._sample = profile.ring_sample
-        known = {**COLUMNS, **dict.fromkeys(RING_REGISTERS), **dict.fromkeys(_HEADER)}
-        for part in (self._status, self._command, self._header, self._sample):
-            if unknown := [place.name for place in part.places if place.name not in known]:
-                raise BadInput(
-                    f"the simulated controller has no “{unknown[0]}”",
-                    file=profile.facts.id,
-                    remedy="use the shipped profile “ring”, or one with its names at other addresses",
-                )
+        self._writer = Writer(device.wall_s)
+        self._stuck: dict[str, float] = {}
+        self._status = profile.span(STATUS)
+        self._command = profile.span(COMMAND)
+        self._demand_known()
         self._names = {
             at: name
             for name, register in profile.registers.items()
+            if register.table == "holding"
             for at in range(register.address, register.address + register.words)
         }
-        self._rows = np.zeros((device.ring.capacity, self._sample.words), dtype=np.uint16)
-        self._encoded = 0
-        ring = profile.ring
+        self._window = None if profile.window is None else _WindowBank(device, profile, profile.window)
+        self._raw = () if profile.poll is None else tuple(f"raw_{name}" for name in SAMPLED)
         size = max(r.address + r.words for r in profile.registers.values())
-        self._words = [0] * max(size, ring.address + ring.registers)
+        if profile.window is not None:
+            size = max(size, profile.window.address + profile.window.registers)
+        self._tables: dict[Table, list[int]] = {"holding": [0] * size, "input": [0] * size}
+        self._words = self._tables["holding"]
         for name, register in profile.registers.items():
             if register.expect is not None:
                 self._store(name, register.expect)
@@ -78,22 +93,45 @@ class RegisterBank:
             ("force_limit", controller.force_limit_kN),
             ("stroke_limit", controller.stroke_limit_mm),
         ):
-            self._store(name, value)
+            if profile.has(name):
+                self._store(name, value)
+
+    def _demand_known(self) -> None:
+        known = {*RING_REGISTERS, *POLLED_REGISTERS, *OPTIONAL_REGISTERS}
+        names = [place.name for part in (self._status, self._command) for place in part.places]
+        if self._profile.window is not None:
+            known |= {*COLUMNS, *_HEADER}
+            names += [name for name, _ in (*self._profile.ring.header, *self._profile.ring.sample)]
+        if unknown := [name for name in names if name not in known]:
+            raise BadInput(
+                f"the simulated controller has no “{unknown[0]}”",
+                file=self._profile.facts.id,
+                remedy="use a shipped profile, or one with its names at other addresses",
+            )
 
     @property
     def size(self) -> int:
         """Addresses from 0 on that the bank spans."""
         return len(self._words)
 
-    def read(self, address: int, count: int) -> list[int]:
+    def read(self, address: int, count: int, table: Table = "holding") -> list[int]:
         """Return registers as one snapshot of the device."""
         end = address + count
-        if address < self._status.address + self._status.words and end > self._status.address:
+        status = self._status
+        if status.table == table and address < status.address + status.words and end > status.address:
             self._latch_status()
-        ring = self._profile.ring
-        if address < ring.address + ring.registers and end > ring.address:
-            self._latch_ring()
-        return self._words[address:end]
+        if self.is_momentary(range(address, end), table):
+            self._latch_raw()
+        if self._profile.has("writer") and address <= self._profile.find("writer").address < end:
+            self._store("writer", self._writer.number)
+        window = self._window
+        if window is not None and table == "holding":
+            if window.address == address and window.words == count:
+                return window.latch(int(self._value("ring_acknowledge")))
+            if address < window.address + window.words and end > window.address:
+                words = window.latch(int(self._value("ring_acknowledge")))
+                self._words[window.address : window.address + window.words] = words
+        return self._tables[table][address:end]
 
     def write(self, address: int, values: Sequence[int]) -> int:
         """Write registers and let the device act on them.
@@ -107,19 +145,25 @@ class RegisterBank:
         before = self._words[address:end]
         self._words[address:end] = values
         touched = dict.fromkeys(self._names[at] for at in range(address, end) if at in self._names)
-        if not self._limits_accepted(touched):
+        if not (self._writer_accepted(touched) and self._limits_accepted(touched)):
             self._words[address:end] = before
             return ILLEGAL_VALUE
         for name in touched:
             self._act(name)
         return 0
 
-    def is_acknowledgement(self, address: int, count: int) -> bool:
-        """Return whether a write only says which samples have been read: the stand does not care."""
-        register = self._profile.find("ring_acknowledge")
-        return address >= register.address and address + count <= register.address + register.words
+    def is_harmless(self, address: int, count: int) -> bool:
+        """Return whether a write says only what has been read or asked: the stand does not care."""
+        return all(self._names.get(at) in _HARMLESS for at in range(address, address + count))
+
+    def is_momentary(self, addresses: range, table: Table) -> bool:
+        """Return whether a read wants the converters' present values: those must not be of earlier."""
+        return any(register.address in addresses for register in self._raw_registers(table))
 
     # --- writes -------------------------------------------------------------------------------------
+
+    def _writer_accepted(self, touched: Collection[str]) -> bool:
+        return "writer" not in touched or self._writer.write(int(self._value("writer")))
 
     def _limits_accepted(self, touched: Collection[str]) -> bool:
         """Set the limits that were written; they are judged before anything else is done."""
@@ -139,6 +183,7 @@ class RegisterBank:
                 controller.control(int(self._value(name)))
             case "watchdog_feed":
                 controller.watchdog.feed(int(self._value(name)))
+                self._writer.keep()
             case "watchdog_time":
                 controller.watchdog.set_time(int(self._value(name)))
             case "command_sequence":
@@ -169,47 +214,140 @@ class RegisterBank:
 
     def _latch_status(self) -> None:
         device, controller = self._device, self._device.controller
+        values: dict[str, float] = {
+            "status_word": controller.status_word,
+            "state": controller.state,
+            "fault_code": controller.fault,
+            "echo_sequence": controller.echo_sequence,
+            "reject_code": controller.reject,
+            "done_sequence": controller.done_sequence,
+            "cycles_done": controller.cycles_done,
+            "heartbeat": device.heartbeat,
+            "watchdog_remaining": controller.watchdog.remaining_ms,
+            "watchdog_trips": controller.watchdog.trips % 0x10000,
+            "end_reason": controller.end_reason,
+            "force": device.measured_force_kN,
+            "stroke": device.measured_stroke_mm,
+            "position": device.actuator.position_mm,
+            "command": controller.command_mm,
+            "tick": device.tick_us(self._now_s()),
+            "request_echo": self._value("request_number") if self._profile.has("request_number") else 0,
+            "status_check": 0,
+        }
+        values |= self._wrong(values)
+        places = self._status.places
+        words = self._status.encode({place.name: values[place.name] for place in places})
+        if places[-1].name == "status_check":
+            self._status_check(words)
         start = self._status.address
-        self._words[start : start + self._status.words] = self._status.encode(
-            {
-                "status_word": controller.status_word,
-                "state": controller.state,
-                "fault_code": controller.fault,
-                "echo_sequence": controller.echo_sequence,
-                "reject_code": controller.reject,
-                "done_sequence": controller.done_sequence,
-                "cycles_done": controller.cycles_done,
-                "heartbeat": device.heartbeat,
-                "watchdog_remaining": controller.watchdog.remaining_ms,
-                "watchdog_trips": controller.watchdog.trips % 0x10000,
-                "end_reason": controller.end_reason,
-                "force": device.measured_force_kN,
-                "stroke": device.measured_stroke_mm,
-                "position": device.actuator.position_mm,
-                "command": controller.command_mm,
-                "tick": device.tick_us(self._now_s()),
-            }
-        )
+        self._tables[self._status.table][start : start + len(words)] = words
 
-    def _latch_ring(self) -> None:
-        ring, samples = self._profile.ring, self._device.ring
+    def _wrong(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the registers that are stuck, or no numbers, by a simulated fault."""
+        wrong: dict[str, float] = {}
+        faults, now_s = self._device.faults, self._device.time_s
+        if fault := faults.find("controller", "stuck", now_s):
+            name = fault.name("register")
+            wrong[name] = self._stuck.setdefault(name, values[name])
+        else:
+            self._stuck.clear()
+        if fault := faults.find("controller", "nan", now_s):
+            wrong[fault.name("register")] = math.nan
+        return wrong
+
+    def demand_register(self, fault: ScheduledFault) -> None:
+        """See that the register that shall fail is one of the status, and can.
+
+        Raises
+        ------
+        BadInput
+            If it is not.
+        """
+        if fault.target != "controller" or fault.kind not in {"stuck", "nan"}:
+            return
+        kinds = ("f32",) if fault.kind == "nan" else ("f32", "u16", "u32", "i16", "i32")
+        known = [place.name for place in self._status.places if place.kind in kinds]
+        known = [name for name in known if name not in {"request_echo", "status_check"}]
+        if (name := fault.name("register")) not in known:
+            raise BadInput(
+                f"no register “{name}” can be {fault.kind}{nearest(name, known)}",
+                place=f"fault {fault}",
+                remedy=f"those of the status that can: {', '.join(known) or 'none'}",
+            )
+
+    def _status_check(self, words: list[int]) -> None:
+        """Put the CRC of the words before it into the last place."""
+        place = self._status.places[-1]
+        order = place.word_order or self._status.word_order
+        words[place.offset :] = encode_value(crc_of(words[: place.offset]), place.kind, order)
+
+    def _raw_registers(self, table: Table) -> list[Register]:
+        return [r for name in self._raw if (r := self._profile.find(name)).table == table]
+
+    def _latch_raw(self) -> None:
+        """Lay the newest sample out: what a controller without a ring shows of its converters."""
+        samples = self._device.ring
+        if not samples.total:
+            return
+        _, columns = samples.window(samples.total - 1, 1)
+        for name in SAMPLED:
+            self._store(f"raw_{name}", int(columns[name][0]))
+
+    def _value(self, name: str) -> float:
+        register = self._profile.find(name)
+        return self._profile.decode(name, self._words[register.address : register.address + register.words])
+
+    def _store(self, name: str, value: float) -> None:
+        register = self._profile.find(name)
+        words = self._tables[register.table]
+        words[register.address : register.address + register.words] = self._profile.encode(name, value)
+
+
+class _WindowBank:
+    """The window of the sample ring as registers.
+
+    Parameters
+    ----------
+    device : SimulatedDevice
+    profile : Profile
+    ring : Ring
+        The profile's window.
+    """
+
+    def __init__(self, device: SimulatedDevice, profile: Profile, ring: Ring) -> None:
+        self._device = device
+        self._header = profile.ring_header
+        self._sample = profile.ring_sample
+        self._most = ring.samples_per_block
+        self._fields = frozenset(name for name, _ in ring.header)
+        self._rows = np.zeros((device.ring.capacity, self._sample.words), dtype=">u2")
+        self._encoded = 0
+        self.address, self.words = ring.address, ring.registers
+
+    def latch(self, acknowledged: int) -> list[int]:
+        """Return the window for a reader who wants the samples from ``acknowledged`` on."""
+        samples = self._device.ring
         self._encode_new_samples()
-        wanted = samples.absolute(int(self._value("ring_acknowledge")))
-        first, count = samples.locate(wanted, ring.samples_per_block)
-        words = self._header.encode(
-            {
-                "first_sequence": first % (1 << 32),
-                "count": count,
-                "overruns": samples.overruns % 0x10000,
-                "status_word": self._device.controller.status_word,
-            }
-        )
+        first, count = samples.locate(samples.absolute(acknowledged), self._most)
         start = first % samples.capacity
-        words += self._rows[start : start + count].ravel().tolist()
+        rows = self._rows[start : start + count].tobytes()
         if start + count > samples.capacity:
-            words += self._rows[: start + count - samples.capacity].ravel().tolist()
-        words += [0] * (ring.registers - len(words))
-        self._words[ring.address : ring.address + ring.registers] = words
+            rows += self._rows[: start + count - samples.capacity].tobytes()
+        values = {
+            ASKED: acknowledged,
+            "first_sequence": first % (1 << 32),
+            "count": count,
+            "overruns": samples.overruns % 0x10000,
+            "status_word": self._device.controller.status_word,
+            CHECK: 0,
+        }
+        values = {name: value for name, value in values.items() if name in self._fields}
+        words = self._header.encode(values)
+        if CHECK in self._fields:
+            crc = zlib.crc32(rows, zlib.crc32(pack(words[:-2])))
+            words[-2:] = encode_value(crc, "u32", self._header.word_order)
+        words += struct.unpack(f">{len(rows) // 2}H", rows)
+        return words + [0] * (self.words - len(words))
 
     def _encode_new_samples(self) -> None:
         """Lay the samples that have come since the last look out as registers, all at once."""
@@ -223,11 +361,3 @@ class RegisterBank:
             self._rows[start : start + most] = np.reshape(self._sample.encode_rows(picked), (most, words))
             encoded += most
         self._encoded = encoded
-
-    def _value(self, name: str) -> float:
-        register = self._profile.find(name)
-        return self._profile.decode(name, self._words[register.address : register.address + register.words])
-
-    def _store(self, name: str, value: float) -> None:
-        register = self._profile.find(name)
-        self._words[register.address : register.address + register.words] = self._profile.encode(name, value)

@@ -38,6 +38,7 @@ class SampleRing:
         self.overruns = 0
         self.acknowledged = 0
         self.acknowledgements = 0
+        self._forgotten = 0
 
     @property
     def capacity(self) -> int:
@@ -47,7 +48,11 @@ class SampleRing:
     @property
     def oldest(self) -> int:
         """Absolute sequence number of the oldest sample still held."""
-        return max(0, self.total - self._capacity)
+        return max(self._forgotten, self.total - self._capacity)
+
+    def forget(self, keep: int) -> None:
+        """Hold only the newest ``keep`` samples, as if the others had been overwritten."""
+        self._forgotten = max(self._forgotten, self.total - keep)
 
     def append(self, table: NDArray[Any]) -> None:
         """Store samples, shape (n, columns) in the order of ``COLUMNS``, whole numbers that fit their types.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.channel import Channel
+from foundation.channel import Calibration, Channel
 from foundation.errors import BadInput
 
 FloatArray = NDArray[np.float64]
@@ -102,14 +102,18 @@ class Converters:
 
     def __init__(self, converters: Sequence[Converter], seed: np.random.SeedSequence) -> None:
         for converter in converters:
-            coefficients = converter.channel.calibration.coefficients
-            if len(coefficients) != 2 or coefficients[1] == 0.0:
+            try:
+                converter.channel.calibration.counts_of(0.0)
+            except ValueError:
                 raise BadInput(
                     f"channel “{converter.channel.name}” has a calibration that is not of first degree",
                     place="calibration.coefficients",
-                    remedy="the simulated stand needs [zero, slope] with a slope other than 0",
-                )
-        lines = [converter.channel.calibration.coefficients for converter in converters]
+                    remedy="the simulated stand needs [zero, slope] with a slope other than 0, or a table",
+                ) from None
+        self._calibrations = [converter.channel.calibration for converter in converters]
+        straight = [_straight(calibration) for calibration in self._calibrations]
+        self._curved = [column for column, line in enumerate(straight) if line is None]
+        lines = [line or (0.0, 1.0) for line in straight]
         self._zero = np.array([line[0] for line in lines])
         self._slope = np.array([line[1] for line in lines])
         self._low = np.array([float(converter.low) for converter in converters])
@@ -122,6 +126,8 @@ class Converters:
         raw: FloatArray = self._random.standard_normal(values.shape)
         raw *= self._noise
         raw += values
+        for column in self._curved:
+            raw[:, column] = self._calibrations[column].counts_of(raw[:, column])
         raw -= self._zero
         raw /= self._slope
         np.rint(raw, out=raw)
@@ -129,10 +135,26 @@ class Converters:
         np.minimum(raw, self._high, out=raw)
         return raw
 
+    def ends(self, column: int) -> tuple[float, float]:
+        """Return the lowest and highest counts of a channel."""
+        return float(self._low[column]), float(self._high[column])
+
     def values(self, counts: FloatArray) -> FloatArray:
         """Return the physical values of counts, same shape (…, channels)."""
         value: FloatArray = self._zero + self._slope * counts
+        for column in self._curved:
+            value[..., column] = self._calibrations[column].apply(counts[..., column])
         return value
+
+
+def _straight(calibration: Calibration) -> tuple[float, float] | None:
+    """Return zero and slope of a calibration that is a plain line; None for one with further stages."""
+    plain = Calibration(coefficients=calibration.coefficients)
+    line = calibration.coefficients
+    same = calibration.model_copy(
+        update={"id": plain.id, "certificate": "", "date": None, "valid_until": None}
+    )
+    return (line[0], line[1]) if same == plain and len(line) == 2 else None
 
 
 class WirePair:

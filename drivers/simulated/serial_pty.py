@@ -1,8 +1,4 @@
-"""The simulated amplifier on a real wire: GSV-2 frames on a pseudo-terminal, and the commands it obeys.
-
-A frame is ``,`` (0x2C), a status byte and 24 bits, big-endian, offset binary about 0x800000.
-Source: ME-Messysteme, GSV-2 manual, binary format.
-"""
+"""Simulated devices on serial wires: a pseudo-terminal at a path of one's choice, and the amplifier on it."""
 
 from __future__ import annotations
 
@@ -10,6 +6,7 @@ import fcntl
 import os
 import struct
 import termios
+import time
 import tty
 from collections import deque
 from contextlib import suppress
@@ -17,28 +14,25 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.simulated.device import FULL_SCALE, Frames
+from drivers.simulated.amplifier_devices import Gsv2Device, WireDevice
+from drivers.simulated.amplifier_devices import encode_frames as encode_frames  # noqa: PLC0414 - of this wire
+from drivers.simulated.device import Frames
+from drivers.simulated.faults_wire import FrameTrouble
 from foundation.errors import BadInput
 
-STOP, START, SET_ZERO, READ_FREQUENCY = 0x23, 0x24, 0x0C, 0x16
-"""Commands of one byte."""
-SYNC = 0x2C
-ZERO = 0x800000
 BUFFER = 4000
 """Bytes that wait for the reader; a serial port's driver has as many."""
 
 
-class AmplifierPty:
-    """A serial port at a path of one's choice, behind which the amplifier streams.
+class SerialPty:
+    """A serial port at a path of one's choice, with a simulated device at its other end.
 
     Parameters
     ----------
     link : Path
         Where the serial device shall appear, as a symbolic link.
-    frames : deque of Frames
-        The amplifier's values; taken from here as they are sent.
-    rate_Hz : float
-        Frames a second that it says it is set to.
+    place : str
+        Key of the stand file that names it, for messages.
 
     Raises
     ------
@@ -46,12 +40,7 @@ class AmplifierPty:
         If something that is no link lies there, or the link cannot be made.
     """
 
-    def __init__(self, link: Path, frames: deque[Frames], rate_Hz: float) -> None:
-        self._frames = frames
-        self._frequency = ((1 << 24) - round(5e6 / rate_Hz)).to_bytes(3, "big")
-        self._streaming = True
-        self._offset = 0
-        self._last_count = 0
+    def __init__(self, link: Path, place: str) -> None:
         self.overruns = 0
         """How often the reader came too late and what waited was lost."""
         self.link = link
@@ -61,9 +50,9 @@ class AmplifierPty:
         try:
             if link.exists() and not link.is_symlink():
                 raise BadInput(
-                    "a device or file lies where the simulated amplifier shall appear",
+                    f"a device or file lies where the simulated {place.partition('.')[0]} shall appear",
                     file=link,
-                    place="amplifier.port",
+                    place=place,
                     remedy="choose another path: a real device is never replaced",
                 )
             link.parent.mkdir(parents=True, exist_ok=True)
@@ -71,22 +60,31 @@ class AmplifierPty:
             link.symlink_to(os.ttyname(self._slave))
         except OSError as error:
             self._close_ends()
-            raise BadInput(f"cannot be made: {error.strerror}", file=link, place="amplifier.port") from None
+            raise BadInput(f"cannot be made: {error.strerror}", file=link, place=place) from None
         except BadInput:
             self._close_ends()
             raise
 
-    def pump(self, *, silent: bool = False) -> None:
-        """Obey what has been written to the port, and send what has become due."""
-        self._obey()
-        counts = [frames.counts for frames in self._frames]
-        self._frames.clear()
-        if not counts:
+    def fileno(self) -> int:
+        """Get the descriptor of the device's end, to wait for."""
+        return self._master
+
+    def receive(self) -> bytes:
+        """Get what has been written to the port, without waiting."""
+        with suppress(BlockingIOError):
+            return os.read(self._master, 4096)
+        return b""
+
+    def send(self, data: bytes, size: int = 1) -> None:
+        """Let bytes come in at the port; what nobody reads is lost beyond a buffer, in pieces of ``size``."""
+        if not data:
             return
-        values = np.concatenate(counts)
-        self._last_count = int(values[-1])
-        if self._streaming and not silent:
-            self._send(encode_frames(values - self._offset))
+        waiting = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, b"\0\0\0\0"))[0]
+        if waiting + len(data) > BUFFER:
+            self.overruns += 1
+            termios.tcflush(self._slave, termios.TCIFLUSH)
+        with suppress(BlockingIOError):
+            os.write(self._master, data[-(BUFFER - BUFFER % size) :])
 
     def close(self) -> None:
         """Take the port away."""
@@ -99,34 +97,66 @@ class AmplifierPty:
         os.close(self._master)
         os.close(self._slave)
 
-    def _obey(self) -> None:
-        with suppress(BlockingIOError):
-            for byte in os.read(self._master, 256):
-                if byte == STOP:
-                    self._streaming = False
-                elif byte == START:
-                    self._streaming = True
-                elif byte == SET_ZERO:
-                    self._offset = self._last_count
-                elif byte == READ_FREQUENCY:
-                    self._send(self._frequency)
 
-    def _send(self, data: bytes) -> None:
-        waiting = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, b"\0\0\0\0"))[0]
-        if waiting + len(data) > BUFFER:
-            self.overruns += 1
-            termios.tcflush(self._slave, termios.TCIFLUSH)
-        with suppress(BlockingIOError):
-            os.write(self._master, data[-BUFFER + BUFFER % 5 :])
+class AmplifierPty(SerialPty):
+    """A serial port behind which the amplifier streams.
 
+    Parameters
+    ----------
+    link : Path
+        Where the serial device shall appear, as a symbolic link.
+    frames : deque of Frames
+        The amplifier's values; taken from here as they are sent.
+    rate_Hz : float
+        Values a second that it says it is set to.
+    device : WireDevice, optional
+        Which amplifier it is; a GSV-2 without it.
+    trouble : FrameTrouble, optional
+        What happens on its way to what is sent at once.
 
-def encode_frames(counts: np.ndarray[tuple[int], np.dtype[np.int64]]) -> bytes:
-    """Return the frames of counts about zero, shape (n,); beyond full scale they are saturated."""
-    raw = np.clip(counts, -FULL_SCALE, FULL_SCALE) + ZERO
-    table = np.empty((raw.size, 5), dtype=np.uint8)
-    table[:, 0] = SYNC
-    table[:, 1] = 0
-    table[:, 2] = raw >> 16
-    table[:, 3] = raw >> 8 & 0xFF
-    table[:, 4] = raw & 0xFF
-    return table.tobytes()
+    Raises
+    ------
+    BadInput
+        If something that is no link lies there, or the link cannot be made.
+    """
+
+    def __init__(
+        self,
+        link: Path,
+        frames: deque[Frames],
+        rate_Hz: float,
+        device: WireDevice | None = None,
+        trouble: FrameTrouble | None = None,
+    ) -> None:
+        super().__init__(link, "amplifier.port")
+        self._frames = frames
+        self._trouble = trouble
+        self._late: list[tuple[float, bytes]] = []
+        self.device: WireDevice = Gsv2Device(rate_Hz) if device is None else device
+
+    def pump(self, *, silent: bool = False, overload: bool = False, drop: int = 0) -> None:
+        """Obey what has been written to the port, and send what has become due.
+
+        Parameters
+        ----------
+        silent : bool
+            Send nothing: a cut wire.
+        overload : bool
+            Send what it sends when its input is overdriven.
+        drop : int
+            So many bytes of what is sent now are lost on the line.
+        """
+        self.send(self.device.obey(self.receive()))
+        counts = [frames.counts for frames in self._frames]
+        self._frames.clear()
+        data = self.device.send(np.concatenate(counts), overload=overload) if counts else b""
+        now_s = time.monotonic()
+        if data and not silent:
+            middle = len(data) // 2
+            data = data[:middle] + data[middle + drop :]
+            arrivals = [(0.0, data)] if self._trouble is None else self._trouble.arrivals(data)
+            self._late += [(now_s + delay_s, piece) for delay_s, piece in arrivals]
+        for due_s, piece in self._late:
+            if due_s <= now_s:
+                self.send(piece, size=5)
+        self._late = [late for late in self._late if late[0] > now_s]

@@ -17,15 +17,17 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from drivers import stand_file as stands
-from drivers.simulated.build import make_device
+from drivers.simulated.build import demand_possible, make_device
 from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.faults import ScheduledFault
+from drivers.simulated.faults_control import SOCKET, FaultControl
+from drivers.simulated.faults_wire import FrameTrouble
+from drivers.simulated.modbus_rtu import RtuStandServer
 from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.pace import Pace
 from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.serial_pty import AmplifierPty
+from drivers.simulated.sensor_wires import SensorWires
 from drivers.simulated.truth import Truth
-from drivers.simulated.w1_tree import W1Tree
 from foundation.clock import Clock, WallClock
 from foundation.errors import BadInput
 
@@ -48,13 +50,19 @@ class Served:
     Parameters
     ----------
     host, port
-        Of the controller's Modbus TCP server.
+        Of the controller's Modbus TCP server; empty and 0 where it is on a serial line.
     amplifier_port, w1_root : str or None
         Serial device and folder of the 1-Wire devices, absolute.
     speed : float
         Stand seconds in one second of the wall.
     pid : int
         Of the serving process.
+    controller_serial : str or None
+        The controller's serial device, absolute.
+    onewire_port : str or None
+        Serial device of the 1-Wire adapter, absolute.
+    faults_socket : str or None
+        Where it takes faults (``bufferstand fault``), absolute.
     """
 
     host: str
@@ -63,6 +71,9 @@ class Served:
     w1_root: str | None
     speed: float
     pid: int
+    controller_serial: str | None = None
+    onewire_port: str | None = None
+    faults_socket: str | None = None
 
     def endpoints(self) -> stands.Endpoints:
         """Return what :func:`drivers.stand_file.with_endpoints` needs to reach it."""
@@ -71,6 +82,8 @@ class Served:
             port=self.port,
             amplifier_port=None if self.amplifier_port is None else Path(self.amplifier_port),
             w1_root=None if self.w1_root is None else Path(self.w1_root),
+            controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
+            onewire_port=None if self.onewire_port is None else Path(self.onewire_port),
         )
 
 
@@ -92,6 +105,8 @@ class Options:
         File for what really happened, written at the end (``.npz``, else CSV).
     faults : tuple of ScheduledFault
         What shall fail, and when.
+    fault_seed : int
+        By which the frames are picked that a fault strikes.
     with_parent : bool
         End when standard input ends, so that no server outlives its starter.
     """
@@ -102,6 +117,7 @@ class Options:
     wires: Path | None = None
     truth: Path | None = None
     faults: tuple[ScheduledFault, ...] = ()
+    fault_seed: int = 0
     with_parent: bool = False
 
 
@@ -126,19 +142,38 @@ class StandServer:
         self._options = options
         self._truth = None if options.truth is None else Truth()
         self.device: SimulatedDevice = make_device(
-            stand_file, clock.wall_s, model=options.model, truth=self._truth, faults=options.faults
+            stand_file,
+            clock.wall_s,
+            model=options.model,
+            truth=self._truth,
+            faults=options.faults,
+            fault_seed=options.fault_seed,
         )
         self._pace = Pace(clock, options.speed, self.device.ring, self.device.period_s)
         profile = stand_file.profile()
-        self._modbus = ModbusStandServer(
-            RegisterBank(self.device, profile, self._pace.now_s),
-            profile,
-            stand_file.controller.device_id,
-            self.catch_up,
-            lambda: self.device.faults.at("controller", self.device.time_s) is not None,
+        bank = RegisterBank(self.device, profile, self._pace.now_s)
+        device_id = stand_file.controller.device_id
+        trouble = FrameTrouble(self.device.faults, "controller", lambda: self.device.time_s)
+        self._modbus = ModbusStandServer(bank, profile, device_id, self.catch_up, self._cut, trouble)
+        self._line = RtuStandServer(bank, profile, device_id, self.catch_up, self._cut, trouble)
+        self._sensors: SensorWires | None = None
+        folder = stand_file.folder / "wires" if options.wires is None else options.wires
+        self._control = FaultControl(
+            (folder / SOCKET).absolute(),
+            self.device.faults,
+            lambda: self.device.time_s,
+            self._demand_possible,
         )
-        self._amplifier: AmplifierPty | None = None
-        self._w1: W1Tree | None = None
+        self._bank = bank
+        for fault in options.faults:
+            self._demand_possible(fault)
+
+    def _demand_possible(self, fault: ScheduledFault) -> None:
+        demand_possible(self._file, fault)
+        self._bank.demand_register(fault)
+
+    def _cut(self) -> bool:
+        return self.device.faults.find("controller", "lost", self.device.time_s) is not None
 
     async def open(self) -> Served:
         """Open every wire; return where they are.
@@ -156,14 +191,33 @@ class StandServer:
 
     async def _open(self) -> Served:
         wires, file = self._options.wires, self._file
-        amplifier_port = file.amplifier_port() if wires is None else wires / "amplifier"
-        w1_root = file.w1_root() if wires is None else wires / "w1" / "devices"
-        if file.amplifier is not None and amplifier_port is not None:
-            amplifier_port = amplifier_port.absolute()
-            self._amplifier = AmplifierPty(amplifier_port, self.device.frames, file.amplifier.rate_Hz)
-        if file.temperature is not None and w1_root is not None:
-            w1_root = w1_root.absolute()
-            self._w1 = W1Tree(w1_root, self.device.thermometers, self.device.faults)
+        self._sensors = SensorWires(file, self.device, wires)
+        for descriptor in self._sensors.descriptors():
+            asyncio.get_running_loop().add_reader(descriptor, self._serve_slow_wires)
+        await self._control.start()
+        ends = self._sensors.endpoints()
+        line = file.controller_serial() if wires is None else wires / "controller"
+        if not file.controller.serial or line is None:
+            line = None
+            host, port = await self._listen()
+        else:
+            host, port, line = "", 0, line.absolute()
+            self._line.start(line)
+        return Served(
+            host=host,
+            port=port,
+            amplifier_port=None if ends.amplifier_port is None else str(ends.amplifier_port),
+            w1_root=None if ends.w1_root is None else str(ends.w1_root),
+            speed=self._options.speed,
+            pid=os.getpid(),
+            controller_serial=None if line is None else str(line),
+            onewire_port=None if ends.onewire_port is None else str(ends.onewire_port),
+            faults_socket=str(self._control.path),
+        )
+
+    async def _listen(self) -> tuple[str, int]:
+        """Open the TCP port; return where it is."""
+        file = self._file
         port = file.controller.port if self._options.port is None else self._options.port
         host = "127.0.0.1" if file.controller.host == "localhost" else file.controller.host
         if host not in {"127.0.0.1", "::1"}:
@@ -173,14 +227,7 @@ class StandServer:
                 place="controller.host",
                 remedy="write 127.0.0.1 there",
             )
-        return Served(
-            host=host,
-            port=await self._modbus.start(host, port),
-            amplifier_port=None if self._amplifier is None else str(amplifier_port),
-            w1_root=None if self._w1 is None else str(w1_root),
-            speed=self._options.speed,
-            pid=os.getpid(),
-        )
+        return host, await self._modbus.start(host, port)
 
     async def run(self, stop: asyncio.Event) -> None:
         """Keep the stand in step with the clock until ``stop`` is set."""
@@ -199,11 +246,8 @@ class StandServer:
                     await asyncio.wait_for(stop.wait(), TICK_S)
 
     def _serve_slow_wires(self) -> None:
-        now_s = self.device.time_s
-        if self._amplifier is not None:
-            self._amplifier.pump(silent=self.device.faults.at("amplifier", now_s) is not None)
-        if self._w1 is not None:
-            self._w1.update(now_s)
+        if self._sensors is not None:
+            self._sensors.serve(self.device.time_s)
 
     async def close(self) -> None:
         """Take every wire away and write the truth.
@@ -214,11 +258,13 @@ class StandServer:
             If the truth cannot be written.
         """
         await self._modbus.stop()
-        if self._amplifier is not None:
-            self._amplifier.close()
-        if self._w1 is not None:
-            self._w1.close()
-        self._amplifier = self._w1 = None
+        self._line.stop()
+        await self._control.stop()
+        sensors, self._sensors = self._sensors, None
+        if sensors is not None:
+            for descriptor in sensors.descriptors():
+                asyncio.get_running_loop().remove_reader(descriptor)
+            sensors.close()
         if self._truth is not None and self._options.truth is not None:
             try:
                 self._truth.write(self._options.truth)

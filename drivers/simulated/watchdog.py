@@ -42,6 +42,10 @@ class Watchdog:
             self._last_value = value
             self.restart()
 
+    def expire(self) -> None:
+        """Let the time be over, whoever fed it (a simulated fault)."""
+        self._remaining_s = 0.0
+
     def look(self) -> bool:
         """Let the time since the last look count; return whether it has run out."""
         now = self._wall_s()

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from drivers.profile import Profile
+from drivers.profile import STATUS, Profile
+from drivers.registers import crc_of
 
 PERIOD_US = 1000
 
@@ -59,6 +60,10 @@ class RingDevice:
                 self.words[ring.address : ring.address + ring.registers] = self.window()
             if address <= self.profile.find("status_word").address < address + count:
                 self.set("heartbeat", (self.get("heartbeat") + 1) % 0x10000)
+                if self.profile.has("status_check"):
+                    self.set("request_echo", self.get("request_number"))
+                    before = self.profile.find("status_check").address
+                    self.set("status_check", crc_of(self.words[self.profile.span(STATUS).address : before]))
             return self.words[address : address + count]
 
     def write(self, address: int, values: list[int]) -> None:
@@ -146,13 +151,18 @@ class RingDevice:
         first = self.newest - behind if behind < 1 << 31 else self.newest
         first = max(first, self.oldest)
         count = min(ring.samples_per_block, self.newest - first)
-        words = header.encode(
-            {
-                "first_sequence": first % (1 << 32),
-                "count": count,
-                "overruns": self.overruns % 65536,
-                "status_word": self.get("status_word"),
-            }
-        )
-        words += sample.encode_rows(self.rows(first, count)) if count else []
+        named = {place.name for place in header.places}
+        values = {
+            "asked": wanted,
+            "first_sequence": first % (1 << 32),
+            "count": count,
+            "overruns": self.overruns % 65536,
+            "status_word": self.get("status_word"),
+            "check": 0,
+        }
+        values = {name: value for name, value in values.items() if name in named}
+        rows = sample.encode_rows(self.rows(first, count)) if count else []
+        if "check" in named:
+            values["check"] = crc_of(header.encode(values)[:-2] + rows)
+        words = header.encode(values) + rows
         return words + [0] * (ring.registers - len(words))

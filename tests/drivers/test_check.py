@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drivers.check import check_stand
-from drivers.check_rows import CheckRow, Verdict
+from drivers.check_rows import CheckRow, Verdict, difference_row
 from drivers.connect import build_sensors, open_stand
 from drivers.interfaces import DeviceFault
 from drivers.profile import Profile
@@ -38,7 +38,7 @@ class Wires:
 
     def check(self) -> list[CheckRow]:
         self.device.sample(200)
-        return check_stand(self.stand_file, WallClock(), TODAY)
+        return check_stand(self.stand_file, WallClock(), TODAY, watch_s=0.0)
 
 
 @contextmanager
@@ -223,3 +223,10 @@ def test_a_stand_that_does_not_open_leaves_nothing_open(wires: Wires) -> None:
     for sensor in build_sensors(wires.stand_file, WallClock())[:1]:
         sensor.start()  # the port is free again
         sensor.close()
+
+
+def test_the_stands_own_tilt_limit_judges_the_draw_wires() -> None:
+    assert difference_row(10.0, 10.9).verdict is Verdict.OK
+    strict = difference_row(10.0, 10.9, 0.5)
+    assert strict.verdict is Verdict.FAULT
+    assert strict.remark == "the draw wires disagree; look for tilt, a slack or a snagged wire"

@@ -7,6 +7,7 @@ from drivers.ds18b20 import ReadingFault
 from drivers.profile import Profile
 
 TEXT = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
+SENSORS = (Path(__file__).parents[2] / "docs" / "sensors.md").read_text(encoding="utf-8")
 
 
 def test_the_register_table_is_the_profile(profile: Profile) -> None:
@@ -32,5 +33,5 @@ def test_the_ring_is_the_profile(profile: Profile) -> None:
 def test_codes_have_a_meaning(profile: Profile) -> None:
     description = profile.find("reject_code").description
     assert all(f"{code} " in description for code in REJECT_TEXTS)
-    assert len(ReadingFault) == 10
-    assert "Ten different faults" in TEXT
+    assert len(ReadingFault) == 13
+    assert "Thirteen different faults" in SENSORS

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from drivers.modbus_link import ModbusLink, ModbusRefusal
+from drivers.modbus_wires import TcpWire
 from drivers.profile import Profile
 from foundation.errors import DeviceFault
 from tests.drivers import servers
@@ -25,13 +26,13 @@ def server(profile: Profile) -> Iterator[RawServer]:
 
 @pytest.fixture
 def link(server: RawServer) -> Iterator[ModbusLink]:
-    one = ModbusLink("127.0.0.1", server.port, timeout_s=TIMEOUT_S)
+    one = ModbusLink(TcpWire("127.0.0.1", server.port), timeout_s=TIMEOUT_S)
     yield one
     one.close()
 
 
 def test_nothing_happens_on_a_good_wire(link: ModbusLink, server: RawServer) -> None:
-    assert link.read(0, 2, "identity") == [0x4253, 1]
+    assert link.read(0, 2, "identity") == [0x4253, 2]
     link.write(97, [7], "heartbeat")
     link.write(100, [1, 2, 3, 4], "limits")
     assert link.read(100, 4, "limits") == [1, 2, 3, 4]
@@ -70,7 +71,7 @@ class TestDoubt:
     ) -> None:
         link.open()
         server.replies = [reply]
-        assert link.read(0, 2, "identity") == [0x4253, 1]
+        assert link.read(0, 2, "identity") == [0x4253, 2]
         assert server.connections == 2
         first, second = link.events()
         assert first.startswith(f"reading identity (FC3, 2 registers from 0): {doubt}")
@@ -121,7 +122,7 @@ def test_an_exception_is_an_answer_not_a_doubt(link: ModbusLink, server: RawServ
 
 def test_an_exception_to_another_function_is_a_doubt(link: ModbusLink, server: RawServer) -> None:
     server.replies = [servers.with_function(0x86)]
-    assert link.read(0, 2, "identity") == [0x4253, 1]
+    assert link.read(0, 2, "identity") == [0x4253, 2]
     assert "the reply has function code 134 instead of 3" in link.events()[0]
 
 
@@ -136,7 +137,7 @@ def test_every_wait_is_bounded(link: ModbusLink, server: RawServer) -> None:
 def test_nobody_listens(profile: Profile) -> None:
     with raw_server(RingDevice(profile)) as server:
         port = server.port
-    link = ModbusLink("127.0.0.1", port, timeout_s=TIMEOUT_S)
+    link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=TIMEOUT_S)
     with pytest.raises(
         DeviceFault, match="cannot connect: Connection refused; is the controller's Modbus server"
     ):
@@ -147,7 +148,7 @@ def test_nobody_listens(profile: Profile) -> None:
 def test_the_server_goes_away_and_comes_back(profile: Profile) -> None:
     device = RingDevice(profile)
     with raw_server(device) as server:
-        link = ModbusLink("127.0.0.1", server.port, timeout_s=TIMEOUT_S)
+        link = ModbusLink(TcpWire("127.0.0.1", server.port), timeout_s=TIMEOUT_S)
         assert link.read(0, 1, "type") == [0x4253]
     with pytest.raises(DeviceFault, match="cannot connect"):
         link.read(0, 1, "type")

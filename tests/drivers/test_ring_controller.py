@@ -12,19 +12,21 @@ import pytest
 
 from drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState
 from drivers.modbus_link import ModbusLink
-from drivers.profile import SHIPPED, Profile, load_profile
+from drivers.modbus_wires import TcpWire
+from drivers.profile import Profile, load_profile
 from drivers.ring_controller import RingController
 from drivers.stand_file import load_stand
 from foundation.clock import WallClock
 from tests.drivers import servers
 from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.profiles import plain_ring
 from tests.drivers.ring_device import RingDevice
 
 CHANNELS = load_stand(SAMPLE_STAND).controller.channel
 
 
 def controller_at(port: int, profile: Profile, timeout_s: float = 0.5) -> RingController:
-    link = ModbusLink("127.0.0.1", port, timeout_s=timeout_s)
+    link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=timeout_s)
     return RingController(link, profile, CHANNELS, WallClock(), timeout_s=timeout_s)
 
 
@@ -44,12 +46,7 @@ SERVERS: dict[str, Callable[[RingDevice], AbstractContextManager[int]]] = {
 @pytest.fixture(params=list(SERVERS))
 def pair(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[RingController, RingDevice]]:
     """A connected controller on each server implementation."""
-    text = (SHIPPED / "ring.toml").read_text(encoding="utf-8")
-    if request.param == "pyModbusTCP":  # it serves at most 123 registers to FC23, the protocol allows 125
-        text = text.replace("registers = 125", "registers = 117")
-    path = tmp_path / "profile.toml"
-    path.write_text(text, encoding="utf-8")
-    profile = load_profile(str(path))
+    profile = load_profile("ring")
     device = RingDevice(profile)
     with SERVERS[request.param](device) as port:
         controller = controller_at(port, profile)
@@ -173,8 +170,8 @@ class TestIdentity:
                 "register device_type (address 0) holds 0x1234 instead of 0x4253: another device",
             ),
             (
-                "profile_version", 2,
-                "register profile_version (address 1) holds 0x2 instead of 0x1: its firmware has another",
+                "profile_version", 1,
+                "register profile_version (address 1) holds 0x1 instead of 0x2: its firmware has another",
             ),
             (
                 "test_float", 1.5,
@@ -255,15 +252,15 @@ class TestRing:
         self, controller: RingController, device: RingDevice
     ) -> None:
         controller.connect()
-        device.sample(15)
+        device.sample(14)
         assert controller.read_block() is not None
         device.sample(4096 + 100)
         block = controller.read_block()
         assert block is not None
         assert block.lost == 100
-        assert block.first_sequence == 115
+        assert block.first_sequence == 114
         assert list(controller.events()) == [
-            "100 samples lost before sequence 115: the ring was read too late (overrun counter +1)"
+            "100 samples lost before sequence 114: the ring was read too late (overrun counter +1)"
         ]
 
     def test_one_torn_block_is_asked_for_again(
@@ -278,9 +275,11 @@ class TestRing:
         server.replies = [torn]
         block = controller.read_block()
         assert block is not None
-        np.testing.assert_array_equal(block.time_us, np.arange(15) * 1000)
-        (event,) = controller.events()
-        assert event.startswith("block of samples refused: the ticks step by")
+        np.testing.assert_array_equal(block.time_us, np.arange(14) * 1000)
+        refused, reopened = controller.events()
+        assert refused.startswith("block of samples refused: the block's CRC does not fit its content")
+        assert reopened.endswith("opened again")
+        assert server.connections == 2
 
     def test_a_restarted_controller_is_a_fault(self, controller: RingController, device: RingDevice) -> None:
         controller.connect()
@@ -292,7 +291,7 @@ class TestRing:
         with pytest.raises(DeviceFault, match="two blocks of samples running cannot be true") as caught:
             controller.read_block()
         assert "the controller has restarted, or another program reads its ring" in str(caught.value)
-        assert len(controller.events()) == 2
+        assert len([event for event in controller.events() if "refused" in event]) == 2
 
 
 class TestCommands:
@@ -321,7 +320,7 @@ class TestCommands:
     def test_a_modbus_exception_is_a_rejection_too(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
-        server.replies = [servers.truly, servers.with_exception(4)]
+        server.replies = [*[servers.truly] * 3, servers.with_exception(4)]  # status, lock, lock, arming
         with pytest.raises(
             CommandRejected, match=r"refused arming hold .*it gave no reason \(Modbus exception 4\)"
         ):
@@ -336,7 +335,7 @@ class TestCommands:
             controller.start_hold()
         assert not isinstance(caught.value, CommandRejected)
 
-    @pytest.mark.parametrize("at", range(4))
+    @pytest.mark.parametrize("at", range(7))
     def test_whichever_reply_is_lost_a_motion_starts_once(
         self, controller: RingController, device: RingDevice, server: servers.RawServer, at: int
     ) -> None:
@@ -356,7 +355,7 @@ class TestCommands:
     ) -> None:
         with pytest.raises(CommandRejected, match="was not sent: "):
             controller.start_ramp(target_mm=bad, speed_mm_per_s=1.0)
-        assert all(request[0] == 3 for request in server.requests)
+        assert all(request[0] == 23 for request in server.requests)  # the status
 
 
 class TestSwitch:
@@ -434,8 +433,9 @@ class TestSwitch:
         assert device.fed == [0]
 
 
-def test_the_pymodbustcp_server_refuses_a_full_window(profile: Profile) -> None:
-    """Why a profile may state a smaller window: not every server grants FC23 its 125 registers."""
+def test_the_pymodbustcp_server_refuses_a_full_window() -> None:
+    """Why the shipped window is smaller: not every server grants FC23 its 125 registers."""
+    profile = plain_ring()
     device = RingDevice(profile)
     with servers.pymodbustcp_server(device) as port:
         controller = controller_at(port, profile)

@@ -5,11 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.profile import Profile, load_profile
+from drivers.profile import load_profile
 from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
+from tests.drivers.profiles import plain_ring
 from tests.drivers.ring_device import PERIOD_US, RingDevice
 
-PROFILE = load_profile("ring")
+PROFILE = plain_ring()
+"""Without CRC, so that what the sequence and the ticks alone can tell is seen."""
+SHIPPED = load_profile("ring")
 WRAP = 1 << 32
 
 
@@ -101,8 +104,8 @@ def test_what_the_ring_held_before_the_first_read_is_no_loss() -> None:
 
 
 @pytest.fixture
-def running(profile: Profile) -> tuple[RingReader, RingDevice]:
-    device = RingDevice(profile)
+def running() -> tuple[RingReader, RingDevice]:
+    device = RingDevice(PROFILE)
     device.sample(15)
     reader, _ = first_rows(device)
     device.sample(15)
@@ -177,3 +180,50 @@ def test_the_overrun_counter_alone_is_told(running: tuple[RingReader, RingDevice
     device.overruns = 3
     assert fetch(reader, device) is not None
     assert reader.events == ["the controller's overrun counter rose by 3 at sequence 15 without a gap"]
+
+
+@pytest.fixture
+def checked() -> tuple[RingReader, RingDevice]:
+    """A reader of the shipped profile that has taken one block of two."""
+    device = RingDevice(SHIPPED)
+    device.sample(14)
+    reader = RingReader(SHIPPED, 1e6 / PERIOD_US)
+    assert fetch(reader, device) is not None
+    device.sample(14)
+    device.set("ring_acknowledge", reader.acknowledge)
+    return reader, device
+
+
+@given(place=st.integers(0, 120), bits=st.integers(1, 0xFFFF))
+def test_no_altered_register_of_a_checked_block_is_taken(place: int, bits: int) -> None:
+    device = RingDevice(SHIPPED)
+    device.sample(14)
+    reader = RingReader(SHIPPED, 1e6 / PERIOD_US)
+    window = device.window()
+    window[place] ^= bits
+    refuse(reader, window, "the block")
+
+
+def test_without_a_crc_an_altered_force_is_taken(running: tuple[RingReader, RingDevice]) -> None:
+    """Why the default profile has one; docs/drivers.md says so."""
+    reader, device = running
+    device.set("ring_acknowledge", 15)
+    window = device.window()
+    window[5 + 3] ^= 0x0100
+    rows = reader.take(window)
+    assert rows is not None
+    assert rows.counts["force"][0] != device.rows(15, 1)["force"][0]
+
+
+def test_an_altered_force_is_refused(checked: tuple[RingReader, RingDevice]) -> None:
+    reader, device = checked
+    window = device.window()
+    window[9 + 3] ^= 0x0100
+    refuse(reader, window, "the block's CRC does not fit its content: it was altered on its way")
+
+
+def test_the_answer_to_another_request_is_refused(checked: tuple[RingReader, RingDevice]) -> None:
+    """As a late reply on a serial line, or a request whose acknowledgement was altered."""
+    reader, device = checked
+    device.set("ring_acknowledge", 20)
+    refuse(reader, device.window(), "the block answers a request for sequence 20, not 14")

@@ -170,3 +170,45 @@ def test_the_moving_mass_is_recorded_with_the_stand(tmp_path: Path) -> None:
     assert stand.model_dump(mode="json")["stand"]["moving_mass_kg"] == 150.0
     with pytest.raises(BadInput, match="moving_mass_kg"):
         load_stand(changed(tmp_path, ('id = "simulated-630kN"', 'id = "s"\nmoving_mass_kg = -1')))
+
+
+W1 = 'kind = "w1"\nroot = "wires/w1/devices"\n'
+GSV2 = 'protocol = "gsv2"\nport = "wires/amplifier"\nbaud = 38400\nrate_Hz = 250.0\n'
+MODBUS = 'protocol = "modbus"\nrate_Hz = 50.0\nmodbus = { map = "dms-float", host = "::1" }\n'
+
+
+def test_a_serial_1_wire_adapter_and_a_networked_amplifier_have_no_folder_and_no_port(tmp_path: Path) -> None:
+    stand = load_stand(changed(tmp_path, (W1, 'kind = "ds2480b"\nport = "wires/onewire"\n'), (GSV2, MODBUS)))
+    assert stand.w1_root() is None
+    assert stand.onewire_port() == tmp_path / "wires" / "onewire"
+    assert stand.amplifier_port() is None
+    elsewhere = wires_from(stand, SAMPLE_STAND.parent)
+    assert elsewhere.onewire_port() == SAMPLE_STAND.parent.absolute() / "wires" / "onewire"
+    assert elsewhere.amplifier == stand.amplifier
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (W1, 'kind = "ds2480b"\n', "port names the serial device of kind = “ds2480b”"),
+        ('kind = "w1"', 'kind = "w1"\nport = "a"', "port names the serial device of kind = “ds2480b”"),
+        (GSV2, GSV2 + "aed = { output = 9 }\n", "there is a table [amplifier.aed] beside protocol = “gsv2”"),
+        (GSV2, GSV2.replace("gsv2", "modbus"), "protocol = “modbus” needs a table [amplifier.modbus]"),
+        (GSV2, GSV2.replace('port = "wires/amplifier"\n', ""), "port must name the serial device"),
+        (GSV2, GSV2 + "gsv2 = { rate_code = 7 }\n", "rate_code is only sent with set_up = true"),
+        (
+            GSV2,
+            GSV2.replace("gsv2", "aed") + "aed = { output = 9 }\n",
+            "rate_Hz = 250 does not fit the line: 38400 baud carries 205.348",
+        ),
+        (GSV2, GSV2.replace("gsv2", "aed") + "aed = { output = 5 }\n", "output must be 0, 1, 2, 3, 4, 6, 8"),
+        (
+            GSV2,
+            GSV2.replace("gsv2", "aed") + "aed = { output = 9, checksum = true }\n",
+            "a checksum needs the output format 8 or 12",
+        ),
+    ],
+)
+def test_what_cannot_be_of_a_sensor_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+    with pytest.raises(BadInput, match=re.escape(message)):
+        load_stand(changed(tmp_path, (old, new)))

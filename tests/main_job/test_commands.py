@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = ROOT / "sample_runs"
 RECORDED = ROOT.parent / "shared" / "data"
 COMMANDS = [
-    *("demo", "plan", "run", "resume", "check", "simulate-stand"),
+    *("demo", "plan", "run", "resume", "check", "simulate-stand", "fault"),
     *("import", "evaluate", "skew", "report", "model", "runs", "verify"),
 ]
 

@@ -121,6 +121,9 @@ def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
         "w1_root": str(tmp_path / "run/wires/w1/devices"),
         "speed": 1.0,
         "pid": running.pid,
+        "controller_serial": None,
+        "onewire_port": None,
+        "faults_socket": str(tmp_path / "run/wires/faults"),
     }
     assert Path(served.amplifier_port or "").is_symlink()
     assert (Path(served.w1_root or "") / "28-00000a3f91c2/w1_slave").is_file()

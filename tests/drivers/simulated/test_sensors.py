@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from drivers.simulated.ring import SampleRing
 from drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
+from foundation.calibration import Divider
 from foundation.channel import Calibration, Channel
 from foundation.errors import BadInput
 
@@ -150,3 +151,25 @@ def test_32_bits_mean_the_sequence_closest_to_the_newest(total: int, behind: int
     ring = SampleRing(4)
     ring.total = total
     assert ring.absolute((total - behind) % 2**32) == total - behind
+
+
+def test_a_curved_calibration_is_inverted_too() -> None:
+    """A draw wire behind a loaded converter, calibrated in place by a table."""
+    wire = Channel(
+        name="stroke_1",
+        quantity="stroke",
+        unit="mm",
+        calibration=Calibration(
+            table=((0.1, -50.0), (0.3, 52.0), (0.9, 355.0)),
+            divider=Divider(potentiometer_ohm=1000.0, input_ohm=100e3),
+            input_per_count=2.0**-16,
+        ),
+    )
+    pair = Converters(
+        (Converter(wire, 0, 65535, 0.0), Converter(channel(), 0, 65535, 0.0)), np.random.SeedSequence(1)
+    )
+    stroke_mm = np.array([[-20.0, 1.0], [0.0, 2.0], [100.0, 3.0], [250.0, 4.0]])
+    counts = pair.counts(stroke_mm)
+    assert np.array_equal(counts, np.rint(counts))
+    assert pair.values(counts) == pytest.approx(stroke_mm, abs=0.006)
+    assert wire.calibration.apply(counts[:, 0]) == pytest.approx(pair.values(counts)[:, 0])

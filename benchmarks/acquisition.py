@@ -1,0 +1,206 @@
+"""How fast samples come from the simulated controller in another process, beside a bare socket; and to disk.
+
+    .venv/bin/python -m benchmarks.acquisition [--seconds 10]
+
+1. The driver (pymodbus, every block checked, decoded and put in order) and a bare socket (the same bytes
+   sent, the reply received whole and nothing done with it) make the same transactions, in turns of 40, best
+   of all. Only the ratio means anything on a busy machine. The driver's samples must be complete: the
+   stand samples as fast as it is read.
+2. The whole chain at 5 kHz: driver, guards, scaling, recorder, journal on the disk. Its processor time over
+   the wall's, and what it lost.
+
+The stand is at rest meanwhile: its samples (noise and all) are made 100 at a time, so that the physics of one
+processor does not bound what is to be measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import socket
+import struct
+import tempfile
+import time
+from pathlib import Path
+
+from daq.acquisition import Acquisition, Pace
+from daq.controller_guard import ControllerGuard
+from daq.guards import ChannelGuard
+from daq.metadata import stream_document
+from daq.panel import GuardPanel, GuardSet
+from drivers.connect import build_controller
+from drivers.interfaces import Stand
+from drivers.ring_controller import RingController
+from drivers.simulated.process import start_process
+from drivers.stand_file import StandFile, load_stand, with_endpoints
+from foundation.clock import WallClock
+from recording.writer import RunRecorder
+
+SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
+TURN = 40
+FAST = 80.0
+CHAIN_HZ = 5000.0
+
+
+class BareSocket:
+    """The same transactions as the driver's: FC23 of two registers out and the whole window in."""
+
+    def __init__(self, stand: StandFile) -> None:
+        self._wire = socket.create_connection((stand.controller.host, stand.controller.port), timeout=5)
+        self._wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        profile = stand.profile()
+        self._address = profile.find("ring_acknowledge").address
+        self._window = (profile.ring.address, profile.ring.registers)
+        self._size = 9 + 2 * profile.ring.registers
+        header = {place.name: place.offset for place in profile.ring_header.places}
+        self._count_at = header["count"]
+        self._number = 0
+
+    def count_in(self, reply: bytes) -> int:
+        """Return how many samples a reply holds, so that the next request goes on behind them."""
+        at = 9 + 2 * self._count_at
+        return int.from_bytes(reply[at : at + 2], "big")
+
+    def exchange(self, acknowledge: int) -> bytes:
+        """Make one transaction; return the reply."""
+        self._number = (self._number + 1) % 0x10000
+        self._wire.sendall(
+            struct.pack(
+                ">HHHBBHHHHBI", self._number, 0, 15, 1, 23, *self._window, self._address, 2, 4, acknowledge
+            )
+        )
+        reply = b""
+        while len(reply) < self._size:
+            reply += self._wire.recv(self._size - len(reply))
+        return reply
+
+    def close(self) -> None:
+        """Let go of the wire."""
+        self._wire.close()
+
+
+def fast_enough(stand: StandFile, seconds: float) -> tuple[float, float, float, float, int]:
+    """Return samples/s, ratio of wall times, ratio of processor times, driver's µs a transaction, lost."""
+    controller, bare = build_controller(stand, WallClock(FAST)), BareSocket(stand)
+    if not isinstance(controller, RingController):
+        raise TypeError("the sample stand's profile has no ring")
+    controller.connect()
+    first = controller.read_block()  # from now on the stand waits for its reader, 6000 samples ahead
+    time.sleep(0.5)
+    position = 0 if first is None else first.first_sequence + len(first.time_us)
+    samples = lost = 0
+    walls: dict[str, list[float]] = {"driver": [], "bare": []}
+    processors: dict[str, list[float]] = {"driver": [], "bare": []}
+    driving_s, turns = 0.0, 0
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        turns += 1
+        start = position
+        # Both read the same samples, in turns first: whoever is, has the stand sample some more meanwhile.
+        for who in ("driver", "bare") if turns % 2 else ("bare", "driver"):
+            wall_s, processor_s = time.perf_counter(), time.process_time()
+            if who == "bare":
+                at = start
+                for _ in range(TURN):
+                    at += bare.count_in(bare.exchange(at % (1 << 32)))
+            else:
+                for _ in range(TURN):
+                    block = controller.read_block()
+                    if block is not None:
+                        samples += len(block.time_us)
+                        lost += block.lost
+                        position = block.first_sequence + len(block.time_us)
+            walls[who].append(time.perf_counter() - wall_s)
+            processors[who].append(time.process_time() - processor_s)
+        driving_s += walls["driver"][-1]
+    controller.close()
+    bare.close()
+    best = {who: min(times) for who, times in walls.items()}
+    best_processor = {who: min(times) for who, times in processors.items()}
+    return (
+        samples / driving_s,
+        best["driver"] / best["bare"],
+        best_processor["driver"] / best_processor["bare"],
+        best["driver"] / TURN * 1e6,
+        lost,
+    )
+
+
+def chain(stand: StandFile, folder: Path, seconds: float, speed: float) -> tuple[float, float, int]:
+    """Return the share of one processor, samples/s and lost samples of the whole chain to disk."""
+    clock = WallClock(speed)
+    controller = build_controller(stand, clock)
+    controller.connect()
+    opened = Stand(controller, ())
+    guards = GuardSet(
+        (
+            ChannelGuard("force", "force", 600.0, -60.0, "kN", "force"),
+            ChannelGuard("stroke_1", "stroke_1", 250.0, -60.0, "mm", "stroke"),
+        ),
+        (),
+        ControllerGuard(30.0, 30.0, controller.facts.rate_Hz),
+    )
+    panel = GuardPanel(guards, wall_s=clock.wall_s())
+    # 20 ms of the wall between two passes, as at a real stand of this rate.
+    acquisition = Acquisition(opened, clock, panel, pace=Pace(tick_s=0.02 * speed))
+    while True:
+        acquisition.tick()
+        if acquisition.drained:
+            break
+    facts = controller.facts
+    recorder = RunRecorder(
+        folder,
+        "benchmark",
+        {
+            "format": "bufferstand/run",
+            "format_version": 1,
+            "run": {"id": "benchmark", "kind": "harmonic", "started_utc": "2026-01-01T00:00:00+00:00"},
+            "software": {"name": "bufferstand", "version": "0"},
+            "stand": {},
+            "specimen": {},
+            "streams": {facts.name: stream_document(facts)},
+        },
+    )
+    acquisition.attach(recorder)
+    before = acquisition.latest.samples, acquisition.latest.lost
+    wall_s, processor_s = time.perf_counter(), time.process_time()
+    while time.perf_counter() - wall_s < seconds:
+        acquisition.rest()
+        acquisition.tick()
+    processor_s, wall_s = time.process_time() - processor_s, time.perf_counter() - wall_s
+    latest = acquisition.latest
+    if panel.trip is not None:
+        raise RuntimeError(panel.trip.reason)
+    recorder.close("complete")
+    controller.close()
+    return processor_s / wall_s, (latest.samples - before[0]) / wall_s, latest.lost - before[1]
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=10.0)
+    given = parser.parse_args()
+    stand = load_stand(SAMPLE_STAND)
+    with tempfile.TemporaryDirectory(prefix="bufferstand-") as name:
+        folder = Path(name)
+        with start_process(SAMPLE_STAND, directory=folder / "fast", speed=FAST) as process:
+            rate, ratio, processor, each_us, lost = fast_enough(
+                with_endpoints(stand, process.served.endpoints()), given.seconds
+            )
+        print(
+            f"driver: {rate:,.0f} samples/s per channel, {each_us:.0f} µs a transaction at best, {lost} lost"
+        )
+        print(
+            f"driver / bare socket: {ratio:.2f} of the wall's time, "
+            f"{processor:.2f} of the client's processor time"
+        )
+        speed = CHAIN_HZ / 1000.0
+        with start_process(SAMPLE_STAND, directory=folder / "chain", speed=speed) as process:
+            share, rate, lost = chain(
+                with_endpoints(stand, process.served.endpoints()), folder, given.seconds, speed
+            )
+        print(f"whole chain: {rate:,.0f} samples/s, {100.0 * share:.1f} % of one processor, {lost} lost")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""The guard of the controller's transducers: readings that cannot be true stop the stand.
+
+A broken draw wire or a saturated amplifier shows a steady value that no limit need catch. What a channel can
+show is stated with it (``plausible`` in the stand file); without that, nothing is judged here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from daq.guards import Action, Trip
+from daq.scaling import ScaledBlock
+from drivers.interfaces import SampleBlock, StreamFacts
+from foundation.channel import Channel
+from foundation.plausibility import Implausible, Watch
+
+HOLD_S = 0.05
+"""An end of the range or an overload must last this long [s]: one bad sample is none."""
+NOTES_APART_S = 1.0
+"""Jumps of one channel are noted at most this often [s]."""
+
+
+@dataclass
+class _Seen:
+    """What a channel has shown: bad samples in a row by kind, and when a jump was last noted."""
+
+    watch: Watch
+    in_a_row: dict[str, int]
+    noted_s: float = float("-inf")
+
+
+class PlausibilityGuard:
+    """Looks at each channel of a stream that states what it can show; remembers from block to block.
+
+    Parameters
+    ----------
+    facts : StreamFacts
+        The controller's.
+    """
+
+    def __init__(self, facts: StreamFacts) -> None:
+        self._hold = max(1, round(HOLD_S * facts.rate_Hz))
+        self._channels = {
+            channel.name: channel for channel in facts.channels if channel.plausible is not None
+        }
+        self._seen = {name: _Seen(Watch(channel), {}) for name, channel in self._channels.items()}
+
+    def look(self, block: SampleBlock, scaled: ScaledBlock) -> list[Trip]:
+        """Return what a block shows: a stop for a transducer that has failed, a note for a jump."""
+        trips: list[Trip] = []
+        for name, channel in self._channels.items():
+            if name not in block.counts or not len(scaled):
+                continue
+            seen = self._seen[name]
+            found = seen.watch.look(block.time_us, block.counts[name], scaled.values[name])
+            for kind in ("counts", "overload"):
+                trips += self._lasting(
+                    [one for one in found if one.kind == kind], kind, seen, channel, scaled
+                )
+            jumps = [one for one in found if one.kind == "rate"]
+            if jumps and scaled.received_s - seen.noted_s >= NOTES_APART_S:
+                seen.noted_s = scaled.received_s
+                trips.append(self._trip(jumps[0], channel, scaled, Action.NOTE))
+        return trips
+
+    def _lasting(
+        self, found: list[Implausible], kind: str, seen: _Seen, channel: Channel, scaled: ScaledBlock
+    ) -> list[Trip]:
+        """Return a stop when a state has lasted for long enough, counting on from the block before."""
+        before = seen.in_a_row.get(kind, 0)
+        seen.in_a_row[kind] = 0
+        for one in found:
+            in_a_row = one.samples + (before if one.first == 0 else 0)
+            if one.first + one.samples == len(scaled):
+                seen.in_a_row[kind] = in_a_row
+            if in_a_row >= self._hold:
+                return [self._trip(one, channel, scaled, Action.EMERGENCY)]
+        return []
+
+    @staticmethod
+    def _trip(one: Implausible, channel: Channel, scaled: ScaledBlock, action: Action) -> Trip:
+        return Trip(
+            f"plausibility of {channel.name}",
+            action,
+            one.what,
+            scaled.received_s,
+            value=float(scaled.values[channel.name][one.first]),
+            unit=channel.unit,
+            stream=scaled.stream,
+            sequence=scaled.first_sequence + one.first,
+            time_us=int(scaled.time_us[one.first]),
+            device_fault=action is not Action.NOTE,
+        )

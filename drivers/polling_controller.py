@@ -1,0 +1,359 @@
+"""A simple actuator controller without a ring: polled by an owner thread, stamped by the computer's clock.
+
+Force and stroke of one sample are not of one instant. How far apart they are is measured, corrected by its
+mean, and goes into the channels' delays and their uncertainty, into the stream's description and into events.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from drivers.bus_thread import BusThread
+from drivers.interfaces import ControllerStatus, DeviceFault, Identity, SampleBlock, StreamFacts
+from drivers.modbus_link import ModbusLink
+from drivers.poll_skew import PolledAt, SkewMeter
+from drivers.profile import Profile
+from drivers.register_controller import RegisterController
+from drivers.registers import DTYPES, Layout, decode_value
+from foundation.channel import Channel
+from foundation.clock import Clock
+
+STREAM = "controller"
+STAMPING = "stroke_1"
+"""Channel whose read gives a sample its time."""
+TRIALS = 50
+"""Polls at connect that the skew is measured by."""
+SAID_S = 10.0
+"""The skew is put into the run this often [s of stand time]."""
+PAUSE = 5
+"""A sample that comes more than this many periods after the last follows a gap; less is a late poll, whose
+time stamp says so."""
+KEPT = 100_000
+"""Samples that wait for the reader at most."""
+
+
+class PollingController:
+    """Controller of :mod:`drivers.interfaces` over one Modbus link, for a profile that polls.
+
+    A thread of its own owns the link; the methods may be called from any one thread.
+
+    Parameters
+    ----------
+    link : ModbusLink
+        The wire; this object owns it.
+    profile : Profile
+        The register map, with a table ``[poll]``.
+    channels : sequence of Channel
+        Calibrations of the raw registers.
+    clock : Clock
+        Stand time, for the stamps.
+    timeout_s : float
+        Longest wait for the controller to judge a command or change its state [s].
+
+    Raises
+    ------
+    ValueError
+        If the profile does not poll.
+    """
+
+    facts: StreamFacts
+
+    def __init__(
+        self,
+        link: ModbusLink,
+        profile: Profile,
+        channels: Sequence[Channel],
+        clock: Clock,
+        *,
+        timeout_s: float = 0.5,
+    ) -> None:
+        if profile.poll is None:
+            raise ValueError(f"profile “{profile.facts.id}” does not poll")
+        self._poll = profile.poll
+        self._link = link
+        self._profile = profile
+        self._clock = clock
+        self._inner = RegisterController(link, profile, timeout_s=timeout_s)
+        by_name = {channel.name: channel for channel in channels}
+        self._channels = tuple(by_name[name] for read in self._poll.reads for name in read)
+        self._blocks = [profile.span([f"raw_{name}" for name in read]) for read in self._poll.reads]
+        self._meter = SkewMeter(self._poll.reads, STAMPING)
+        self._bus = BusThread(self._poll_slot, 1.0 / self._poll.rate_Hz, clock)
+        self._lock = threading.Lock()
+        self._samples: deque[tuple[int, int, dict[str, float | int]]] = deque(maxlen=KEPT)
+        self._fault: DeviceFault | None = None
+        self._next: int | None = None
+        self._left_out = 0
+        self._last_slot: int | None = None
+        self._number = 0
+        self._said_s = -math.inf
+        device = f"{profile.facts.id} at {link.address}"
+        self.facts = StreamFacts(STREAM, "host", self._channels, self._poll.rate_Hz, device)
+
+    def connect(self) -> Identity:
+        """Open the wire, check identity and test values, measure the skew, and begin to poll.
+
+        Calling it again checks again; the skew is measured once.
+
+        Raises
+        ------
+        DeviceFault
+            If nobody answers, or what answers is not what the profile describes.
+        """
+        return self._bus.call(self._connect)
+
+    def _connect(self) -> Identity:
+        identity = self._inner.identify()
+        if not len(self._meter):
+            for _ in range(TRIALS):
+                _, polled = self._read_all()
+                self._meter.add(polled)
+            self._state_skew(identity)
+            self._said_s = self._clock.now_s()
+            self._bus.begin()
+        return identity
+
+    def _state_skew(self, identity: Identity) -> None:
+        """Put what was measured into the channels and the stream's description."""
+        skews = self._meter.skews()
+        channels = []
+        for channel in self._channels:
+            skew = skews[channel.name]
+            declared = channel.uncertainty.u_delay_s or 0.0
+            uncertainty = channel.uncertainty.model_copy(update={"u_delay_s": math.hypot(declared, skew.u_s)})
+            # A value is true at its stamp minus its delay; this one was read by the mean after the stamp.
+            delay_s = channel.delay_s - skew.mean_s
+            channels.append(channel.model_copy(update={"delay_s": delay_s, "uncertainty": uncertainty}))
+        self._channels = tuple(channels)
+        text = self._meter.text(self._poll.rate_Hz)
+        self._link.note(text)
+        facts = self._profile.facts
+        device = (
+            f"{facts.id} edition {facts.edition} at {self._link.address}, serial {identity.serial}; {text}"
+        )
+        self.facts = StreamFacts(STREAM, "host", self._channels, self._poll.rate_Hz, device)
+
+    def read_block(self) -> SampleBlock | None:
+        """Get the samples that have been polled since the last call (None where there are none).
+
+        Samples are stamped when they were polled, which may be late. A pause longer than ``PAUSE`` periods
+        is a gap, and the polls that it lacks are counted as lost.
+
+        Raises
+        ------
+        DeviceFault
+            If polling failed since the last call; samples from before it come first.
+        """
+        with self._lock:
+            rows: list[tuple[int, int, dict[str, float | int]]] = []
+            while self._samples and (not rows or self._samples[0][0] == rows[-1][0] + 1):
+                rows.append(self._samples.popleft())
+            fault = None
+            if not rows:
+                fault, self._fault = self._fault, None
+        if fault is not None:
+            raise fault
+        if not rows:
+            return None
+        first = rows[0][0]
+        lost = 0 if self._next is None else first - self._next
+        self._next = rows[-1][0] + 1
+        counts = {
+            place.name.removeprefix("raw_"): np.array(
+                [row[2][place.name] for row in rows], dtype=DTYPES[place.kind]
+            )
+            for block in self._blocks
+            for place in block.places
+        }
+        time_us = np.array([row[1] for row in rows], dtype=np.int64)
+        return SampleBlock(STREAM, first, time_us, counts, lost, self._clock.now_s())
+
+    def _poll_slot(self, slot: int) -> None:
+        """Make one poll; called by the bus thread."""
+        try:
+            values, polled = self._read_all()
+        except DeviceFault as fault:
+            with self._lock:
+                self._fault = fault
+            return
+        if max(polled.middle_s) - min(polled.middle_s) > 1.0 / self._poll.rate_Hz:
+            self._left_out += 1
+            return
+        self._meter.add(polled)
+        stamp_us = round(polled.middle_s[self._meter.stamp_index] * 1e6)
+        with self._lock:
+            self._samples.append((self._numbered(slot), stamp_us, values))
+        now_s = self._clock.now_s()
+        if now_s - self._said_s >= SAID_S:
+            self._said_s = now_s
+            apart = f"; {self._left_out} polls left out, whose parts came further apart than one period"
+            self._link.note(self._meter.text(self._poll.rate_Hz) + (apart if self._left_out else ""))
+
+    def _numbered(self, slot: int) -> int:
+        """Return the sequence number of the sample of a slot."""
+        last, self._last_slot = self._last_slot, slot
+        if last is not None:
+            missed = slot - last - 1
+            self._number += 1 + (missed if missed >= PAUSE else 0)
+        return self._number
+
+    def _read_all(self) -> tuple[dict[str, float | int], PolledAt]:
+        """Read each group of channels once.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        values: dict[str, float | int] = {}
+        middles: list[float] = []
+        trips: list[float] = []
+        for block in self._blocks:
+            sent_s = self._clock.now_s()
+            registers = self._link.read(block.address, block.words, "momentary values", table=block.table)
+            here_s = self._clock.now_s()
+            values |= _counts(block, registers)
+            middles.append(0.5 * (sent_s + here_s))
+            trips.append(here_s - sent_s)
+        return values, PolledAt(tuple(middles), tuple(trips))
+
+    def status(self) -> ControllerStatus:
+        """Get one consistent snapshot.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails, or the state is none that the profile knows.
+        """
+        return self._bus.call(self._inner.status)
+
+    def feed_watchdog(self) -> None:
+        """Write the heartbeat.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        self._bus.call(self._inner.feed_watchdog)
+
+    def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:
+        """Set the device's own limits and watchdog and switch the actuator on (it holds).
+
+        Raises
+        ------
+        CommandRejected, DeviceFault
+            As :meth:`drivers.register_controller.RegisterController.enable`.
+        """
+        self._bus.call(
+            lambda: self._inner.enable(
+                force_limit_kN=force_limit_kN, stroke_limit_mm=stroke_limit_mm, watchdog_ms=watchdog_ms
+            )
+        )
+
+    def start_hold(self) -> int:
+        """Stop where it stands and hold; get the motion's sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._bus.call(self._inner.start_hold)
+
+    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
+        """Move to a stroke at constant speed; get the motion's sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._bus.call(
+            lambda: self._inner.start_ramp(target_mm=target_mm, speed_mm_per_s=speed_mm_per_s)
+        )
+
+    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
+        """Sine about ``mean_mm``, where it must stand already; get the motion's sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._bus.call(
+            lambda: self._inner.start_harmonic(
+                mean_mm=mean_mm, amplitude_mm=amplitude_mm, frequency_Hz=frequency_Hz, cycles=cycles
+            )
+        )
+
+    def start_static(
+        self,
+        *,
+        speed_mm_per_s: float,
+        force_limit_kN: float,
+        stroke_limit_mm: float,
+        cycles: int,
+        pause_s: float,
+    ) -> int:
+        """Compress from zero to a limit and unload at once, ``cycles`` times; get the sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._bus.call(
+            lambda: self._inner.start_static(
+                speed_mm_per_s=speed_mm_per_s,
+                force_limit_kN=force_limit_kN,
+                stroke_limit_mm=stroke_limit_mm,
+                cycles=cycles,
+                pause_s=pause_s,
+            )
+        )
+
+    def start_release(self, *, speed_mm_per_s: float) -> int:
+        """Ramp to zero force; get the motion's sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._bus.call(lambda: self._inner.start_release(speed_mm_per_s=speed_mm_per_s))
+
+    def disable(self) -> None:
+        """Switch the actuator's valve off, and see that it is.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails or the actuator stays on.
+        """
+        self._bus.call(self._inner.disable)
+
+    def events(self) -> Sequence[str]:
+        """Get (and forget) what happened on the wire since the last call, and what the polling costs."""
+        return self._link.events()
+
+    def close(self) -> None:
+        """Stop polling and let go of the wire; never raises."""
+        self._bus.close()
+        self._link.close()
+
+
+def _counts(block: Layout, registers: Sequence[int]) -> dict[str, float | int]:
+    return {
+        place.name: decode_value(
+            registers[place.offset : place.offset + place.words],
+            place.kind,
+            place.word_order or block.word_order,
+        )
+        for place in block.places
+    }

@@ -1,0 +1,262 @@
+"""What every controller behind registers can do: identity, state, commands, on and off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from drivers import command_port as command
+from drivers.actuator_switch import ActuatorSwitch
+from drivers.interfaces import ControllerStatus, EndReason, Identity, MotionState
+from drivers.modbus_link import ModbusLink
+from drivers.profile import IDENTITY, Profile
+from drivers.register_panel import RegisterPanel
+from drivers.ring_identity import find_mismatch
+from drivers.writer_lock import WriterLock
+
+
+class RegisterController:
+    """Identity, state, commands and switch of a controller over one Modbus link; all from one thread.
+
+    Parameters
+    ----------
+    link : ModbusLink
+        The wire; this object owns it.
+    profile : Profile
+        The register map.
+    timeout_s : float
+        Longest wait for the controller to judge a command or change its state [s].
+    """
+
+    def __init__(self, link: ModbusLink, profile: Profile, *, timeout_s: float = 0.5) -> None:
+        self._link = link
+        self._profile = profile
+        self._panel = RegisterPanel(link, profile, timeout_s)
+        lock = WriterLock(self._panel)
+        self._commands = command.CommandPort(self._panel, lock)
+        self._switch = ActuatorSwitch(self._panel, lock)
+        self._no_numbers: set[str] = set()
+
+    def identify(self) -> Identity:
+        """Open the wire, check identity and test-value registers; get who answers.
+
+        Raises
+        ------
+        DeviceFault
+            If nobody answers, or what answers is not what the profile describes.
+        """
+        window = self._profile.span(IDENTITY)
+
+        def read() -> list[int]:
+            what = "identity and test values"
+            return self._link.read(window.address, window.words, what, table=window.table)
+
+        registers = self._panel.ask_again(read)
+        if mismatch := find_mismatch(self._profile, window, registers):
+            registers = self._panel.ask_again(read)  # the first reply may have been altered on its way
+            mismatch = find_mismatch(self._profile, window, registers)
+        if mismatch:
+            raise self._panel.fault(mismatch)
+        values = window.decode(registers)
+        poll = self._profile.poll
+        rate_Hz = float(values["sample_rate"] if poll is None else poll.rate_Hz)
+        if not (math.isfinite(rate_Hz) and rate_Hz > 0.0):
+            raise self._panel.fault(f"it states a sample rate of {rate_Hz} Hz; look at its configuration")
+        facts = self._profile.facts
+        return Identity(
+            device=facts.id,
+            address=self._link.address,
+            serial=str(values["serial"]),
+            profile=f"{facts.id} edition {facts.edition} sha256 {self._profile.hash}",
+            sample_rate_Hz=rate_Hz,
+        )
+
+    def status(self) -> ControllerStatus:
+        """Get one consistent snapshot (one transaction).
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails, or the state is none that the profile knows.
+        """
+        values = self._panel.read_status()
+        try:
+            state, end_reason = MotionState(int(values["state"])), EndReason(int(values["end_reason"]))
+        except ValueError as error:
+            raise self._panel.fault(f"status registers: {error}; look at the register profile") from None
+        self._note_no_numbers(values)
+        return ControllerStatus(
+            state=state,
+            fault_code=int(values["fault_code"]),
+            done_sequence=int(values["done_sequence"]),
+            end_reason=end_reason,
+            cycles_done=int(values["cycles_done"]),
+            heartbeat=int(values["heartbeat"]),
+            watchdog_trips=int(values["watchdog_trips"]),
+            force_kN=float(values["force"]),
+            stroke_mm=float(values["stroke"]),
+            position_mm=float(values["position"]),
+            command_mm=float(values["command"]),
+            tick_us=int(values["tick"]) if "tick" in values else None,
+        )
+
+    def _note_no_numbers(self, values: Mapping[str, float]) -> None:
+        """Say, when it begins, which of the momentary values is no number; the samples are not touched."""
+        wrong = {
+            name for name in ("force", "stroke", "position", "command") if not math.isfinite(values[name])
+        }
+        for name in sorted(wrong - self._no_numbers):
+            self._link.note(
+                f"register {name} of the controller holds {values[name]}, which is no number; "
+                "look at its transducer and at the controller's own messages"
+            )
+        self._no_numbers = wrong
+
+    def feed_watchdog(self) -> None:
+        """Write the heartbeat; without it the controller falls back to zero force by itself.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        self._switch.feed_watchdog()
+
+    def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:
+        """Set the device's own limits and watchdog, read them back, and switch the actuator on (it holds).
+
+        A latched fault is reset first, as an event. An actuator that is on already stays on.
+
+        Parameters
+        ----------
+        force_limit_kN, stroke_limit_mm
+            Limits that the device itself keeps.
+        watchdog_ms : int
+            Longest time without a heartbeat [ms], 1 to 65535.
+
+        Raises
+        ------
+        CommandRejected
+            If a value is none that can be sent.
+        DeviceFault
+            If the wire fails, the device keeps other values, or a state is not reached in time.
+        """
+        self._switch.enable(
+            force_limit_kN=force_limit_kN, stroke_limit_mm=stroke_limit_mm, watchdog_ms=watchdog_ms
+        )
+
+    def start_hold(self) -> int:
+        """Stop where it stands and hold; get the motion's sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._commands.give(command.HOLD, "hold")
+
+    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
+        """Move to a stroke at constant speed; get the motion's sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        text = f"ramp to {target_mm:g} mm at {speed_mm_per_s:g} mm/s"
+        return self._commands.give(command.RAMP, text, target=target_mm, speed=speed_mm_per_s)
+
+    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
+        """Sine about ``mean_mm`` (where it must stand already); get the motion's sequence number.
+
+        Parameters
+        ----------
+        mean_mm, amplitude_mm
+            Mean stroke and half the range.
+        frequency_Hz : float
+            Of the sine.
+        cycles : int
+            Cycles at full amplitude, besides one in and one out.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        text = f"{cycles} cycles of {mean_mm:g} ± {amplitude_mm:g} mm at {frequency_Hz:g} Hz"
+        return self._commands.give(
+            command.HARMONIC,
+            text,
+            mean=mean_mm,
+            amplitude=amplitude_mm,
+            frequency=frequency_Hz,
+            cycles=cycles,
+        )
+
+    def start_static(
+        self,
+        *,
+        speed_mm_per_s: float,
+        force_limit_kN: float,
+        stroke_limit_mm: float,
+        cycles: int,
+        pause_s: float,
+    ) -> int:
+        """Compress from zero to a limit and unload at once, ``cycles`` times; get the sequence number.
+
+        Parameters
+        ----------
+        speed_mm_per_s : float
+            Of both branches.
+        force_limit_kN, stroke_limit_mm
+            It turns at whichever comes first.
+        cycles : int
+            How often.
+        pause_s : float
+            Between two cycles.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        text = f"{cycles} static cycles to {force_limit_kN:g} kN or {stroke_limit_mm:g} mm"
+        return self._commands.give(
+            command.STATIC,
+            text,
+            speed=speed_mm_per_s,
+            turning_force=force_limit_kN,
+            turning_stroke=stroke_limit_mm,
+            cycles=cycles,
+            static_pause=pause_s,
+        )
+
+    def start_release(self, *, speed_mm_per_s: float) -> int:
+        """Ramp to zero force; get the motion's sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._commands.give(
+            command.RELEASE, f"release at {speed_mm_per_s:g} mm/s", speed=speed_mm_per_s
+        )
+
+    def disable(self) -> None:
+        """Switch the actuator's valve off, and see that it is.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails or the actuator stays on.
+        """
+        self._switch.disable()
+
+    def events(self) -> Sequence[str]:
+        """Get (and forget) what happened on the wire since the last call: retries, gaps."""
+        return self._link.events()
+
+    def close(self) -> None:
+        """Let go of the wire; never raises."""
+        self._link.close()

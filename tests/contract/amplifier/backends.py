@@ -1,0 +1,132 @@
+"""Every way to an amplifier, behind one face: what the test makes it measure must come out of the sensor."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from drivers.aed import AedAmplifier
+from drivers.amplifier_map import load_amplifier_map
+from drivers.build_sensors import build_amplifier
+from drivers.gsv2 import Gsv2Amplifier
+from drivers.interfaces import Sensor
+from drivers.simulated.amplifier_devices import AedDevice, Gsv2Device
+from drivers.simulated.device import FULL_SCALE, Frames
+from drivers.simulated.inprocess import open_in_process
+from drivers.simulated.modbus_amplifier_server import ModbusAmplifierServer
+from drivers.stand_file import load_stand
+from foundation.clock import WallClock
+from tests.drivers.amplifiers import FarEnd, amplifier_settings
+from tests.drivers.conftest import SAMPLE_STAND
+
+LIMITS = "plausible = { overload = 640.0 }"
+
+
+class Backend(Protocol):
+    """An amplifier under test."""
+
+    sensor: Sensor
+
+    def give(self, *counts: int) -> None:
+        """Let it measure values, one after the other."""
+        ...
+
+    def saturate(self) -> None:
+        """Let its input be overdriven once."""
+        ...
+
+    def close(self) -> None:
+        """Take the far end away."""
+        ...
+
+
+class InProcess:
+    """The simulated stand's amplifier in virtual time."""
+
+    def __init__(self, folder: Path) -> None:
+        amplifier_settings(
+            folder, 'protocol = "gsv2"\nport = "a"\nrate_Hz = 250.0\nrange_kN = 630.0\n', extra=LIMITS
+        )
+        self._stand = open_in_process(
+            load_stand(folder / "stand.toml"),
+            model=SAMPLE_STAND.parent / "models" / "category-a-elastomer.toml",
+        )
+        self.sensor = self._stand.stand.sensors[0]
+        self._now_s = 0.0
+
+    def give(self, *counts: int) -> None:
+        times = self._now_s + np.arange(1, len(counts) + 1) / 250.0
+        self._now_s = float(times[-1])
+        self._stand.device.frames.append(Frames(times, np.array(counts, dtype=np.int64)))
+
+    def saturate(self) -> None:
+        self.give(FULL_SCALE)
+
+    def close(self) -> None:
+        self._stand.stand.close()
+
+
+class OnPty:
+    """A simulated amplifier on a serial line, and its driver."""
+
+    def __init__(self, folder: Path, protocol: str, table: str) -> None:
+        rate_Hz = 250.0 if protocol == "gsv2" else 100.0
+        text = (
+            f'protocol = "{protocol}"\nport = "wire"\nbaud = 38400\n'
+            f"rate_Hz = {rate_Hz}\nrange_kN = 630.0\n{table}\n"
+        )
+        settings = amplifier_settings(folder, text, extra=LIMITS)
+        device = Gsv2Device(250.0, frame=settings.gsv2.frame) if protocol == "gsv2" else AedDevice()
+        self._far = FarEnd(folder / "wire", device, rate_Hz)
+        kind = Gsv2Amplifier if protocol == "gsv2" else AedAmplifier
+        self.sensor: Sensor = kind(folder / "wire", settings, WallClock())
+
+    def give(self, *counts: int) -> None:
+        self._far.give(*counts)
+
+    def saturate(self) -> None:
+        self._far.give(0, overload=True)
+
+    def close(self) -> None:
+        self._far.close()
+
+
+class OverModbus:
+    """A simulated amplifier with registers, and its driver."""
+
+    def __init__(self, folder: Path) -> None:
+        self._server = ModbusAmplifierServer(load_amplifier_map("dms-float", folder), 1000.0)
+        text = (
+            'protocol = "modbus"\nrate_Hz = 200.0\nrange_kN = 630.0\n'
+            f'modbus = {{ map = "dms-float", host = "127.0.0.1", tcp_port = {self._server.port} }}\n'
+        )
+        amplifier_settings(folder, text, extra=LIMITS)
+        sensor = build_amplifier(load_stand(folder / "stand.toml"), WallClock())
+        assert sensor is not None
+        self.sensor = sensor
+
+    def give(self, *counts: int) -> None:
+        for count in counts:
+            before = self._server.requests
+            self._server.measure(float(count))
+            while self._server.requests <= before + 1:  # each value is asked for before the next one is made
+                time.sleep(0.001)
+
+    def saturate(self) -> None:
+        self._server.measure(0.0, status=2)
+
+    def close(self) -> None:
+        self._server.close()
+
+
+BACKENDS: dict[str, Callable[[Path], Backend]] = {
+    "in-process": InProcess,
+    "gsv2-5-bytes": lambda folder: OnPty(folder, "gsv2", ""),
+    "aed-binary": lambda folder: OnPty(folder, "aed", "aed = { output = 8 }"),
+    "aed-text": lambda folder: OnPty(folder, "aed", "aed = { output = 9 }"),
+    "modbus-tcp": OverModbus,
+}

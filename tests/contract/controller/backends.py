@@ -1,0 +1,150 @@
+"""What the contract of a controller runs on: physics in process, loopback wires, or a real stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from drivers.connect import build_controller
+from drivers.interfaces import Controller, ControllerStatus, MotionState, SampleBlock
+from drivers.simulated.inprocess import open_in_process
+from drivers.simulated.process import start_process
+from drivers.stand_file import load_stand, with_endpoints
+from foundation.clock import Clock, WallClock
+
+SAMPLES = Path(__file__).parents[3] / "sample_runs"
+LIMIT_S = 120.0
+TCP_SPEED, POLLED_SPEED, RTU_SPEED = 4.0, 2.0, 1.0
+"""Of the served stands: who polls samples less often, and a line carries fewer blocks."""
+TCP = 'host = "127.0.0.1"\nport = 15020'
+RTU = 'serial = "wires/controller"\nbaud = 115200'
+
+
+@dataclass
+class Bench:
+    """One controller under test, and the time by which it is waited for."""
+
+    name: str
+    controller: Controller
+    clock: Clock
+    polled: bool = False
+
+    def __post_init__(self) -> None:
+        self.blocks: list[SampleBlock] = []
+
+    def drain(self) -> bool:
+        """Take what the controller has sampled, in a bounded time: the watchdog wants its turn."""
+        for _ in range(64):
+            block = self.controller.read_block()
+            if block is None:
+                return True
+            self.blocks.append(block)
+        return False
+
+    def finish(self) -> None:
+        """Take everything that has been sampled up to now: a fast stand is 6000 samples ahead at most."""
+        for _ in range(8):
+            if self.drain():
+                return
+            self.controller.feed_watchdog()
+
+    def until(
+        self,
+        reached: Callable[[ControllerStatus], bool],
+        *,
+        feeding: bool = True,
+    ) -> ControllerStatus:
+        """Run the acquisition's loop, in small, until a status; fail after two minutes of the wall."""
+        end_s = self.clock.wall_s() + LIMIT_S
+        while True:
+            if feeding:
+                self.controller.feed_watchdog()
+            self.drain()
+            status = self.controller.status()
+            if reached(status):
+                return status
+            assert self.clock.wall_s() < end_s, f"not reached within {LIMIT_S} s: {status}"
+            self.clock.sleep(0.02)
+
+    def done(self, sequence: int) -> ControllerStatus:
+        """Wait for the end of a motion."""
+        return self.until(lambda status: status.done_sequence == sequence)
+
+    def enable(self, watchdog_ms: int = 5000) -> None:
+        self.controller.enable(force_limit_kN=300.0, stroke_limit_mm=60.0, watchdog_ms=watchdog_ms)
+
+    def rest(self) -> None:
+        """Bring it to zero force, off, and forget what was sampled and said."""
+        if self.controller.status().state in (MotionState.HOLDING, MotionState.RAMPING, MotionState.WAVEFORM):
+            self.done(self.controller.start_release(speed_mm_per_s=20.0))
+        self.controller.disable()
+        self.finish()
+        self.blocks.clear()
+        self.controller.events()
+
+    def values(self, name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        """Return a channel of everything drained, in its unit."""
+        channel = next(c for c in self.controller.facts.channels if c.name == name)
+        return np.asarray(
+            channel.calibration.apply(np.concatenate([block.counts[name] for block in self.blocks]))
+        )
+
+
+def _write_stand(folder: Path, changes: dict[str, str]) -> Path:
+    text = (SAMPLES / "stand.toml").read_text(encoding="utf-8")
+    for old, new in {'model = "': f'model = "{SAMPLES}/', **changes}.items():
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    path = folder / "stand.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@contextmanager
+def in_process(folder: Path) -> Iterator[Bench]:
+    made = open_in_process(load_stand(_write_stand(folder, {})))
+    made.stand.controller.connect()
+    yield Bench("in process", made.stand.controller, made.clock)
+    made.stand.close()
+
+
+@contextmanager
+def served(folder: Path, changes: dict[str, str]) -> Iterator[Bench]:
+    path = _write_stand(folder, changes)
+    stand = load_stand(path)
+    speed = RTU_SPEED if stand.controller.serial else TCP_SPEED
+    if stand.profile().window is None:
+        speed = min(speed, POLLED_SPEED)
+    clock = WallClock(speed)
+    with start_process(path, directory=folder / "run", speed=speed) as process:
+        controller = build_controller(with_endpoints(stand, process.served.endpoints()), clock)
+        try:
+            controller.connect()
+            yield Bench("served", controller, clock, polled=stand.profile().window is None)
+        finally:
+            controller.close()
+
+
+@contextmanager
+def real(path: Path) -> Iterator[Bench]:
+    """A real stand, whose actuator is moved: up to 16 mm and 300 kN, at 20 mm/s, and 5 mm at 2 Hz."""
+    stand, clock = load_stand(path), WallClock()
+    controller = build_controller(stand, clock)
+    try:
+        controller.connect()
+        yield Bench("hardware", controller, clock, polled=stand.profile().window is None)
+    finally:
+        controller.close()
+
+
+RING_TO_POLLING = {'profile = "ring"': 'profile = "polling"'}
+SERVED: dict[str, dict[str, str]] = {
+    "TCP": {},
+    "RTU": {TCP: RTU},
+    "polled over TCP": RING_TO_POLLING,
+    "polled over RTU": {TCP: RTU, **RING_TO_POLLING},
+}

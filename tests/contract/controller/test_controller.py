@@ -1,0 +1,211 @@
+"""The contract of a controller: what the acquisition relies on, the same over every wire and none.
+
+``--hardware STAND.toml`` runs it on a real stand, and moves it: see ``backends.real`` and docs/drivers.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivers.interfaces import CommandRejected, EndReason, MotionState
+from tests.contract.controller import backends
+from tests.contract.controller.backends import Bench
+
+SPEED = 20.0
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        "in process",
+        "TCP",
+        "RTU",
+        "polled over TCP",
+        pytest.param("polled over RTU", marks=pytest.mark.long),
+        pytest.param("hardware", marks=pytest.mark.hardware),
+    ],
+)
+def opened(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    folder = tmp_path_factory.mktemp("stand")
+    if request.param == "in process":
+        with backends.in_process(folder) as bench:
+            yield bench
+    elif request.param == "hardware":
+        with backends.real(Path(request.config.getoption("--hardware"))) as bench:
+            yield bench
+    else:
+        with backends.served(folder, backends.SERVED[request.param]) as bench:
+            yield bench
+
+
+@pytest.fixture
+def bench(opened: Bench) -> Iterator[Bench]:
+    opened.rest()
+    yield opened
+    opened.rest()
+
+
+def test_it_says_who_it_is_and_says_it_again(bench: Bench) -> None:
+    identity = bench.controller.connect()
+    assert identity == bench.controller.connect()
+    assert identity.sample_rate_Hz == bench.controller.facts.rate_Hz > 0.0
+    facts = bench.controller.facts
+    assert facts.name == "controller"
+    assert facts.clock == ("host" if bench.polled else "device")
+    assert {channel.name for channel in facts.channels} == {
+        "force", "stroke_1", "stroke_2", "position", "command",
+    }  # fmt: skip
+
+
+def test_samples_follow_each_other_or_a_counted_gap_says_so(bench: Bench) -> None:
+    start_s = bench.clock.now_s()
+    bench.until(lambda _: bench.clock.now_s() > start_s + 2.0, feeding=False)
+    assert len(bench.blocks) > 0
+    after = None
+    for block in bench.blocks:
+        rows = len(block.time_us)
+        assert block.stream == "controller"
+        assert {len(column) for column in block.counts.values()} == {rows}
+        assert set(block.counts) == {channel.name for channel in bench.controller.facts.channels}
+        if after is not None:
+            assert block.first_sequence == after + block.lost
+        after = block.first_sequence + rows
+    time_us = np.concatenate([block.time_us for block in bench.blocks])
+    sequence = np.concatenate([b.first_sequence + np.arange(len(b.time_us)) for b in bench.blocks])
+    period_us = 1e6 / bench.controller.facts.rate_Hz
+    assert np.all(np.diff(time_us) > 0)
+    if bench.polled:  # by the computer's clock: late, by scheduling, but no long pause without a counted gap
+        pause_us = np.diff(time_us) / np.diff(sequence)
+        assert np.max(pause_us) < 8.0 * period_us
+    else:
+        np.testing.assert_allclose(
+            time_us - time_us[0], (sequence - sequence[0]) * period_us, atol=0.5 * period_us
+        )
+    for channel in bench.controller.facts.channels:
+        assert np.all(np.isfinite(bench.values(channel.name)))
+
+
+def test_its_heart_beats_while_it_is_off(bench: Bench) -> None:
+    first = bench.controller.status()
+    assert first.state in (MotionState.OFF, MotionState.READY)
+    bench.until(lambda status: status.heartbeat != first.heartbeat, feeding=False)
+
+
+def test_no_command_is_taken_while_it_is_off(bench: Bench) -> None:
+    with pytest.raises(CommandRejected):
+        bench.controller.start_ramp(target_mm=5.0, speed_mm_per_s=SPEED)
+    assert bench.controller.status().state in (MotionState.OFF, MotionState.READY)
+
+
+def test_on_it_holds_and_off_again(bench: Bench) -> None:
+    bench.enable()
+    bench.until(lambda status: status.state is MotionState.HOLDING)
+    bench.enable()  # on already: it stays
+    assert bench.controller.status().state is MotionState.HOLDING
+    bench.controller.disable()
+    bench.until(lambda status: status.state in (MotionState.OFF, MotionState.READY))
+
+
+def test_a_ramp_reaches_its_target_and_a_release_zero_force(bench: Bench) -> None:
+    bench.enable()
+    number = bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED)
+    status = bench.done(number)
+    assert status.end_reason is EndReason.REACHED
+    assert status.position_mm == pytest.approx(10.0, abs=0.1)
+    status = bench.done(bench.controller.start_release(speed_mm_per_s=SPEED))
+    assert status.end_reason is EndReason.REACHED
+    assert abs(status.force_kN) < 2.0
+    bench.finish()
+    assert np.max(bench.values("position")) == pytest.approx(10.0, abs=0.2)
+
+
+def test_a_harmonic_makes_its_cycles_about_its_mean(bench: Bench) -> None:
+    bench.enable()
+    bench.done(bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED))
+    bench.finish()
+    bench.blocks.clear()
+    number = bench.controller.start_harmonic(mean_mm=10.0, amplitude_mm=5.0, frequency_Hz=2.0, cycles=3)
+    status = bench.done(number)
+    assert (status.end_reason, status.cycles_done) == (EndReason.REACHED, 3)
+    bench.finish()
+    position = bench.values("position")
+    # A position loop of 15 Hz follows 2 Hz to 0.5 %; of 50 points a cycle the nearest is 0.2 % off the peak.
+    assert np.max(position) == pytest.approx(15.0, abs=0.2)
+    assert np.min(position) == pytest.approx(5.0, abs=0.2)
+
+
+def test_a_harmonic_away_from_its_mean_is_refused(bench: Bench) -> None:
+    bench.enable()
+    with pytest.raises(CommandRejected):
+        bench.controller.start_harmonic(mean_mm=15.0, amplitude_mm=2.0, frequency_Hz=0.5, cycles=1)
+
+
+def test_static_cycles_turn_at_the_force(bench: Bench) -> None:
+    bench.enable()
+    number = bench.controller.start_static(
+        speed_mm_per_s=SPEED, force_limit_kN=35.0, stroke_limit_mm=16.0, cycles=2, pause_s=0.2
+    )
+    status = bench.done(number)
+    assert (status.end_reason, status.cycles_done) == (EndReason.FORCE_LIMIT, 2)
+    bench.finish()
+    assert 34.0 < np.max(bench.values("force")) < 45.0
+
+
+def test_hold_ends_a_motion(bench: Bench) -> None:
+    bench.enable()
+    moving = bench.controller.start_ramp(target_mm=14.0, speed_mm_per_s=1.0)
+    bench.until(lambda status: status.state is MotionState.RAMPING)
+    number = bench.controller.start_hold()
+    assert number != moving
+    status = bench.done(number)
+    assert status.state is MotionState.HOLDING
+    assert status.position_mm < 13.0
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        {"target_mm": 61.0, "speed_mm_per_s": SPEED},  # beyond the limit that was set
+        {"target_mm": 10.0, "speed_mm_per_s": 6000.0},
+        {"target_mm": 10.0, "speed_mm_per_s": 0.0},
+        {"target_mm": 1e9, "speed_mm_per_s": SPEED},
+    ],
+)
+def test_what_it_cannot_do_is_refused_and_nothing_moves(bench: Bench, command: dict[str, float]) -> None:
+    bench.enable()
+    before = bench.controller.status()
+    with pytest.raises(CommandRejected):
+        bench.controller.start_ramp(**command)
+    after = bench.controller.status()
+    assert after.state is MotionState.HOLDING
+    assert after.command_mm == pytest.approx(before.command_mm, abs=0.02)
+
+
+def test_unfed_it_falls_back_to_zero_force_and_off(bench: Bench) -> None:
+    trips = bench.controller.status().watchdog_trips
+    bench.enable(watchdog_ms=1000)
+    bench.done(bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED))
+    status = bench.until(lambda seen: seen.state is MotionState.FAULT, feeding=False)
+    assert (status.fault_code, status.watchdog_trips) == (1, trips + 1)
+    assert abs(status.force_kN) < 2.0
+    with pytest.raises(CommandRejected):
+        bench.controller.start_ramp(target_mm=5.0, speed_mm_per_s=SPEED)
+    bench.enable()
+    assert bench.controller.status().state is MotionState.HOLDING
+    assert any("reset" in event for event in bench.controller.events())
+
+
+def test_polling_says_what_it_costs(opened: Bench) -> None:
+    """In the stream's description and its channels, which both go into every run."""
+    facts = opened.controller.facts
+    assert opened.polled == ("POLLED, not sampled by the device" in facts.device)
+    if not opened.polled:
+        return
+    by_name = {channel.name: channel for channel in facts.channels}
+    assert (by_name["force"].uncertainty.u_delay_s or 0.0) > 2e-5  # more than the stand file states
+    assert by_name["force"].delay_s > 0.0008  # it is read before the stroke
+    assert "makes the damping uncertain by" in facts.device

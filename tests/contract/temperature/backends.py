@@ -1,0 +1,191 @@
+"""Every way to DS18B20 sensors, behind one face: three sensors whose readings and faults the test sets."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from drivers.ds2480b import rom_bytes
+from drivers.ds2480b_bus import Ds2480bBus
+from drivers.interfaces import Sensor
+from drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
+from drivers.simulated.faults import ScheduledFault
+from drivers.simulated.inprocess import open_in_process
+from drivers.simulated.onewire import OneWireBus, OneWireSensor
+from drivers.stand_file import TemperatureSettings, load_stand
+from drivers.w1_folder import TRIGGER, W1Bus
+from foundation.clock import WallClock
+from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.test_ds18b20 import scratchpad, w1_text
+from tests.drivers.test_w1_folder import ROMS, put
+
+PLACES = ("spring plate 3", "spring plate 5", "air beside the stand")
+
+
+class Backend(Protocol):
+    """Three sensors under test."""
+
+    sensors: tuple[Sensor, ...]
+
+    def show(self, index: int, counts: int) -> None:
+        """Let a sensor feel a temperature [1/16 °C]."""
+        ...
+
+    def power_on(self, index: int, *, lasts: bool) -> None:
+        """Let a sensor lose its supply, and show its power-on value while it ``lasts``."""
+        ...
+
+    def silence(self, index: int, *, lasts: bool) -> None:
+        """Let a sensor not answer."""
+        ...
+
+    def wait(self) -> None:
+        """Let time pass: more than a period of reading."""
+        ...
+
+    def close(self) -> None:
+        """Take the far end away."""
+        ...
+
+
+def temperature_settings(**more: object) -> TemperatureSettings:
+    """Return the settings of the three sensors, read every 50 ms."""
+    sensors = [
+        {"rom": rom, "name": f"temperature_{i}", "place": place}
+        for i, (rom, place) in enumerate(zip(ROMS, PLACES, strict=True), 1)
+    ]
+    return TemperatureSettings.model_validate({"kind": "w1", "period_s": 0.05, "sensor": sensors, **more})
+
+
+class InProcess:
+    """The simulated stand's thermometers in virtual time."""
+
+    def __init__(self, folder: Path) -> None:
+        del folder
+        self._stand = open_in_process(load_stand(SAMPLE_STAND))
+        self.sensors = self._stand.stand.sensors[1:]
+
+    def show(self, index: int, counts: int) -> None:
+        thermometer = self._stand.device.thermometers[index]
+        thermometer.look = lambda now_s, _: thermometer.readings.append((now_s, counts))  # type: ignore[method-assign]
+
+    def power_on(self, index: int, *, lasts: bool) -> None:
+        self._fault(index, "power-on", lasts)
+
+    def silence(self, index: int, *, lasts: bool) -> None:
+        self._fault(index, "silent", lasts)
+
+    def wait(self) -> None:
+        self._stand.clock.sleep(2.0)
+
+    def close(self) -> None:
+        self._stand.stand.close()
+
+    def _fault(self, index: int, kind: str, lasts: bool) -> None:
+        schedule = self._stand.device.faults
+        schedule._faults.clear()
+        if lasts:
+            now_s = self._stand.clock.now_s()
+            schedule.add(ScheduledFault(f"temperature_{index + 1}", kind, now_s))  # type: ignore[arg-type]
+
+
+class Folder:
+    """A folder as the kernel's, in one of the three ways of reading it."""
+
+    def __init__(self, folder: Path, access: str) -> None:
+        self._root = folder
+        self._pads = [scratchpad(336 + 16 * index) for index in range(3)]
+        (folder / "w1_bus_master1").mkdir()
+        self._bulk = folder / "w1_bus_master1" / "therm_bulk_read"
+        self._bulk.write_text("0\n", encoding="ascii")
+        for index in range(3):
+            self._write(index)
+        self.sensors: tuple[Sensor, ...] = W1Bus(
+            folder, temperature_settings(access=access), WallClock()
+        ).sensors
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._convert)
+        self._thread.start()
+
+    def show(self, index: int, counts: int) -> None:
+        self._pads[index] = scratchpad(counts)
+        self._write(index)
+
+    def power_on(self, index: int, *, lasts: bool) -> None:
+        self._pads[index] = scratchpad(0x0550, byte_6=0x0C) if lasts else scratchpad(336)
+        self._write(index)
+
+    def silence(self, index: int, *, lasts: bool) -> None:
+        if lasts:
+            put(self._root, ROMS[index], "")
+            (self._root / ROMS[index] / "temperature").write_text("", encoding="ascii")
+        else:
+            self._write(index)
+
+    def wait(self) -> None:
+        time.sleep(0.02)
+
+    def close(self) -> None:
+        self._end.set()
+        self._thread.join()
+
+    def _write(self, index: int) -> None:
+        pad = self._pads[index]
+        put(self._root, ROMS[index], w1_text(pad))
+        shown = int.from_bytes(pad[:2], "little", signed=True) * 1000 // 16
+        (self._root / ROMS[index] / "temperature").write_text(f"{shown}\n", encoding="ascii")
+
+    def _convert(self) -> None:
+        while not self._end.wait(0.001):
+            if self._bulk.read_bytes().startswith(TRIGGER):
+                self._bulk.write_text("1\n", encoding="ascii")
+
+
+class Adapter:
+    """A simulated DS2480B on a pty."""
+
+    def __init__(self, folder: Path) -> None:
+        self._counts = [336 + 16 * index for index in range(3)]
+        self._devices = [
+            OneWireSensor(rom_bytes(rom), lambda i=i: self._counts[i], time.monotonic, conversion_s=0.02)  # type: ignore[misc]
+            for i, rom in enumerate(ROMS)
+        ]
+        self._pty = Ds2480bPty(folder / "adapter", Ds2480bDevice(OneWireBus(self._devices)))
+        settings = temperature_settings(kind="ds2480b", port="adapter")
+        self.sensors: tuple[Sensor, ...] = Ds2480bBus(folder / "adapter", settings, WallClock()).sensors
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def show(self, index: int, counts: int) -> None:
+        self._counts[index] = counts
+
+    def power_on(self, index: int, *, lasts: bool) -> None:
+        self._devices[index].state = "power-on" if lasts else "ok"
+
+    def silence(self, index: int, *, lasts: bool) -> None:
+        self._devices[index].state = "absent" if lasts else "ok"
+
+    def wait(self) -> None:
+        time.sleep(0.02)
+
+    def close(self) -> None:
+        self._end.set()
+        self._thread.join()
+        self._pty.close()
+
+    def _run(self) -> None:
+        while not self._end.wait(0.0005):
+            self._pty.pump()
+
+
+BACKENDS: dict[str, Callable[[Path], Backend]] = {
+    "in-process": InProcess,
+    "folder-w1_slave": lambda folder: Folder(folder, "w1_slave"),
+    "folder-temperature": lambda folder: Folder(folder, "temperature"),
+    "folder-bulk": lambda folder: Folder(folder, "bulk"),
+    "ds2480b": Adapter,
+}

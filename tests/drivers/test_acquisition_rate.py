@@ -1,0 +1,33 @@
+"""The driver is not much slower than a bare socket, and the chain to disk leaves the computer free."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks import acquisition
+from drivers.simulated.process import start_process
+from drivers.stand_file import load_stand, with_endpoints
+
+
+@pytest.mark.long
+def test_beside_a_bare_socket_and_to_disk(tmp_path: Path) -> None:
+    stand = load_stand(acquisition.SAMPLE_STAND)
+    with start_process(
+        acquisition.SAMPLE_STAND, directory=tmp_path / "fast", speed=acquisition.FAST
+    ) as process:
+        rate, ratio, _, each_us, lost = acquisition.fast_enough(
+            with_endpoints(stand, process.served.endpoints()), 10.0
+        )
+    print(f"\n{rate:.0f} samples/s, {each_us:.0f} µs at best, {ratio:.2f} of a bare socket")
+    assert lost == 0
+    assert ratio < 2.5
+    speed = acquisition.CHAIN_HZ / 1000.0
+    with start_process(acquisition.SAMPLE_STAND, directory=tmp_path / "chain", speed=speed) as process:
+        share, rate, lost = acquisition.chain(
+            with_endpoints(stand, process.served.endpoints()), tmp_path, 10.0, speed
+        )
+    print(f"chain {rate:.0f} samples/s, {share:.3f} of a processor")
+    assert lost == 0
+    assert share < 0.25

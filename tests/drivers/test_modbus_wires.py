@@ -1,0 +1,226 @@
+"""Modbus RTU: no reply is taken for the answer to another request, and what fails is said and mended."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from drivers.interfaces import CommandRejected, DeviceFault
+from drivers.modbus_link import ModbusLink
+from drivers.modbus_wires import RtuWire, TcpWire
+from drivers.profile import Profile
+from drivers.ring_controller import RingController
+from drivers.simulated.modbus_rtu import RtuStandServer
+from drivers.simulated.modbus_server import ModbusStandServer
+from drivers.simulated.register_bank import RegisterBank
+from drivers.stand_file import load_stand
+from foundation.clock import WallClock
+from tests.drivers import noisy
+from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.ring_device import RingDevice
+from tests.drivers.simulated.standing import device as simulated_device
+from tests.drivers.test_noisy_wire import Bank, loop_thread
+
+CHANNELS = load_stand(SAMPLE_STAND).controller.channel
+TIMEOUT_S = 0.15
+Deed = Callable[[bytes], list[tuple[float, bytes]]]
+
+
+class Script(noisy.Noise):
+    """Does a given thing to a given frame, counted from 0: requests are even, replies odd."""
+
+    def __init__(self) -> None:
+        super().__init__(0, 0.0, 0.0)
+        self.deeds: dict[int, Deed] = {}
+        self.frames = 0
+
+    def plan(self, deeds: dict[int, Deed]) -> None:
+        self.deeds, self.frames = deeds, 0
+
+    def disturb(self, frame: bytes) -> list[tuple[float, bytes]]:
+        deed = self.deeds.get(self.frames)
+        self.frames += 1
+        return [(0.0, frame)] if deed is None else deed(frame)
+
+
+def lost(frame: bytes) -> list[tuple[float, bytes]]:
+    return []
+
+
+def late(frame: bytes) -> list[tuple[float, bytes]]:
+    return [(1.5 * TIMEOUT_S, frame)]
+
+
+def twice(frame: bytes) -> list[tuple[float, bytes]]:
+    return [(0.0, frame), (0.02, frame)]
+
+
+def altered(frame: bytes) -> list[tuple[float, bytes]]:
+    return [(0.0, frame[:-3] + bytes([frame[-3] ^ 0x10]) + frame[-2:])]
+
+
+def cut_short(frame: bytes) -> list[tuple[float, bytes]]:
+    return [(0.0, frame[:-4])]
+
+
+@pytest.fixture
+def line(profile: Profile, tmp_path: Path) -> Iterator[tuple[RtuWire, Script, RingDevice]]:
+    device, script = RingDevice(profile), Script()
+    server = RtuStandServer(Bank(device, 0), profile, 1, bool, lambda: False)  # type: ignore[arg-type]
+
+    async def start() -> None:
+        server.start(tmp_path / "server")
+
+    async def stop() -> None:
+        server.stop()
+
+    with loop_thread() as loop:
+        asyncio.run_coroutine_threadsafe(start(), loop).result(10)
+        with noisy.line(tmp_path, script, tmp_path / "server") as between:
+            yield RtuWire(between.near, baud=115200), script, device
+        asyncio.run_coroutine_threadsafe(stop(), loop).result(10)
+
+
+@pytest.mark.parametrize("deed", [lost, late, altered, cut_short])
+def test_a_doubtful_reply_is_mended_and_the_next_is_its_own(
+    line: tuple[RtuWire, Script, RingDevice], deed: Deed
+) -> None:
+    wire, script, _ = line
+    link = ModbusLink(wire, timeout_s=TIMEOUT_S)
+    link.open()
+    script.plan({1: deed})
+    assert link.read(0, 2, "identity") == [0x4253, 2]
+    assert link.read(4, 2, "test value") == [0x1234, 0x5678]
+    assert link.read(0, 2, "identity") == [0x4253, 2]
+    first, second, *others = link.events()
+    assert first.startswith("reading identity (FC3, 2 registers from 0): ")
+    assert first.endswith("connection closed, sent once more on a new connection")
+    assert second.endswith("opened again")
+    assert others == []
+    link.close()
+
+
+def test_a_doubled_reply_is_not_the_next_one(line: tuple[RtuWire, Script, RingDevice]) -> None:
+    wire, script, _ = line
+    link = ModbusLink(wire, timeout_s=TIMEOUT_S)
+    script.plan({1: twice, 3: twice})
+    assert link.read(0, 2, "identity") == [0x4253, 2]
+    assert link.read(4, 2, "test value") == [0x1234, 0x5678]
+    assert link.read(6, 2, "serial") == [9, 630001 - 9 * 65536]
+    link.close()
+
+
+def test_a_status_that_is_later_than_every_wait_is_not_taken(
+    line: tuple[RtuWire, Script, RingDevice], profile: Profile
+) -> None:
+    """The reply of an old request in the place of the new one: only the echoed number tells."""
+    wire, script, device = line
+    controller = RingController(
+        ModbusLink(wire, timeout_s=TIMEOUT_S), profile, CHANNELS, WallClock(), timeout_s=TIMEOUT_S
+    )
+    kept: list[bytes] = []
+
+    def keep(frame: bytes) -> list[tuple[float, bytes]]:
+        kept.append(frame)
+        return [(0.0, frame)]
+
+    script.plan({1: keep})
+    device.set("force", 1.0)
+    assert controller.status().force_kN == 1.0
+    device.set("force", 2.0)
+    script.plan({1: lambda _: [(0.0, kept[0])]})
+    assert controller.status().force_kN == 2.0
+    event = controller.events()[0]
+    assert "it answers request 1 instead of 2: it is late" in event
+    controller.close()
+
+
+def test_an_altered_command_is_seen_before_it_moves_anything(profile: Profile, tmp_path: Path) -> None:
+    """Over TCP, whose frames have no checksum: the third register of the amplitude's block is changed."""
+    device, script = RingDevice(profile), Script()
+    server = ModbusStandServer(Bank(device, 0), profile, 1, bool, lambda: False)  # type: ignore[arg-type]
+
+    def other_target(frame: bytes) -> list[tuple[float, bytes]]:
+        if frame[7] != 16:
+            return [(0.0, frame)]
+        return [(0.0, frame[:17] + bytes([frame[17] ^ 0x40]) + frame[18:])]
+
+    with loop_thread() as loop:
+        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
+        with noisy.noisy_tcp(port, script) as between:
+            controller = RingController(
+                ModbusLink(TcpWire("127.0.0.1", between), timeout_s=1.0), profile, CHANNELS, WallClock()
+            )
+            script.plan({6: other_target})  # status, lock, lock, arming
+            assert controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0) == 1
+            (event,) = controller.events()
+            assert "armed once more" in event
+            assert [command["target"] for command in device.executed] == [10.0]
+            script.plan(dict.fromkeys(range(0, 40, 2), other_target))
+            with pytest.raises(
+                DeviceFault, match=r"it reads back as .*, twice; look whether the device bounds"
+            ):
+                controller.start_ramp(target_mm=20.0, speed_mm_per_s=5.0)
+            assert len(device.executed) == 1
+            controller.close()
+        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)
+
+
+def test_no_such_line(tmp_path: Path) -> None:
+    link = ModbusLink(RtuWire(tmp_path / "none"), timeout_s=TIMEOUT_S)
+    with pytest.raises(DeviceFault, match=r"cannot open the serial line: .*No such file.*is the adapter"):
+        link.open()
+
+
+def test_a_line_that_another_program_has(line: tuple[RtuWire, Script, RingDevice]) -> None:
+    wire, _, _ = line
+    first, second = ModbusLink(wire, timeout_s=TIMEOUT_S), ModbusLink(wire, timeout_s=TIMEOUT_S)
+    first.open()
+    with pytest.raises(DeviceFault, match="no other program on it"):
+        second.open()
+    first.close()
+    second.open()
+    second.close()
+
+
+def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
+    stand = simulated_device(tmp_path)
+    server = ModbusStandServer(RegisterBank(stand, profile), profile, 1, bool, lambda: False)
+    with loop_thread() as loop:
+        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
+        first, second = (
+            RingController(ModbusLink(TcpWire("127.0.0.1", port)), profile, CHANNELS, WallClock())
+            for _ in range(2)
+        )
+        limits = {"force_limit_kN": 500.0, "stroke_limit_mm": 100.0, "watchdog_ms": 5000}
+        first.enable(**limits)  # type: ignore[arg-type]
+        for what in (lambda: second.enable(**limits), second.start_hold):  # type: ignore[arg-type]
+            with pytest.raises(
+                DeviceFault, match=r"another program \(number \d+, this one is \d+\)"
+            ) as caught:
+                what()
+            assert not isinstance(caught.value, CommandRejected)
+        assert second.status().force_kN == first.status().force_kN  # reading is free
+        first.start_hold()
+        first.disable()
+        second.enable(**limits)  # type: ignore[arg-type]
+        first.disable()  # switching off never asks
+        assert not stand.controller.valve_on
+        first.close()
+        second.close()
+        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)
+
+
+def test_a_line_too_slow_for_the_ring_is_said(
+    line: tuple[RtuWire, Script, RingDevice], profile: Profile, tmp_path: Path
+) -> None:
+    """14 samples of 264 characters of 11 bits: 115200 baud carry 555 samples/s."""
+    wire, _, _ = line
+    controller = RingController(ModbusLink(wire, timeout_s=TIMEOUT_S), profile, CHANNELS, WallClock())
+    controller.connect()
+    (event,) = controller.events()
+    assert "SAMPLES WILL BE LOST: the line carries 555 samples/s at most, the controller takes 1000" in event
+    controller.close()
