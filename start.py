@@ -26,6 +26,7 @@ STAMP = ENVIRONMENT / "bufferstand-stamp"
 PYTHON = ENVIRONMENT / "bin" / "python"
 OLDEST_PYTHON = (3, 11)
 OLDEST_PIP = (22, 3)
+MAIN_JOB = "tests/main_job"
 
 
 def fingerprint() -> str:
@@ -106,6 +107,18 @@ def check() -> int:
     return 0
 
 
+def test(arguments: list[str]) -> int:
+    """Run every test, or those that pytest is told to; return the first status that is not 0.
+
+    Two at a time, then those of the main job one by one: they run stands in (accelerated) real time.
+    """
+    if any(argument != "--long" for argument in arguments):
+        return run("-m", "pytest", *arguments, folder=ROOT)
+    workers = str(min(4, os.cpu_count() or 1))
+    status = run("-m", "pytest", *arguments, "-n", workers, f"--ignore={MAIN_JOB}", folder=ROOT)
+    return status or run("-m", "pytest", *arguments, MAIN_JOB, folder=ROOT)
+
+
 def main(arguments: list[str]) -> int:
     """Do what the first word says; return the exit status."""
     if sys.version_info < OLDEST_PYTHON:
@@ -118,7 +131,7 @@ def main(arguments: list[str]) -> int:
     if task == "demo":
         return run("-m", "cli", "demo", *rest)
     if task == "test":
-        return run("-m", "pytest", *rest, folder=ROOT)
+        return test(rest)
     if task == "check":
         return check()
     if task == "run":
