@@ -52,13 +52,14 @@ def test_absorbed_energy_is_the_heat_that_the_specimen_made(demo: Demo) -> None:
     for entry in demo.document["runs"]:
         cycles = used_cycles(entry)
         if entry["run"]["kind"] == "static":
-            # A cycle also fills the viscous branch, and softening takes stored work along; in all three
-            # together the balance closes.
+            # Softening takes stored work along; in all three cycles together the balance closes.
             whole = {"start_s": cycles[0]["start_s"], "end_s": cycles[-1]["end_s"]}
             cycles = [whole | {"absorbed_energy_J": sum(cycle["absorbed_energy_J"] for cycle in cycles)}]
         for cycle in cycles:
             heat_J = true_difference(demo, entry["run"]["path"], cycle, "heat_J")
-            assert cycle["absorbed_energy_J"] == pytest.approx(heat_J, rel=0.01), entry["run"]["id"]
+            # The viscous branch goes on relaxing after the ramp to the prestress: heat that is no loop area,
+            # most in the smallest loop (5 mm: 1 … 2 %, by how soon after the ramp it begins).
+            assert cycle["absorbed_energy_J"] == pytest.approx(heat_J, rel=0.03), entry["run"]["id"]
 
 
 def test_damping_of_the_paper(demo: Demo) -> None:
