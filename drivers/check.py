@@ -50,6 +50,7 @@ SLOW_RATE_TOLERANCE = 0.5
 _POLL_S = 0.01
 _BLOCKS_AT_ONCE = 50
 _LEAST_SAMPLES = 100
+_LEAST_SPAN_S = 0.5
 
 
 def check_stand(
@@ -121,7 +122,7 @@ def check_devices(
             controller.close()
         rows += refused
         for sensor in started:
-            rows += _reading_rows(sensor, stand_file, clock, forces)
+            rows += _reading_rows(sensor, stand_file, clock, forces, watched=watch_s > 0.0)
     finally:
         for sensor in sensors:
             sensor.close()
@@ -286,7 +287,7 @@ def _start(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[CheckRow]]:
 
 
 def _reading_rows(
-    sensor: Sensor, stand_file: StandFile, clock: Clock, forces: dict[str, float]
+    sensor: Sensor, stand_file: StandFile, clock: Clock, forces: dict[str, float], *, watched: bool
 ) -> Iterator[CheckRow]:
     name, channel = sensor.facts.name, sensor.facts.channels[0]
     blocks, faults = _readings(sensor, clock)
@@ -300,7 +301,8 @@ def _reading_rows(
         return
     identity = getattr(sensor, "identity", "") or sensor.facts.device
     yield CheckRow(name, "identity", identity)
-    yield from _rate_rows(sensor, blocks)
+    if watched:
+        yield from _rate_rows(sensor, blocks)
     value = _mean_values(sensor.facts.channels, block)[channel.name]
     if channel.quantity == "force":
         forces[channel.name] = value
@@ -336,8 +338,8 @@ def _rate_rows(sensor: Sensor, blocks: Sequence[SampleBlock]) -> Iterator[CheckR
     """Yield how often a sensor delivers, where enough has come to tell."""
     values = sum(len(block.time_us) for block in blocks) - len(blocks[0].time_us)
     lost = sum(block.lost for block in blocks[1:])
-    span_s = (int(blocks[-1].time_us[-1]) - int(blocks[0].time_us[-1])) * 1e-6
-    if values < 2 or span_s * sensor.facts.rate_Hz < 2.0:
+    span_s = blocks[-1].received_s - blocks[0].received_s  # its stamps are even by their nature
+    if values < 2 or span_s < _LEAST_SPAN_S or span_s * sensor.facts.rate_Hz < 2.0:
         return
     tolerance = SENSOR_RATE_TOLERANCE if sensor.facts.rate_Hz > 10.0 else SLOW_RATE_TOLERANCE
     yield rate_row(
