@@ -47,6 +47,8 @@ RATE_TOLERANCE = 0.02
 SENSOR_RATE_TOLERANCE = 0.05
 SLOW_RATE_TOLERANCE = 0.5
 """Shares by which rates may differ from those stated: controller, amplifier, temperature sensors."""
+POLL_TOLERANCE = 0.1
+"""Share of polls that may be left out, of a controller that is polled."""
 _POLL_S = 0.01
 _BLOCKS_AT_ONCE = 50
 _LEAST_SAMPLES = 100
@@ -147,7 +149,7 @@ def _controller_rows(
         return
     if watch_s > 0.0:
         seen = _watch(controller, clock, newest, watch_s)
-        yield _sample_rate_row(seen, identity.sample_rate_Hz)
+        yield _sample_rate_row(seen, identity.sample_rate_Hz, polled=controller.facts.clock == "host")
         yield drift_row(fit_drift(seen.host_s, seen.trip_s, seen.tick_us))
         newest = seen.newest
     values = _mean_values(controller.facts.channels, newest)
@@ -206,13 +208,19 @@ def _watch(controller: Controller, clock: Clock, newest: SampleBlock, watch_s: f
     return seen
 
 
-def _sample_rate_row(seen: _Seen, stated_Hz: float) -> CheckRow:
+def _sample_rate_row(seen: _Seen, stated_Hz: float, *, polled: bool) -> CheckRow:
     """Return how many samples a second come; of a ring with a long history that may not be known yet."""
     span_s = 0.0 if seen.since_s is None else seen.newest.received_s - seen.since_s
     if span_s * stated_Hz < _LEAST_SAMPLES:
         remark = "its ring held more than could be read meanwhile; watch it longer (--watch)"
         return CheckRow("controller", "sample rate", "—", Verdict.NOTE, remark)
     rate_Hz = seen.samples / span_s
+    if polled:  # the computer makes this rate, and leaves out what it is too late for
+        row = rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=POLL_TOLERANCE)
+        if row.verdict is Verdict.OK or seen.lost > POLL_TOLERANCE * seen.samples:
+            return row
+        remark = "polls that came too late were left out; line or computer are busy"
+        return replace(row, verdict=Verdict.NOTE, remark=remark)
     return rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=RATE_TOLERANCE)
 
 

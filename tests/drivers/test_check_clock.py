@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.check import check_devices, check_stand
+from drivers.check import _sample_rate_row, _Seen, check_devices, check_stand
 from drivers.check_clock import drift_row, fit_drift
 from drivers.check_hints import controller_hint, port_hint
 from drivers.check_rows import CheckRow, Verdict, rate_row
-from drivers.interfaces import DeviceFault
+from drivers.interfaces import DeviceFault, SampleBlock
 from drivers.profile import Profile
 from drivers.simulated.inprocess import open_in_process
 from drivers.simulated.process import start_process
@@ -172,3 +172,12 @@ def test_the_residuals_are_those_of_the_line() -> None:
     (slope, _), covariance = np.polyfit(x[quick], np.array(ticks)[quick] * 1e-6, 1, cov=True)
     assert drift.ppm == pytest.approx((slope - 1.0) * 1e6, abs=1e-3)
     assert drift.expanded_ppm == pytest.approx(2e6 * np.sqrt(covariance[0, 0]), rel=1e-3)
+
+
+@pytest.mark.parametrize(("lost", "verdict"), [(0, Verdict.OK), (4, Verdict.NOTE), (40, Verdict.FAULT)])
+def test_polls_left_out_are_a_note_until_they_are_many(lost: int, verdict: Verdict) -> None:
+    block = SampleBlock("controller", 0, np.zeros(1, dtype=np.int64), {}, 0, 12.0)
+    seen = _Seen(block, samples=200, lost=lost, since_s=10.0)
+    row = _sample_rate_row(seen, 100.0, polled=True)
+    assert row.verdict is verdict
+    assert _sample_rate_row(seen, 100.0, polled=False).verdict is (Verdict.FAULT if lost else Verdict.OK)
