@@ -13,6 +13,7 @@ from drivers.check_clock import drift_row, fit_drift
 from drivers.check_hints import controller_hint, port_hint
 from drivers.check_rows import CheckRow, Verdict, rate_row
 from drivers.interfaces import DeviceFault, SampleBlock
+from drivers.modbus_wires import RtuWire
 from drivers.profile import Profile
 from drivers.simulated.inprocess import open_in_process
 from drivers.simulated.process import start_process
@@ -181,3 +182,31 @@ def test_polls_left_out_are_a_note_until_they_are_many(lost: int, verdict: Verdi
     row = _sample_rate_row(seen, 100.0, polled=True)
     assert row.verdict is verdict
     assert _sample_rate_row(seen, 100.0, polled=False).verdict is (Verdict.FAULT if lost else Verdict.OK)
+
+
+def test_a_wrong_baud_rate_is_found(monkeypatch: pytest.MonkeyPatch, profile: Profile) -> None:
+    """A pseudo-terminal has no rate, so the line is played: only at 9600 baud somebody answers."""
+
+    class PlayedLink:
+        def __init__(self, wire: RtuWire, *, device_id: int, timeout_s: float) -> None:
+            del timeout_s
+            self._right = wire._baud == 9600 and device_id == 1
+
+        def read(self, address: int, count: int, what: str, *, table: str) -> list[int]:
+            del what, table
+            if not self._right:
+                raise DeviceFault("no reply within 0.25 s")
+            return RingDevice(profile).read(address, count)
+
+        def close(self) -> None:
+            pass
+
+    monkeypatch.setattr("drivers.check_hints.ModbusLink", PlayedLink)
+    file = load_stand(SAMPLE_STAND)
+    line = file.controller.model_copy(update={"host": "", "serial": "/dev/ttyUSB0"})
+    fault = DeviceFault("controller at /dev/ttyUSB0: reading (FC3): no reply within 0.5 s, twice")
+    hint = controller_hint(fault, file.model_copy(update={"controller": line}))
+    assert hint == "it answers with baud = 9600, by this profile: write that into the stand file"
+    other = line.model_copy(update={"device_id": 9})
+    hint = controller_hint(fault, file.model_copy(update={"controller": other}))
+    assert "are the wires A and B swapped?" in hint
