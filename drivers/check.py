@@ -47,9 +47,12 @@ RATE_TOLERANCE = 0.02
 SENSOR_RATE_TOLERANCE = 0.05
 SLOW_RATE_TOLERANCE = 0.5
 """Shares by which rates may differ from those stated: controller, amplifier, temperature sensors."""
+POLL_TOLERANCE = 0.1
+"""Share of polls that may be left out, of a controller that is polled."""
 _POLL_S = 0.01
 _BLOCKS_AT_ONCE = 50
 _LEAST_SAMPLES = 100
+_LEAST_SPAN_S = 0.5
 
 
 def check_stand(
@@ -121,7 +124,7 @@ def check_devices(
             controller.close()
         rows += refused
         for sensor in started:
-            rows += _reading_rows(sensor, stand_file, clock, forces)
+            rows += _reading_rows(sensor, stand_file, clock, forces, watched=watch_s > 0.0)
     finally:
         for sensor in sensors:
             sensor.close()
@@ -146,7 +149,7 @@ def _controller_rows(
         return
     if watch_s > 0.0:
         seen = _watch(controller, clock, newest, watch_s)
-        yield _sample_rate_row(seen, identity.sample_rate_Hz)
+        yield _sample_rate_row(seen, identity.sample_rate_Hz, polled=controller.facts.clock == "host")
         yield drift_row(fit_drift(seen.host_s, seen.trip_s, seen.tick_us))
         newest = seen.newest
     values = _mean_values(controller.facts.channels, newest)
@@ -205,13 +208,19 @@ def _watch(controller: Controller, clock: Clock, newest: SampleBlock, watch_s: f
     return seen
 
 
-def _sample_rate_row(seen: _Seen, stated_Hz: float) -> CheckRow:
+def _sample_rate_row(seen: _Seen, stated_Hz: float, *, polled: bool) -> CheckRow:
     """Return how many samples a second come; of a ring with a long history that may not be known yet."""
     span_s = 0.0 if seen.since_s is None else seen.newest.received_s - seen.since_s
     if span_s * stated_Hz < _LEAST_SAMPLES:
         remark = "its ring held more than could be read meanwhile; watch it longer (--watch)"
         return CheckRow("controller", "sample rate", "—", Verdict.NOTE, remark)
     rate_Hz = seen.samples / span_s
+    if polled:  # the computer makes this rate, and leaves out what it is too late for
+        row = rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=POLL_TOLERANCE)
+        if row.verdict is Verdict.OK or seen.lost > POLL_TOLERANCE * seen.samples:
+            return row
+        remark = "polls that came too late were left out; line or computer are busy"
+        return replace(row, verdict=Verdict.NOTE, remark=remark)
     return rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=RATE_TOLERANCE)
 
 
@@ -286,7 +295,7 @@ def _start(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[CheckRow]]:
 
 
 def _reading_rows(
-    sensor: Sensor, stand_file: StandFile, clock: Clock, forces: dict[str, float]
+    sensor: Sensor, stand_file: StandFile, clock: Clock, forces: dict[str, float], *, watched: bool
 ) -> Iterator[CheckRow]:
     name, channel = sensor.facts.name, sensor.facts.channels[0]
     blocks, faults = _readings(sensor, clock)
@@ -300,7 +309,8 @@ def _reading_rows(
         return
     identity = getattr(sensor, "identity", "") or sensor.facts.device
     yield CheckRow(name, "identity", identity)
-    yield from _rate_rows(sensor, blocks)
+    if watched:
+        yield from _rate_rows(sensor, blocks)
     value = _mean_values(sensor.facts.channels, block)[channel.name]
     if channel.quantity == "force":
         forces[channel.name] = value
@@ -336,8 +346,8 @@ def _rate_rows(sensor: Sensor, blocks: Sequence[SampleBlock]) -> Iterator[CheckR
     """Yield how often a sensor delivers, where enough has come to tell."""
     values = sum(len(block.time_us) for block in blocks) - len(blocks[0].time_us)
     lost = sum(block.lost for block in blocks[1:])
-    span_s = (int(blocks[-1].time_us[-1]) - int(blocks[0].time_us[-1])) * 1e-6
-    if values < 2 or span_s * sensor.facts.rate_Hz < 2.0:
+    span_s = blocks[-1].received_s - blocks[0].received_s  # its stamps are even by their nature
+    if values < 2 or span_s < _LEAST_SPAN_S or span_s * sensor.facts.rate_Hz < 2.0:
         return
     tolerance = SENSOR_RATE_TOLERANCE if sensor.facts.rate_Hz > 10.0 else SLOW_RATE_TOLERANCE
     yield rate_row(

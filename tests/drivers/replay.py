@@ -106,16 +106,25 @@ def replayed_tcp(name: str, wire: str = "controller") -> Iterator[tuple[int, Rep
 
 @contextmanager
 def replayed_line(name: str, wire: str, folder: Path) -> Iterator[tuple[Path, Replay]]:
-    """Give a serial device behind which the device of a transcript answers, and how it goes."""
-    replay = Replay(pieces_of(name, wire))
+    """Give a serial device behind which the device of a kept transcript answers, and how it goes."""
+    with replayed_pieces(pieces_of(name, wire), wire, folder) as one:
+        yield one
+
+
+@contextmanager
+def replayed_pieces(pieces: list[Piece], wire: str, folder: Path) -> Iterator[tuple[Path, Replay]]:
+    """Give a serial device behind which the device of a session answers, and how it goes."""
+    replay = Replay(pieces)
     master, slave = os.openpty()
     tty.setraw(slave)
-    path = folder / wire
+    path = folder / f"replayed-{wire}"
     path.symlink_to(os.ttyname(slave))
     thread = threading.Thread(target=replay.play, args=(master,))
     thread.start()
-    yield path, replay
-    replay.stop()
-    thread.join()
-    os.close(master)
-    os.close(slave)
+    try:
+        yield path, replay
+    finally:
+        replay.stop()
+        thread.join()
+        os.close(master)
+        os.close(slave)

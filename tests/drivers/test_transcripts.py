@@ -7,11 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from drivers.stand_file import Endpoints, with_endpoints
+from drivers.check import check_stand
+from drivers.simulated.process import start_process
+from drivers.stand_file import Endpoints, load_stand, with_endpoints
 from drivers.transcript import HEAD, Piece, read_transcript
+from drivers.transcript_tap import record_wires
+from foundation.clock import WallClock
 from foundation.errors import BadInput
-from tests.drivers.replay import FOLDER, Replay, replayed_line, replayed_tcp
-from tests.drivers.sessions import SESSIONS, WIRES, load
+from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.replay import FOLDER, Replay, replayed_line, replayed_pieces, replayed_tcp
+from tests.drivers.sessions import CHANGES, SESSIONS, WIRES, load
 
 
 @pytest.mark.parametrize("name", SESSIONS)
@@ -56,3 +61,47 @@ def test_a_transcript_is_read_as_it_was_written(tmp_path: Path) -> None:
     path.write_text("\n".join([HEAD, *map(str, pieces)]), encoding="utf-8")
     assert read_transcript(path) == pieces
     assert Replay(pieces).problem == ""
+
+
+def test_a_live_session_becomes_a_transcript_that_can_be_replayed(tmp_path: Path) -> None:
+    """Over RTU and a serial adapter, where the tap stands on pseudo-terminals."""
+    text = SAMPLE_STAND.read_text(encoding="utf-8").replace("models/", f"{SAMPLE_STAND.parent}/models/", 1)
+    for old, new in (
+        ('host = "127.0.0.1"\nport = 15020', 'serial = "wires/controller"\nbaud = 115200'),
+        CHANGES["ds2480b"][0],
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "stand.toml"
+    path.write_text(text, encoding="utf-8")
+    kept = tmp_path / "session.txt"
+    with start_process(path, directory=tmp_path / "run") as process:
+        reached = with_endpoints(load_stand(path), process.served.endpoints())
+        with record_wires(reached, kept) as tapped:
+            found = SESSIONS["ring"](tapped)
+            sensors = SESSIONS["ds2480b"](tapped)
+    pieces = read_transcript(kept)
+    assert {piece.wire for piece in pieces} == {"controller", "amplifier", "onewire"}
+    times_s = [piece.time_s for piece in pieces]
+    assert times_s == sorted(times_s)
+    assert "# controller: RTU, 115200 baud, profile ring, unit 1" in kept.read_text(encoding="utf-8")
+    for wire, name, what in (("controller", "ring", found), ("onewire", "ds2480b", sensors)):
+        own = [piece for piece in pieces if piece.wire == wire]
+        with replayed_pieces(own, wire, tmp_path) as (line, replay):
+            ends = Endpoints(controller_serial=line, onewire_port=line)
+            assert SESSIONS[name](with_endpoints(load_stand(path), ends)) == what
+        assert replay.problem == ""
+
+
+def test_a_wire_that_cannot_be_tapped_is_left_to_the_drivers(tmp_path: Path) -> None:
+    file = load_stand(SAMPLE_STAND)
+    dead = with_endpoints(file, Endpoints(port=1, amplifier_port=tmp_path / "nothing"))
+    kept = tmp_path / "session.txt"
+    with record_wires(dead, kept) as tapped:
+        assert tapped.amplifier_port() == tmp_path / "nothing"
+        rows = check_stand(tapped, WallClock(), watch_s=0.0)
+    told = {row.device: row.remark for row in rows if row.item == "connection"}
+    assert "No such file" in told["amplifier"]
+    text = kept.read_text(encoding="utf-8")
+    assert "# amplifier: not recorded, its port cannot be opened" in text
+    assert "# controller: cannot connect" in text

@@ -1,0 +1,83 @@
+"""Whole stands that one contract runs over: in process, on loopback wires of every kind, or a real one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from drivers.build_sensors import build_sensors
+from drivers.connect import build_controller
+from drivers.interfaces import Controller, Sensor
+from drivers.simulated.inprocess import open_in_process
+from drivers.simulated.process import start_process
+from drivers.stand_file import StandFile, load_stand, with_endpoints
+from foundation.clock import Clock, WallClock
+
+SAMPLES = Path(__file__).parents[3] / "sample_runs"
+TCP = 'host = "127.0.0.1"\nport = 15020'
+RTU = 'serial = "wires/controller"\nbaud = 115200'
+GSV2 = 'protocol = "gsv2"\nport = "wires/amplifier"\nbaud = 38400\nrate_Hz = 250.0\n'
+AED = 'protocol = "aed"\nport = "wires/amplifier"\nbaud = 38400\nrate_Hz = 100.0\naed = { output = 8 }\n'
+W1 = 'kind = "w1"\nroot = "wires/w1/devices"\n'
+ADAPTER = 'kind = "ds2480b"\nport = "wires/onewire"\n'
+POLLING = ('profile = "ring"', 'profile = "polling"')
+
+STANDS: dict[str, tuple[tuple[str, str], ...]] = {
+    "TCP, GSV-2, 1-Wire folder": (),
+    "RTU, AED, DS2480B": ((TCP, RTU), (GSV2, AED), (W1, ADAPTER)),
+    "polled over TCP, GSV-2, bulk": (POLLING, (W1, W1 + 'access = "bulk"\n')),
+    "polled over RTU, AED, 1-Wire folder": (POLLING, (TCP, RTU), (GSV2, AED)),
+}
+"""What each changes of the shipped stand file."""
+BACKENDS = ("in process", *STANDS, "hardware")
+
+
+@dataclass
+class Bench:
+    """A stand under test: nothing is connected or started yet."""
+
+    name: str
+    file: StandFile
+    clock: Clock
+    controller: Controller
+    sensors: tuple[Sensor, ...]
+
+    def close(self) -> None:
+        """Let go of every wire."""
+        for sensor in self.sensors:
+            sensor.close()
+        self.controller.close()
+
+
+def write_stand(folder: Path, changes: tuple[tuple[str, str], ...]) -> Path:
+    """Write the shipped stand file with changes."""
+    text = (SAMPLES / "stand.toml").read_text(encoding="utf-8")
+    for old, new in (('model = "', f'model = "{SAMPLES}/'), *changes):
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    path = folder / "stand.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def bench_on(name: str, file: StandFile) -> Bench:
+    """Return the drivers of a stand file, by the wall."""
+    clock = WallClock()
+    return Bench(name, file, clock, build_controller(file, clock), build_sensors(file, clock))
+
+
+@contextmanager
+def served(name: str, folder: Path) -> Iterator[StandFile]:
+    """Serve a stand in another process; give the file by which it is reached."""
+    path = write_stand(folder, STANDS[name])
+    with start_process(path, directory=folder / "run") as process:
+        yield with_endpoints(load_stand(path), process.served.endpoints())
+
+
+def in_process(folder: Path) -> Bench:
+    """Return the physics in virtual time."""
+    file = load_stand(write_stand(folder, ()))
+    made = open_in_process(file)
+    return Bench("in process", file, made.clock, made.stand.controller, made.stand.sensors)
