@@ -13,7 +13,7 @@ from evaluation.turn_sides import Side
 
 _EDGE_SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
 _WIDE, _ENOUGH = 0.2, 30
-"""No wider window than 0.2 where that has so many samples: what is no polynomial of fourth degree would bias it."""
+"""No wider window than 0.2 where that has so many samples: over more, a sine is no quartic."""
 _STRAIGHT = 1e-3
 _EDGE_MISSING = 0.003
 """A turn belongs to the record when no more than this share of the stroke is missing at its end."""

@@ -176,7 +176,7 @@ class CyclePropagation:
         ``at`` is the point of the extreme, ``sign`` 1 for the largest force and -1 for the smallest.
         """
         point_kN = float(self.noise.force_kN / np.sqrt(self.samples_a_point))
-        # A parabola, read at its middle or at an end; in an interpolated branch it spans less than one sample.
+        # A parabola, read at its middle or end; in an interpolated branch it spans less than a sample.
         window = 1.0 if self.interpolated else max(5.0, FORCE_WINDOW * self.loop.top)
         ends = np.abs(at - np.array([0, self.loop.top, self.loop.time_s.size - 1])) < 0.5 * window
         reading_kN = point_kN * min(1.0, float((2.1 if ends.any() else 1.5) / np.sqrt(window)))
