@@ -17,6 +17,8 @@ _WIDE, _ENOUGH = 0.2, 30
 _STRAIGHT = 1e-3
 _EDGE_MISSING = 0.003
 """A turn belongs to the record when no more than this share of the stroke is missing at its end."""
+_MOST_DOUBT = 0.003
+"""… and what the fit does not know for sure, but no more than this share: a poor fit is no turning point."""
 CONSISTENT = 1.3
 """A fit is consistent when its residual is within this factor of the noise."""
 
@@ -83,7 +85,8 @@ def _one_sided(side: Side, time_s: FloatArray, value: FloatArray, degree: int, g
         return EdgeFit("cut" if turning else "edge", end_s, float(coefficients[0]), residual, u)
     top = float(np.polynomial.polynomial.polyval(vertex, coefficients))
     on_record = float(z[0]) <= vertex <= float(z[-1])
-    reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + 3.0 * u
+    doubt = min(3.0 * u, _MOST_DOUBT * side.height)
+    reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + doubt
     if not reached:
         return EdgeFit("cut", end_s + span * vertex, top, residual, u)
     bend = -float(np.polynomial.polynomial.polyval(vertex, np.polynomial.polynomial.polyder(coefficients, 2)))

@@ -15,7 +15,7 @@ from evaluation.uncertainty import NEAR_LARGEST, CyclePropagation, overreach, st
 
 _DISTORTING = range(2, 11)
 """Harmonics of the stroke that count as distortion."""
-_SPEED_PARTS = 16
+_SPEED_PARTS = 24
 """A branch is looked at in so many parts for where its speed may be largest …"""
 _NEAR_LARGEST = 0.95
 """… which are those whose speed is at least this share of the largest."""

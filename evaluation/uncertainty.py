@@ -30,7 +30,7 @@ COVERAGE = 2.0
 """Coverage factor k of the expanded uncertainty U = k u."""
 NORMAL_95 = 1.959964
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
-NEAR_LARGEST = 2.0
+NEAR_LARGEST = 3.0
 """Readings within so many standard deviations of the largest may be the largest because of their noise."""
 
 
@@ -182,7 +182,7 @@ class CyclePropagation:
         reading_kN = point_kN * min(1.0, float((2.1 if ends.any() else 1.5) / np.sqrt(window)))
         force = sign * self.loop.force_kN
         near = np.count_nonzero(force >= force[at] - NEAR_LARGEST * reading_kN - point_kN)
-        apart = self.loop.time_s.size / self.samples if self.interpolated else 0.5 * window
+        apart = 0.5 * self.loop.time_s.size / self.samples if self.interpolated else 0.25 * window
         # The loop begins and ends at one turn: what is extreme there is read twice.
         readings = max(1.0, near / apart) + float(ends[0] or ends[2])
         return overreach(readings) * reading_kN, reading_kN / float(np.sqrt(1.0 + np.log(readings)))
