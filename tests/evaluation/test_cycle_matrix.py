@@ -88,7 +88,7 @@ class Shape:
             begin, end = m + self.leaves, m + 1 + self.arrives
             inside = first <= begin - margin + 1e-9 and end + margin <= last + 1e-9
             lacking = max(self.lacks(first, begin, 1), self.lacks(last, end, -1))
-            least += inside if margin else lacking <= self.may_lack[0]
+            least += inside if margin else lacking <= max(0.0, self.may_lack[0] - blur)
             outer = max(self.lacks(first, begin + margin, 1), self.lacks(last, end - margin, -1))
             most += outer <= self.may_lack[1] + blur
         return range(least, most + 1)
@@ -148,9 +148,9 @@ def failures(shape: Shape, samples: int, change: str, noise: bool, phases: tuple
 @pytest.mark.parametrize("samples", [20, 100, 1000])
 @pytest.mark.parametrize("noise", [False, True], ids=["clean", "noisy"])
 def test_cycles_are_those_of_the_motion(shape: Shape, samples: int, noise: bool) -> None:
-    """A part of the matrix: each change of the stroke with three of the phases."""
+    """A part of the matrix: each change of the stroke with two or three of the phases."""
     for i, change in enumerate(CHANGES):
-        assert failures(shape, samples, change, noise, PHASES[i::7]) == []
+        assert failures(shape, samples, change, noise, PHASES[i :: 7 if samples < 1000 else 10]) == []
 
 
 @pytest.mark.long
@@ -160,6 +160,14 @@ def test_cycles_are_those_of_the_motion(shape: Shape, samples: int, noise: bool)
 @pytest.mark.parametrize("change", CHANGES)
 def test_whole_matrix(shape: Shape, samples: int, noise: bool, change: str) -> None:
     assert failures(shape, samples, change, noise, PHASES) == []
+
+
+def beside_a_gap(
+    p: Floats, gap: tuple[float, float], beside: float, samples: int, blur: float
+) -> tuple[range, range]:
+    """Return the right numbers of cycles before and after a gap, made wider by ``beside`` on each side."""
+    before = SHAPES[0].complete(float(p[0]), float(gap[0]) - beside, samples, blur)
+    return before, SHAPES[0].complete(float(gap[1]) + beside, float(p[-1]), samples, blur)
 
 
 @pytest.mark.parametrize("samples", [20, 100, 1000])
@@ -176,11 +184,11 @@ def test_gap_is_never_integrated_across(samples: int, noise: bool) -> None:
         assert not any(c.complete for c in across)
         assert all(c.why for c in across)
         blur = 3.0 * NOISE_MM * noise / (2.0 * HALF_MM)
-        before, after = (
-            SHAPES[0].complete(float(whole[0]), float(gap[0]), samples, blur),
-            SHAPES[0].complete(float(gap[1]), float(whole[-1]), samples, blur),
-        )
-        assert before.start + after.start <= sum(c.complete for c in cycles) < before.stop + after.stop
+
+        # A turn that noise moves into the gap is none on record: only those well beside it must count.
+        least = sum(numbers.start for numbers in beside_a_gap(whole, gap, 0.03, samples, blur))
+        most = sum(numbers.stop - 1 for numbers in beside_a_gap(whole, gap, 0.0, samples, blur))
+        assert least <= sum(c.complete for c in cycles) <= most
 
 
 @pytest.mark.parametrize("samples", [20, 50, 200, 1000])
