@@ -12,9 +12,13 @@ from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, maxima, powers
 from evaluation.turn_sides import Side
 
 _EDGE_SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
+_WIDE, _ENOUGH = 0.2, 30
+"""No wider window than 0.2 where that has so many samples: over more, a sine is no quartic."""
 _STRAIGHT = 1e-3
 _EDGE_MISSING = 0.003
 """A turn belongs to the record when no more than this share of the stroke is missing at its end."""
+_MOST_DOUBT = 0.003
+"""… and what the fit does not know for sure, but no more than this share: a poor fit is no turning point."""
 CONSISTENT = 1.3
 """A fit is consistent when its residual is within this factor of the noise."""
 
@@ -53,6 +57,8 @@ def edge_fit(side: Side) -> EdgeFit:
         if time_s.size < LEAST_POINTS:
             continue
         fits.append(_one_sided(side, time_s, value, 4 if time_s.size > LEAST_POINTS else 2, group))
+        if share >= _WIDE and time_s.size >= _ENOUGH:
+            break
     if not fits:
         end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
         return EdgeFit("edge", end_s, end, side.sigma, side.sigma)
@@ -79,7 +85,8 @@ def _one_sided(side: Side, time_s: FloatArray, value: FloatArray, degree: int, g
         return EdgeFit("cut" if turning else "edge", end_s, float(coefficients[0]), residual, u)
     top = float(np.polynomial.polynomial.polyval(vertex, coefficients))
     on_record = float(z[0]) <= vertex <= float(z[-1])
-    reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + 3.0 * u
+    doubt = min(3.0 * u, _MOST_DOUBT * side.height)
+    reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + doubt
     if not reached:
         return EdgeFit("cut", end_s + span * vertex, top, residual, u)
     bend = -float(np.polynomial.polynomial.polyval(vertex, np.polynomial.polynomial.polyder(coefficients, 2)))

@@ -19,6 +19,8 @@ _LEAST_CYCLE_SHARE = 0.05
 """Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
 _REPEATED_SHARE = 0.02
 _SEVERAL_SHARE = 0.005
+_COARSEST_STEP = 0.02
+"""A larger share of the range is no converter's step: so the few, even steps of an ideal flank look."""
 _NOISE_SAMPLES = 20_000
 """Differences are taken at about so many places, spread evenly over the record."""
 _STRETCHES, _STRETCH = 32, 2048
@@ -69,7 +71,8 @@ def quantum(values: FloatArray) -> float:
     Rest alone is no sign of it: there, equal values come in few long rows. All steps are whole multiples of
     the converter's, and there are steps of several sizes or rests between most of them.
     """
-    step = np.abs(np.diff(_stretches(values), axis=1))
+    stretches = _stretches(values)
+    step = np.abs(np.diff(stretches, axis=1))
     moves = step > 0.0
     moving = step[moves]
     rows = np.count_nonzero(moves[:, 1:] & ~moves[:, :-1])
@@ -80,7 +83,11 @@ def quantum(values: FloatArray) -> float:
     multiples = moving / least
     off = float(np.quantile(np.abs(multiples - np.round(multiples)), 0.9))
     several = np.count_nonzero(multiples > 1.5) > _SEVERAL_SHARE * moving.size
-    if off > 0.1 or not (rows > 0.25 * moving.size or several):
+    if (
+        off > 0.1
+        or least > _COARSEST_STEP * float(np.ptp(stretches))
+        or not (rows > 0.25 * moving.size or several)
+    ):
         return 0.0
     return least
 

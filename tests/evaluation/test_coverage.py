@@ -5,17 +5,17 @@ Truth is closed form, and the errors come from a simulation of the sensors of it
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from evaluation.record import make_record
 from evaluation.results import Options, RunFacts
 from evaluation.run import evaluate_run
 from tests.evaluation.closed_loops import FORCE, LOADING, WIRES, Progressive, measured, thermometer
+from tests.evaluation.signals import Floats
 
 TANGENT = "tangent_stiffness_kN_per_mm"
 FIGURES = (
@@ -35,13 +35,32 @@ FIGURES = (
 )
 """Figures whose intervals are neither too narrow nor too wide."""
 NOT_TOO_NARROW = (
-    "force_min_kN",
     "stroke_min_mm",
     "stroke_max_mm",
     "temperature_start_C",
     "temperature_max_C",
 )
-"""Figures that the extreme of a noisy reading leans to one side, or whose error is a rectangle alone."""
+OF_EXTREMES = ("force_min_kN", "speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s")
+"""Extremes of noisy readings lean to one side, by an estimate of what noise does: theirs may be wider."""
+CHECKED = (*FIGURES, *NOT_TOO_NARROW, *OF_EXTREMES)
+FRESH = 2_000_000
+"""First seed of the long study."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """``hit``: whether the interval holds the truth; ``share``: error over standard uncertainty.
+
+    Shape (records, figures), in the order of :data:`CHECKED`.
+    """
+
+    hit: Floats
+    share: Floats
+
+    def coverage(self, names: Sequence[str]) -> dict[str, float]:
+        """Return in which share of the records the interval of a figure holds the truth."""
+        found = np.mean(self.hit, axis=0)
+        return {name: float(found[CHECKED.index(name)]) for name in names}
 
 
 @dataclass(frozen=True)
@@ -52,29 +71,29 @@ class Study:
     samples_a_cycle: int
     cycles: float
 
-    def hits(self, seeds: range, draws: int = 1000) -> Counter[str]:
-        """Count how often the truth lies within the 95 % interval."""
-        counts: Counter[str] = Counter()
+    def outcome(self, seeds: range, draws: int) -> Outcome:
+        """Return how the intervals of many records do; each has errors, noise and draws of its own.
+
+        One seed for the draws of all would give all intervals one error: 1 % of coverage for 1000 draws.
+        """
         facts = RunFacts("c", "harmonic", force_uncertainty=FORCE, stroke_uncertainty=WIRES)
         truth = self.loop.truth()
-        for seed in seeds:
+        hit, share = np.zeros((2, len(seeds), len(CHECKED)))
+        for row, seed in enumerate(seeds):
             random = np.random.default_rng(seed)
             rate_Hz = self.samples_a_cycle * self.loop.frequency_Hz
             time, stroke, force = measured(self.loop, random, cycles=self.cycles, rate_Hz=rate_Hz)
-            sensors = [thermometer(time, random)]
-            run = evaluate_run(
-                make_record(time, stroke, force, temperatures=sensors), facts, Options(draws=draws)
-            )
-            for name in (*FIGURES, *NOT_TOO_NARROW):
-                true, figure = truth[name], run.summary.values[name]
+            record = make_record(time, stroke, force, temperatures=[thermometer(time, random)])
+            run = evaluate_run(record, facts, Options(draws=draws, seed=seed))
+            for column, name in enumerate(CHECKED):
+                figure = run.summary.values[name]
                 assert figure.value is not None
                 assert figure.half_width_95 is not None
-                if name == TANGENT:  # the slope at the mean stroke as stated
-                    stated = run.summary.values["prestress_mm"].value
-                    assert stated is not None
-                    true = self.loop.slope(stated)
-                counts[name] += abs(figure.value - true) <= figure.half_width_95
-        return counts
+                assert figure.expanded_uncertainty is not None
+                error = figure.value - truth[name]
+                hit[row, column] = abs(error) <= figure.half_width_95
+                share[row, column] = 2.0 * error / figure.expanded_uncertainty
+        return Outcome(hit, share)
 
 
 HARMONIC = Progressive()
@@ -89,24 +108,36 @@ STUDIES = {
 }
 
 
-@pytest.mark.parametrize("name", ["harmonic, 1000", "static, 1000"])
-def test_a_dose(name: str) -> None:
-    """40 records: of 93 to 97 % true coverage no count is outside what 1 in 10 000 doses have."""
-    records = 40
-    least, most = binom.ppf(1e-4, records, 0.93), binom.ppf(1.0 - 1e-4, records, 0.97)
-    counts = STUDIES[name].hits(range(records), draws=500)
-    assert {n: c for n, c in counts.items() if not least <= c <= most} == {}
+MAIN = ("harmonic, 1000", "static, 1000")
+
+
+def test_a_dose() -> None:
+    """60 records of both kinds, 1560 intervals of the 13 figures.
+
+    Doses of that size scatter, because the figures of a record have errors in common: of the long study's
+    95.0 ± 0.9 % of the intervals hold the truth, and the root mean square of the errors is 0.99 ± 0.03 of
+    what is stated. Intervals that are too narrow or too wide by a seventh are outside of this.
+    """
+    doses = [STUDIES[name].outcome(range(60), draws=500) for name in MAIN]
+    main = len(FIGURES)
+    assert 0.92 <= np.mean([dose.hit[:, :main] for dose in doses]) <= 0.98
+    assert 0.88 <= np.sqrt(np.mean([dose.share[:, :main] ** 2 for dose in doses])) <= 1.12
+    for dose in doses:
+        assert {n: c for n, c in dose.coverage(CHECKED).items() if c < 0.80} == {}
+        each = np.sqrt(np.mean(dose.share[:, :main] ** 2, axis=0))
+        assert {n: v for n, v in zip(FIGURES, each, strict=True) if not 0.7 <= v <= 1.3} == {}
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("study", STUDIES.values(), ids=STUDIES)
-def test_the_whole_study(study: Study) -> None:
-    """2000 records: 93 to 97 %."""
-    counts = study.hits(range(2000))
-    shares = {name: count / 2000 for name, count in counts.items()}
-    print({name: f"{100.0 * share:.1f}" for name, share in shares.items()})
-    assert {name: shares[name] for name in FIGURES if not 0.93 <= shares[name] <= 0.97} == {}
-    assert {name: shares[name] for name in NOT_TOO_NARROW if shares[name] < 0.93} == {}
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_whole_study(name: str) -> None:
+    """93 to 97 % of 1500 records of 1000 samples a cycle; of 1000 others, with 2 % for their number."""
+    records, more = (1500, 0.0) if name in MAIN else (1000, 0.02)
+    outcome = STUDIES[name].outcome(range(FRESH, FRESH + records), draws=1000)
+    shares = outcome.coverage(CHECKED)
+    print(name, {figure: f"{100.0 * share:.1f}" for figure, share in shares.items()})
+    assert {n: shares[n] for n in FIGURES if not 0.93 - more <= shares[n] <= 0.97 + more} == {}
+    assert {n: shares[n] for n in (*NOT_TOO_NARROW, *OF_EXTREMES) if shares[n] < 0.93 - more} == {}
 
 
 @pytest.mark.parametrize("loop", [HARMONIC, STATIC], ids=["harmonic", "static"])

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from evaluation.cycles import find_cycles
 from evaluation.motion import TurningPoint
+from evaluation.record import make_record
 from evaluation.reversals import noise_sigma
 from evaluation.turn_sides import Reversal, TurnKind
 from evaluation.turning import fit_turning_points
@@ -87,3 +89,37 @@ def test_one_sided_turn() -> None:
     assert turn.stroke_mm == pytest.approx(20.0, abs=1e-4)
     assert turn.time_s == pytest.approx(-0.04 / np.pi, abs=1e-3)
     assert fitted(20.0 * np.cos(np.pi * TIME / 2.0 + 0.3), 0).method == "cut"
+
+
+def test_like_turns_share_a_window() -> None:
+    """0.8 % of second harmonic: a window of another width at the other end would make a cycle too long."""
+    shares = []
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        phase = 2.0 * np.pi * np.arange(9 * 1178) / 1178.0 + random.uniform(0.0, 6.0)
+        stroke = 50.0 - 15.0 * (np.cos(phase) + 0.008 * np.cos(2.0 * phase + 1.0))
+        stroke = stroke + 0.0067 * random.standard_normal(phase.size)
+        cycles = find_cycles(make_record(np.arange(phase.size) / 1e3, stroke, stroke))
+        whole = [c for c in cycles if c.steady and "edge" not in (c.start.method, c.end.method)]
+        shares += [(c.duration_s - 1.178) / np.hypot(c.start.u_leave_s, c.end.u_time_s) for c in whole]
+    assert len(shares) > 20
+    assert 0.6 < np.sqrt(np.mean(np.square(shares))) < 1.5
+
+
+def test_a_coarse_sine_has_no_dwell() -> None:
+    """100 samples a cycle: four samples about a turn are near it, and six within nine times as much."""
+    for seed in range(24):
+        random = np.random.default_rng(seed)
+        phase = 2.0 * np.pi * np.arange(2000) * 1.003 / 100.0 + random.uniform(0.0, 6.0)
+        stroke = 45.0 - 35.0 * np.cos(phase) + 0.01 * random.standard_normal(phase.size)
+        for cycle in find_cycles(make_record(np.arange(phase.size) / 50.0, stroke, stroke)):
+            assert "plateau" not in (cycle.start.method, cycle.top.method, cycle.end.method)
+
+
+def test_even_flanks_are_no_converter() -> None:
+    """A clean trapezoid whose corners lie midway between samples moves in steps of one size and its half."""
+    phase = 0.25 + np.arange(316) / 50.0
+    stroke = 50.0 + 20.0 * np.interp(np.mod(phase + 0.1, 1.0), [0, 0.2, 0.5, 0.7, 1.0], [-1, -1, 1, 1, -1])
+    inner = find_cycles(make_record(0.4 * phase, stroke, stroke))[1:-1]
+    assert {turn.method for cycle in inner for turn in (cycle.start, cycle.top, cycle.end)} == {"plateau"}
+    assert all(cycle.steady for cycle in inner)
