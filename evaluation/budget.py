@@ -197,7 +197,11 @@ def _tangent(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) ->
     stroke_mm = float(np.mean([r.stroke_mm for r in readings]))
     gain = _rms([r.slope_gain for r in readings]) / math.sqrt(cycles)
     noise = GTC.ureal(0.0, gain)
-    error_mm = _sum(stroke_terms(np.array([stroke_mm]))[1:, 0], inputs.stroke_terms[1:]) + inputs.stroke_zero
+    low_mm = float(np.mean([loop.cycle.stroke_min_mm for loop in loops]))
+    high_mm = float(np.mean([loop.cycle.stroke_max_mm for loop in loops]))
+    # The mean stroke is measured with the same wires: their zero does not move the reading along the branch.
+    at, low, high = stroke_terms(np.array([stroke_mm, low_mm, high_mm])).T
+    error_mm = _sum((at - 0.5 * (low + high))[1:], inputs.stroke_terms[1:])
     stretch = _sum(stroke_term_slopes(stroke_mm)[1:], inputs.stroke_terms[1:])
     slope = _sum(slopes, inputs.force_terms) * (1.0 + stretch) + bend * error_mm + noise
     return slope, (_Source("noise and resolution", "kN/mm", None, "normal", (noise,)),)

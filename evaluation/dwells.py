@@ -21,6 +21,8 @@ _PLATEAU_NOISE = 6.5
 _PLATEAU_WIDER = 9.0
 _PLATEAU_RATIO = 1.8
 """Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
+_CUT_OFF_RATIO = 1.5
+"""The same where the record ends within nine bands: of a parabola cut off beyond its top 2 is left."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +59,31 @@ def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
     if inner.stop - inner.start < side.least_samples:
         return None
     outer = side.above(level - _PLATEAU_WIDER * band)
-    inner_s = side.time_s[inner.stop - 1] - side.time_s[inner.start]
-    outer_s = side.time_s[outer.stop - 1] - side.time_s[outer.start]
-    return (inner, outer, level) if outer_s <= _PLATEAU_RATIO * inner_s else None
+    inner_s = _time_above(side, inner, level - band)
+    outer_s = _time_above(side, outer, level - _PLATEAU_WIDER * band)
+    cut_off = outer.start == 0 or outer.stop == side.value.size
+    ratio = _CUT_OFF_RATIO if cut_off else _PLATEAU_RATIO
+    return (inner, outer, level) if outer_s <= ratio * inner_s else None
+
+
+def _time_above(side: Side, inside: slice, level: float) -> float:
+    """Return the time between the crossings of a level, between samples: of four samples within the band of a
+    rounded turn and six within nine bands, the span of the samples alone would make a dwell.
+    """
+    first, last = inside.start, inside.stop - 1
+    begin, end = float(side.time_s[first]), float(side.time_s[last])
+    if first > 0:
+        begin -= _share(side.value[first], side.value[first - 1], level) * float(
+            begin - side.time_s[first - 1]
+        )
+    if last + 1 < side.value.size:
+        end += _share(side.value[last], side.value[last + 1], level) * float(side.time_s[last + 1] - end)
+    return end - begin
+
+
+def _share(inside: float, outside: float, level: float) -> float:
+    """Return where the line from a sample inside to its neighbour outside crosses a level, 0 … 1."""
+    return float(np.clip((inside - level) / (inside - outside), 0.0, 1.0)) if inside > outside else 0.0
 
 
 def _resolution(side: Side) -> float:

@@ -12,6 +12,8 @@ from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, maxima, powers
 from evaluation.turn_sides import Side
 
 _EDGE_SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
+_WIDE, _ENOUGH = 0.2, 30
+"""No wider window than 0.2 where that has so many samples: over more, a sine is no quartic."""
 _STRAIGHT = 1e-3
 _EDGE_MISSING = 0.003
 """A turn belongs to the record when no more than this share of the stroke is missing at its end."""
@@ -53,6 +55,8 @@ def edge_fit(side: Side) -> EdgeFit:
         if time_s.size < LEAST_POINTS:
             continue
         fits.append(_one_sided(side, time_s, value, 4 if time_s.size > LEAST_POINTS else 2, group))
+        if share >= _WIDE and time_s.size >= _ENOUGH:
+            break
     if not fits:
         end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
         return EdgeFit("edge", end_s, end, side.sigma, side.sigma)

@@ -67,8 +67,9 @@ class Draws:
     thermometer : array, shape (N,)
         Error of the temperature sensors as a share of their limit, -1 … 1.
     overreach : array, shape (N,)
-        Standard normal: by how much a largest or smallest reading is off because noise is, as a share of what
-        it may be. It has one sign in all cycles, and does not average out.
+        -1 or 1. A largest reading is too large, and by how much is known on average. An interval about it
+        holds the truth as often as one for an error of that size and either sign. It has one sign in all
+        cycles, and does not average out.
     """
 
     force: FloatArray
@@ -161,7 +162,7 @@ def draw_errors(
     shapes = generator.normal(0.0, shape_mm, (draws, waves))  # before what depends on the number of wires
     stroke_errors = np.column_stack((np.ones(draws), within(*stroke.scales), shapes))
     zero_mm, time_base, thermometer = within(*stroke.zeros_mm), within(TIME_BASE_LIMIT), within(1.0)
-    overreach = generator.standard_normal(draws)
+    overreach = np.where(generator.random(draws) < 0.5, -1.0, 1.0)
     if inertia is not None:
         force_errors = np.column_stack((force_errors, within(inertia.limit)))
     return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach)

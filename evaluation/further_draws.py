@@ -11,7 +11,7 @@ from evaluation.motion import Cycle, Loop
 from evaluation.quantities import SPEED_WINDOW
 from evaluation.record import FloatArray, Temperature
 from evaluation.results import CycleResult
-from evaluation.uncertainty import PEAK_OF_NOISE, CyclePropagation, stroke_figures, turn_draws
+from evaluation.uncertainty import NEAR_LARGEST, CyclePropagation, overreach, stroke_figures, turn_draws
 
 _DISTORTING = range(2, 11)
 """Harmonics of the stroke that count as distortion."""
@@ -42,8 +42,8 @@ def further_draws(
     ):
         speed = getattr(figures, name)
         if speed is not None:
-            share = _largest_speed(draws, propagation.loop, branch) + draws.time_base
-            drawn[name] = speed * (1.0 + share) + _speed_noise(propagation, branch) * draws.overreach
+            too_fast = speed * _stretch(draws, propagation.loop, branch) + _speed_noise(propagation, branch)
+            drawn[name] = speed * (1.0 + draws.time_base) + too_fast * draws.overreach
     if figures.stroke_distortion is not None:
         drawn["stroke_distortion"] = _distortion(draws, propagation)
     return drawn | temperature_draws(draws, result, temperatures)
@@ -63,28 +63,28 @@ def temperature_draws(
     return {n: v + max(limits) * draws.thermometer for n, v in values.items() if v is not None}
 
 
-def _largest_speed(draws: Draws, loop: Loop, branch: slice) -> FloatArray:
-    """Return the relative error of the largest speed of a branch for every draw.
-
-    The deviation of a draw wire stretches the stroke here and shortens it there. Where the speed is even, the
-    largest one is found where the stretch is largest, so that the error leans to one side: its sign is
-    changed from draw to draw, for an interval about the value stated to hold it.
-    """
+def _speeds(loop: Loop, branch: slice) -> tuple[FloatArray, FloatArray]:
+    """Return the mean speeds of parts of a branch as shares of the largest, and their strokes [mm]."""
     time_s, stroke_mm = loop.time_s[branch], loop.stroke_mm[branch]
     knots = np.unique(np.linspace(0, time_s.size - 1, _SPEED_PARTS + 1).round().astype(int))
     speed = np.abs(np.diff(stroke_mm[knots]) / np.diff(time_s[knots]))
-    relative = speed / np.max(speed)
-    near = relative >= _NEAR_LARGEST
-    middle = 0.5 * (stroke_mm[knots[1:]] + stroke_mm[knots[:-1]])[near]
-    slopes = np.stack([stroke_term_slopes(float(at)) for at in middle])
-    stretch = np.einsum("ni,ki->nk", draws.stroke, slopes)
-    error = np.max(stretch, axis=1)
-    return np.asarray(error * np.where(np.arange(error.size) % 2, 1.0, -1.0))
+    return speed / np.max(speed), 0.5 * (stroke_mm[knots[1:]] + stroke_mm[knots[:-1]])
+
+
+def _stretch(draws: Draws, loop: Loop, branch: slice) -> FloatArray:
+    """Return the relative error that the draw wires make of the largest speed of a branch, for every draw.
+
+    Their deviation stretches the stroke here and shortens it there. Where the speed is even, the largest one
+    is found where the stretch is largest, so that the error leans to one side, as that by noise does.
+    """
+    share, stroke_mm = _speeds(loop, branch)
+    slopes = np.stack([stroke_term_slopes(float(at)) for at in stroke_mm[share >= _NEAR_LARGEST]])
+    return np.asarray(np.max(np.einsum("ni,ki->nk", draws.stroke, slopes), axis=1))
 
 
 def _speed_noise(propagation: CyclePropagation, branch: slice) -> float:
-    """Return the standard deviation that noise gives the largest slope of a local parabola [mm/s]."""
-    time_s = propagation.loop.time_s[branch]
+    """Return by how much noise makes the largest slope of a local parabola overreach on average [mm/s]."""
+    time_s, stroke_mm = propagation.loop.time_s[branch], propagation.loop.stroke_mm[branch]
     whole_s = float(time_s[-1] - time_s[0])
     samples = time_s.size * propagation.samples_a_point
     least = 5.0
@@ -92,7 +92,11 @@ def _speed_noise(propagation: CyclePropagation, branch: slice) -> float:
         samples, least = 0.5 * propagation.samples, 2.0
     window = max(least, SPEED_WINDOW * samples)
     gain = np.sqrt(12.0 / (window * (window**2 - 1.0))) * samples / whole_s
-    return float(PEAK_OF_NOISE * gain * propagation.noise.stroke_mm)
+    reading = gain * propagation.noise.stroke_mm
+    share, _ = _speeds(propagation.loop, branch)
+    mean = abs(float(stroke_mm[-1] - stroke_mm[0])) / whole_s
+    near = np.mean(share >= 1.0 - NEAR_LARGEST * reading / mean)
+    return float(overreach(max(1.0, 2.0 * near * samples / window)) * reading)
 
 
 def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:

@@ -20,7 +20,16 @@ from evaluation.turn_sides import IndexArray, Reversal, Side, side_of
 _LEVELS = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5])
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""
 _SPARSE = 12
-"""The widest is for flanks alone, and only where the one before has fewer samples (20 a cycle)."""
+"""The two widest are only for where 0.2 has fewer samples (20 a cycle), and the last for flanks alone: over
+0.3 of its range a sine is no polynomial of fourth degree, and that misfit, three times what noise leaves of a
+thousand samples a cycle, would hide in the noise."""
+
+_LIKE_TURNS = 3
+"""So many turns of one kind agree on one window …"""
+_MOST_TURNS = 0.8
+"""… that suits this share of them …"""
+_LIKE_TURNS_SLACK = 1.2
+"""… and each of the others but those whose residual is larger still by this factor."""
 
 
 def fit_turning_points(
@@ -139,7 +148,7 @@ def _fitted(
     )
     height = np.array([side.height for side in sides])
     noise = np.maximum(np.maximum(sides[0].sigma, np.min(residual, axis=1)), 1e-6 * height)
-    chosen = np.argmin(np.where(residual <= CONSISTENT * noise[:, None], u, np.inf), axis=1)
+    chosen = _choice(residual / noise[:, None], u, sign)
     turns: list[TurningPoint | None] = []
     for i, (j, side, reversal) in enumerate(zip(chosen.tolist(), sides, reversals, strict=True)):
         if not np.isfinite(residual[i, j]):
@@ -165,12 +174,31 @@ def _fitted(
     return turns
 
 
+def _choice(misfit: FloatArray, u: FloatArray, sign: FloatArray) -> IndexArray:
+    """Return the fit that counts at each turn, by its residual as a share of the noise, and its u.
+
+    A wide window leaves little of the noise, and of a distorted stroke a misfit that just hides in it. If
+    neighbouring turns took windows of different width, it would differ between them and make cycles longer
+    and shorter: all turns of one kind take the shape and window that suit most of them, where they can.
+    """
+    chosen = np.asarray(np.argmin(np.where(misfit <= CONSISTENT, u, np.inf), axis=1))
+    for kind in (-1.0, 1.0):
+        alike = np.flatnonzero(sign == kind)
+        if alike.size < _LIKE_TURNS:
+            continue
+        fits = np.mean(misfit[alike] <= CONSISTENT, axis=0) >= _MOST_TURNS
+        if fits.any():
+            common = int(np.argmin(np.where(fits, np.median(u[alike], axis=0), np.inf)))
+            chosen[alike[misfit[alike, common] <= _LIKE_TURNS_SLACK * CONSISTENT]] = common
+    return chosen
+
+
 def _windows(side: Side) -> tuple[IndexArray, IndexArray]:
     """Return first and last (excluded) samples of the windows to be fitted, in the record."""
     first, last = side.windows(_LEVELS)
     same = np.zeros(_LEVELS.size, dtype=bool)
     same[1:] = (first[1:] == first[:-1]) & (last[1:] == last[:-1])
-    same[-1] |= last[-2] - first[-2] >= _SPARSE
+    same[-2:] |= last[-3] - first[-3] >= _SPARSE
     last = np.where(same, first, last)
     if np.all((last - first)[:-1] < LEAST_POINTS):  # few samples, or a turn near the end of the record
         at = side.first + side.peak

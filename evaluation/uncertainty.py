@@ -14,6 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from evaluation.inertia import InertiaForce
@@ -29,13 +30,8 @@ COVERAGE = 2.0
 """Coverage factor k of the expanded uncertainty U = k u."""
 NORMAL_95 = 1.959964
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
-PEAK_OF_NOISE = 1.4
-"""The largest of several readings exceeds the true largest by one to two of their standard deviations; an
-error that leans to one side is held in 95 % of cases by an interval about the value that takes it for so
-many."""
-
-STEEP_PEAK = 0.6
-"""As a share of that: the largest force, to which the branch rises steeply, is one of fewer readings."""
+NEAR_LARGEST = 2.0
+"""Readings within so many standard deviations of the largest may be the largest because of their noise."""
 
 
 @dataclass(frozen=True)
@@ -169,13 +165,27 @@ class CyclePropagation:
         absorbed = stored + _bilinear(draws, terms.returning) + scatter[1] * terms.noise_down_J
         return stored + scatter[2] * terms.turn_J, absorbed
 
-    def force_noise_gains(self) -> tuple[float, float]:
-        """Return the noise of an extreme force, and of the force between the turning points, per sample's."""
-        # A parabola, read at its middle; in an interpolated branch it spans less than one sample.
-        smoothed = 1.0 if self.interpolated else 1.5 / np.sqrt(max(5.0, FORCE_WINDOW * self.loop.top))
+    def secant_gain(self) -> float:
+        """Return the noise of the force between the turning points, per noise of a sample."""
         ends = 2.0 / np.sqrt(max(4.0, END_SHARE * self.loop.top))  # line, read at its end
-        weight = 1.0 / np.sqrt(self.samples_a_point)
-        return float(PEAK_OF_NOISE * smoothed * weight), float(np.sqrt(2.0) * ends * weight)
+        return float(np.sqrt(2.0 / self.samples_a_point) * ends)
+
+    def extreme_force(self, at: int, sign: float) -> tuple[float, float]:
+        """Return by how much noise makes an extreme force overreach, and how much it scatters then [kN].
+
+        ``at`` is the point of the extreme, ``sign`` 1 for the largest force and -1 for the smallest.
+        """
+        point_kN = float(self.noise.force_kN / np.sqrt(self.samples_a_point))
+        # A parabola, read at its middle or end; in an interpolated branch it spans less than a sample.
+        window = 1.0 if self.interpolated else max(5.0, FORCE_WINDOW * self.loop.top)
+        ends = np.abs(at - np.array([0, self.loop.top, self.loop.time_s.size - 1])) < 0.5 * window
+        reading_kN = point_kN * min(1.0, float((2.1 if ends.any() else 1.5) / np.sqrt(window)))
+        force = sign * self.loop.force_kN
+        near = np.count_nonzero(force >= force[at] - NEAR_LARGEST * reading_kN - point_kN)
+        apart = self.loop.time_s.size / self.samples if self.interpolated else 0.5 * window
+        # The loop begins and ends at one turn: what is extreme there is read twice.
+        readings = max(1.0, near / apart) + float(ends[0] or ends[2])
+        return overreach(readings) * reading_kN, reading_kN / float(np.sqrt(1.0 + np.log(readings)))
 
     def read(self, stroke_mm: float, half_width_mm: float, degree: int = 3) -> LocalReading | None:
         """Read the loading branch at a stroke; None when it is out of reach or too few samples are near."""
@@ -213,6 +223,11 @@ class CyclePropagation:
         )
 
 
+def overreach(readings: float) -> float:
+    """Return the mean of the largest of so many standard normal deviates (Blom's formula)."""
+    return float(ndtri((readings - 0.375) / (readings + 0.25)))
+
+
 def _weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]:
     """Return the sum of the terms of every draw, shape (N,).
 
@@ -238,11 +253,17 @@ def force_draws(draws: Draws, reading: LocalReading) -> FloatArray:
     return _weighted(draws.force, reading.value_terms) + moved + noise
 
 
-def slope_draws(draws: Draws, reading: LocalReading) -> FloatArray:
-    """Return the slope read at a stroke for every draw [kN/mm], shape (N,)."""
+def slope_draws(draws: Draws, reading: LocalReading, place_error_mm: FloatArray | None = None) -> FloatArray:
+    """Return the slope read at a stroke for every draw [kN/mm], shape (N,).
+
+    ``place_error_mm`` (N,): error of the stroke at which the slope is asked for, where that was measured too,
+    as a mean stroke is. What both have in common, the zero, does not move the reading along the branch. None:
+    the place is a number.
+    """
     noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.slope_gain
     stretch = _weighted(draws.stroke, stroke_term_slopes(reading.stroke_mm))
-    moved = reading.bend * stroke_error_mm(draws, reading.stroke_mm)
+    error_mm = stroke_error_mm(draws, reading.stroke_mm)
+    moved = reading.bend * (error_mm if place_error_mm is None else error_mm - place_error_mm)
     return _weighted(draws.force, reading.slope_terms) * (1.0 + stretch) + moved + noise
 
 
@@ -291,17 +312,23 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
     stiffness = _harmonic_draws(draws, propagation)
     at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
     rise = propagation.force[:, loop.top] - propagation.force[:, 0]
-    noise_kN = propagation.noise.force_kN * draws.overreach
-    at_turns_kN = propagation.noise.force_kN * draws.generator.standard_normal(low_mm.size)
-    extreme, secant = propagation.force_noise_gains()
+    between_kN = propagation.secant_gain() * propagation.noise.force_kN
+    scatter = draws.generator.standard_normal((3, low_mm.size))
+    (above, max_kN), (below, min_kN) = (
+        propagation.extreme_force(at_max, 1.0),
+        propagation.extreme_force(at_min, -1.0),
+    )
     figures = {
         "stored_energy_J": stored,
         "absorbed_energy_J": absorbed,
         **stroke_figures(low_mm, high_mm),
-        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min]) + extreme * noise_kN,
+        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min])
+        + below * draws.overreach
+        + min_kN * scatter[0],
         "force_max_kN": _weighted(draws.force, propagation.force[:, at_max])
-        + STEEP_PEAK * extreme * noise_kN,
-        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + secant * at_turns_kN)
+        + above * draws.overreach
+        + max_kN * scatter[1],
+        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + between_kN * scatter[2])
         / (high_mm - low_mm),
         "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
         "storage_stiffness_kN_per_mm": np.real(stiffness),
@@ -314,7 +341,8 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
     mean_mm = 0.5 * (cycle.stroke_min_mm + cycle.stroke_max_mm)
     tangent = propagation.read(mean_mm, TANGENT_WINDOW * cycle.range_mm)
     if tangent is not None:
-        figures["tangent_stiffness_kN_per_mm"] = slope_draws(draws, tangent)
+        place_error_mm = 0.5 * (low_mm + high_mm) - mean_mm
+        figures["tangent_stiffness_kN_per_mm"] = slope_draws(draws, tangent, place_error_mm)
     return figures
 
 
