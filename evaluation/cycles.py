@@ -51,13 +51,18 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
     return find_with_harmonics(record)[0]
 
 
-def find_with_harmonics(record: Record) -> tuple[tuple[Cycle, ...], NDArray[np.complex128]]:
-    """Return the cycles of a run, and K* of the complete ones by the force as it is [kN/mm], (C,)."""
+def find_with_harmonics(
+    record: Record, reversals: NDArray[np.intp] | None = None
+) -> tuple[tuple[Cycle, ...], NDArray[np.complex128]]:
+    """Return the cycles of a run, and K* of the complete ones by the force as it is [kN/mm], (C,).
+
+    ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already.
+    """
     sigma = noise_sigma(record.stroke_mm)
-    index = find_reversals(record.stroke_mm, sigma)
+    index = find_reversals(record.stroke_mm, sigma) if reversals is None else reversals
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
-    turns = _fit_turns(record, [int(i) for i in index], sigma)
+    turns = _fit_turns(record, index.tolist(), sigma)
     triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
     why = _incomplete(record, triples)
     whole = np.array([not reasons for reasons in why])
@@ -88,17 +93,25 @@ def _starts(turns: Sequence[TurningPoint]) -> range:
 def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPoint]:
     """Fit each reversal between its neighbours, without looking across a break of the record."""
     stroke = record.stroke_mm
+    at_once = np.array(index)
+    height = np.append(stroke[at_once], stroke[-1])
+    rises = (np.diff(height) < 0.0).tolist()  # of each, whether the next one is lower
+    rises[-1] = not rises[-2]
+    limits = np.stack((np.append(0, at_once[:-1]), np.append(at_once[1:], stroke.size - 1)))
+    breaks = np.array(record.breaks, dtype=np.intp)
+    broken = np.subtract(*(np.searchsorted(breaks, limit, side="right") for limit in limits)) != 0
     reversals = []
-    for position, at in enumerate(index):
-        before = index[position - 1] if position > 0 else 0
-        after = index[position + 1] if position + 1 < len(index) else stroke.size - 1
-        other = after if position + 1 < len(index) else before
-        breaks = record.breaks[bisect_right(record.breaks, before) : bisect_right(record.breaks, after)]
-        left, right = [b for b in breaks if b <= at], [b for b in breaks if b > at]
-        limits = (left[-1] if left else before, right[0] - 1 if right else after)
-        at_end = (position <= 1 or bool(left), position >= len(index) - 2 or bool(right))
-        kind: TurnKind = "upper" if stroke[at] > stroke[other] else "lower"
-        reversals.append(Reversal(at, limits, kind, at_end))
+    for position, (at, before, after, is_upper, has_break) in enumerate(
+        zip(index, *(a.tolist() for a in limits), rises, broken.tolist(), strict=True)
+    ):
+        kind: TurnKind = "upper" if is_upper else "lower"
+        ends = position <= 1, position >= len(index) - 2
+        if has_break:
+            own = record.breaks[bisect_right(record.breaks, before) : bisect_right(record.breaks, after)]
+            left, right = [b for b in own if b <= at], [b for b in own if b > at]
+            before, after = left[-1] if left else before, right[0] - 1 if right else after
+            ends = ends[0] or bool(left), ends[1] or bool(right)
+        reversals.append(Reversal(at, (before, after), kind, ends))
     return fit_turning_points(record.time_s, stroke, reversals, sigma, held=held_samples(stroke))
 
 

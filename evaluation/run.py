@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
 from evaluation.budget import run_budget
-from evaluation.condense import condensed
+from evaluation.condense import condensed_for
 from evaluation.cycles import find_with_harmonics
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
@@ -58,8 +58,8 @@ def evaluate_run(
     options = options or Options()
     limits = limit_set or shipped_limit_set()
     record, facts, wires = check_wires(record, facts)
-    record = condensed(record)
-    cycles, first = find_with_harmonics(record)
+    record, turns = condensed_for(record, facts.kind)
+    cycles, first = find_with_harmonics(record, turns)
     record, inertia, added = correct_inertia(record, cycles, facts.moving_mass, options.moving_mass)
     prepared = Propagations(record, cycles, added)
     # With inertia, force and so its harmonics are others than those that the cycles were found with.

@@ -135,11 +135,12 @@ def _means(signal: FloatArray, bounds: IndexArray) -> FloatArray:
     size = np.diff(bounds, axis=1)
     if np.max(size) == 1:
         return np.asarray(signal[np.minimum(bounds[:, :-1], signal.size - 1)])
-    total = np.add.reduceat(signal, np.minimum(bounds, signal.size - 1).ravel()).reshape(bounds.shape)[:, :-1]
-    at_end = (bounds[:, 1:] == signal.size) & (bounds[:, :-1] < signal.size - 1)
-    if at_end.any():  # the sums above stop one sample short of the record's end
-        total = total + np.where(at_end, signal[-1], 0.0)
-    return np.asarray(total / np.maximum(size, 1))
+    # Differences of a running sum, which is short enough to keep twelve digits of them.
+    begin = int(bounds[0, 0])
+    running = np.zeros(int(np.max(bounds)) - begin + 1)
+    np.cumsum(signal[begin : begin + running.size - 1] - signal[begin], out=running[1:])
+    total = np.diff(running[bounds - begin], axis=1)
+    return np.asarray(signal[begin] + total / np.maximum(size, 1))
 
 
 def _is_even(share: FloatArray, bounds: IndexArray, count: IndexArray) -> BoolArray:

@@ -17,6 +17,8 @@ from evaluation.record import FloatArray
 from evaluation.turn_sides import IndexArray, Reversal, least_height
 
 BoolArray = NDArray[np.bool_]
+_BELOW = (1.0, 1.5, 2.0, 2.5, PLATEAU_WIDER)
+"""How many bands below the extreme is looked."""
 _CHUNK_SAMPLES = 65_536
 """Samples that are looked at together: what is made of them stays in the processor's cache."""
 
@@ -57,7 +59,7 @@ def screened(
     sign = np.array([1.0 if reversals[i].kind == "upper" else -1.0 for i in inner])
     limits = np.array([reversals[i].limits for i in inner], dtype=np.intp).reshape(-1, 2)
     size = np.stack((at - limits[:, 0], limits[:, 1] - at))
-    counts = np.zeros((2, at.size, shares.size + 3 * len(PLATEAU_BANDS)), dtype=np.intp)
+    counts = np.zeros((2, at.size, shares.size + len(_BELOW) * len(PLATEAU_BANDS)), dtype=np.intp)
     height, open_turn = np.zeros(at.size), np.zeros(at.size, dtype=bool)
     longest = np.max(size, axis=0, initial=1)
     start = 0
@@ -93,10 +95,10 @@ def _fallen(
 
 
 def _thresholds(height: FloatArray, wide: FloatArray, sigma_mm: float, shares: FloatArray) -> FloatArray:
-    """Return how far below the extreme is asked for: the windows, then 1, 2 and 9 bands of each dwell."""
+    """Return how far below the extreme is asked for: the windows, then some bands of each dwell."""
     bands = np.maximum(PLATEAU_NOISE * sigma_mm, np.array(PLATEAU_BANDS) * wide[:, None])
     windows = shares * height[:, None] + 2.0 * sigma_mm
-    return np.concatenate((windows, bands, 2.0 * bands, PLATEAU_WIDER * bands), axis=1)
+    return np.concatenate((windows, *(times * bands for times in _BELOW)), axis=1)
 
 
 def _not_above(fallen: FloatArray, size: IndexArray, limit: FloatArray) -> IndexArray:
@@ -116,13 +118,17 @@ def _not_above(fallen: FloatArray, size: IndexArray, limit: FloatArray) -> Index
 def _moves_on(time_s: FloatArray, at: IndexArray, limits: IndexArray, counts: IndexArray) -> BoolArray:
     """Say of each turn whether it is no dwell at any scale, whatever the level of that dwell would be.
 
-    Where most of what lies within two bands lies within one, a dwell's level is not further below the extreme
-    than one band: its time within a band is less than that within two below the extreme, and its time within
-    nine bands more than that within nine.
+    Where half of what lies within two bands lies within x, a dwell's level is not further below the extreme
+    than x bands: its time within a band is less than that within x + 1 below the extreme, and its time within
+    nine bands more than that within nine. For x, 1 and 1.5 are tried.
     """
-    one, two, nine = (counts[:, :, k * len(PLATEAU_BANDS) : (k + 1) * len(PLATEAU_BANDS)] for k in range(3))
-    near = 2 * (np.sum(one, axis=0) + 1) >= np.sum(two, axis=0) + 3
+    size = len(PLATEAU_BANDS)
+    one, half_more, two, further, nine = (counts[:, :, k * size : (k + 1) * size] for k in range(len(_BELOW)))
     at, begin, end = at[:, None], limits[:, :1], limits[:, 1:]
-    inner_s = time_s[np.minimum(at + two[1] + 1, end)] - time_s[np.maximum(at - two[0] - 1, begin)]
     outer_s = time_s[at + nine[1]] - time_s[at - nine[0]]
-    return np.asarray(np.all(near & (outer_s > PLATEAU_RATIO * inner_s), axis=1))
+    moves = np.zeros(outer_s.shape, dtype=bool)
+    for within, inner in ((one, two), (half_more, further)):
+        near = 2 * (np.sum(within, axis=0) + 1) >= np.sum(two, axis=0) + 3
+        inner_s = time_s[np.minimum(at + inner[1] + 1, end)] - time_s[np.maximum(at - inner[0] - 1, begin)]
+        moves |= near & (outer_s > PLATEAU_RATIO * inner_s)
+    return np.asarray(np.all(moves, axis=1))
