@@ -21,8 +21,14 @@ from foundation.specimen import Kind
 
 POINTS_A_CYCLE = 4000
 """A cycle keeps at least so many points: twice what the shortest branch of the run keeps of them."""
-POINTS_OF_KIND: Mapping[Kind, int | None] = {"harmonic": 1000, "impact": None, "proof": None}
-"""The same where it is another: a harmonic stroke has no corners. None: a single event stays as it is."""
+POINTS_OF_KIND: Mapping[Kind, int | None] = {
+    "harmonic": 1000,
+    "static": 20_000,
+    "impact": None,
+    "proof": None,
+}
+"""The same by kind of run: a harmonic stroke has no corners, and the force of a static one where it meets the
+specimen again has. None: a single event stays as it is."""
 
 
 def condensed(record: Record, points: int = POINTS_A_CYCLE) -> Record:

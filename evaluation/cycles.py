@@ -66,11 +66,8 @@ def find_with_harmonics(
     triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
     why = _incomplete(record, triples)
     whole = np.array([not reasons for reasons in why])
-    start_s, end_s, low, high, end = (
-        np.array([(a.leave_s, c.time_s, a.leave_mm, b.stroke_mm, c.stroke_mm) for a, b, c in triples])
-        .reshape(-1, 5)
-        .T
-    )
+    ends = np.array([(a.leave_s, c.time_s, a.leave_mm, c.stroke_mm) for a, _, c in triples]).reshape(-1, 4)
+    start_s, end_s, low, end = ends.T
     found = spectra_between(record, start_s[whole], end_s[whole])
     distortion = np.full(whole.size, np.nan)
     distortion[whole] = np.where(
@@ -109,9 +106,11 @@ def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPo
         if has_break:
             own = record.breaks[bisect_right(record.breaks, before) : bisect_right(record.breaks, after)]
             left, right = [b for b in own if b <= at], [b for b in own if b > at]
-            before, after = left[-1] if left else before, right[0] - 1 if right else after
+            unbroken = left[-1] if left else before, right[0] - 1 if right else after
             ends = ends[0] or bool(left), ends[1] or bool(right)
-        reversals.append(Reversal(at, (before, after), kind, ends))
+            reversals.append(Reversal(at, unbroken, kind, ends))
+        else:
+            reversals.append(Reversal(at, (before, after), kind, ends))
     return fit_turning_points(record.time_s, stroke, reversals, sigma, held=held_samples(stroke))
 
 
