@@ -105,6 +105,13 @@ def polynomials(z: FloatArray, value: FloatArray, used: BoolArray, degree: int) 
         if k <= degree:
             right[:, k] = np.einsum("ij,ij->i", power, level)
         power *= at
+    if degree == 1:  # most fits by far are lines: without the linear algebra library, row by row
+        spread = moments[0] * moments[2] - moments[1] ** 2
+        good = (moments[0] >= 2.0) & (spread > 0.0)
+        slope = np.where(good, moments[0] * right[:, 1] - moments[1] * right[:, 0], np.nan)
+        slope /= np.where(good, spread, 1.0)
+        value_at_0 = right[:, 0] - slope * moments[1]
+        return np.stack((value_at_0 / np.where(good, moments[0], 1.0), slope), axis=1)
     normal = moments[np.add.outer(np.arange(degree + 1), np.arange(degree + 1))].transpose(2, 0, 1).copy()
     weak = moments[0] <= degree
     normal[weak] = np.eye(degree + 1)
