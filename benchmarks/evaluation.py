@@ -1,6 +1,6 @@
 """What an evaluation costs beside a plain numpy one of the same arrays, and what its Monte Carlo costs.
 
-    .venv/bin/python -m benchmarks.evaluation [--samples 4000000] [--per-cycle 100000 20000 1000]
+    .venv/bin/python -m benchmarks.evaluation [--samples 4000000] [--per-cycle 100000 20000 1000 400]
 
 Both are measured in one process, alternating, best of three in processor time; only their ratio means
 anything. The plain one finds cycles by crossings of the mean stroke, takes extreme samples as turning points,
@@ -22,6 +22,7 @@ from evaluation.record import make_record
 from evaluation.results import Options, RunFacts
 from evaluation.run import evaluate_run
 from foundation.channel import ChannelUncertainty
+from foundation.specimen import Kind
 
 Floats = NDArray[np.float64]
 RATE_HZ = 5000.0
@@ -89,16 +90,53 @@ def measure(samples: int, per_cycle: int) -> None:
     print(f"  Monte Carlo, 10 000    {stated - again:7.3f} s a run (at most 1)", flush=True)
 
 
+def static_columns() -> tuple[Floats, Floats, Floats]:
+    """Return a static run of three cycles to 105 mm that the requirements are judged on."""
+    random = np.random.default_rng(2)
+    knots_s = np.cumsum([0.0, 1.0, *[20.0, 20.0, 2.0] * 3])
+    time_s = np.arange(0.0, knots_s[-1], 1e-3)
+    stroke = np.interp(time_s, knots_s, [0.0, 0.0, *[100.0, 0.0, 0.0] * 3])
+    rising = np.interp(time_s, knots_s, [1.0, 1.0, *[1.0, 0.5, 1.0] * 3])
+    force = (10.0 + 3.0 * stroke + 0.03 * stroke**2) * rising * np.clip(stroke, 0.0, 1.0)
+    return (
+        time_s,
+        stroke + 0.02 * random.standard_normal(time_s.size),
+        force + 0.15 * random.standard_normal(time_s.size),
+    )
+
+
+def measure_draws() -> None:
+    """Measure the Monte Carlo of a run that is judged, and of a short harmonic one, and print it."""
+    specimen = {"category": "A", "kind": "buffer", "elastic_system": "elastomer", "max_stroke_mm": 105.0}
+    cases: dict[str, tuple[tuple[Floats, Floats, Floats], Kind]] = {
+        "static run, three cycles judged": (static_columns(), "static"),
+        "harmonic run, 20 cycles": (columns(22_000, 1000), "harmonic"),
+    }
+    for name, (data, kind) in cases.items():
+
+        def run(
+            facts: RunFacts, draws: int, data: tuple[Floats, Floats, Floats] = data
+        ) -> Callable[[], object]:
+            return lambda: evaluate_run(make_record(*data), facts, Options(draws=draws))
+
+        bare, stated = (RunFacts("one", kind, specimen=specimen, **facts) for facts in (NOT_STATED, STATED))
+        judged = evaluate_run(make_record(*data), stated, Options(draws=100)).requirements
+        drawn, simple = best(run(stated, 10_000), run(bare, 1))
+        print(f"{name}, {len(judged)} requirements and conditions")
+        print(f"  Monte Carlo, 10 000    {drawn - simple:7.3f} s a run (at most 1)", flush=True)
+
+
 def main() -> None:
     """Measure every shape and print."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--samples", type=int, default=4_000_000)
-    parser.add_argument("--per-cycle", type=int, nargs="+", default=[100_000, 20_000, 1000])
+    parser.add_argument("--per-cycle", type=int, nargs="+", default=[100_000, 20_000, 1000, 400])
     chosen = parser.parse_args()
     for per_cycle in chosen.per_cycle:
         measure(chosen.samples, per_cycle)
+    measure_draws()
 
 
 if __name__ == "__main__":

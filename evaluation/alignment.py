@@ -13,11 +13,12 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from evaluation.cycles import cycle_samples, harmonics
+from evaluation.cycles import cycle_samples
 from evaluation.loops import cut_loop
 from evaluation.motion import Cycle, Loop
 from evaluation.quantities import absorbed_energy_J, first_harmonic, stored_energy_J
 from evaluation.record import FloatArray, Record
+from evaluation.spectra import HARMONICS, spectra
 
 SINE_STROKE = 0.05
 """Up to this distortion the closed form is that of a sine stroke, above it that of constant speed."""
@@ -28,7 +29,6 @@ MOST_CYCLES = 3
 _SPLINE_SAMPLES = 20_000
 """Cycles with more samples are interpolated by straight lines: their step is 1/20 000 of the cycle."""
 _MARGIN = 6
-_HARMONICS = 10
 
 ClosedForm = Literal["sine-stroke", "constant-speed", "none"]
 
@@ -79,13 +79,10 @@ def area_rate_J_per_s(record: Record, cycle: Cycle) -> float:  # noqa: N802 - th
 
     From harmonics 1 to 10 of force and stroke: π ω Σ k² Re(F_k x_k*); of a sine stroke π ω K′ x_a².
     """
-    inside = cycle_samples(record, cycle)
-    time = record.time_s[inside]
-    both = np.stack((record.stroke_mm[inside], record.force_kN[inside]))
-    stroke, force = harmonics(time, both, cycle.start_s, cycle.duration_s, _HARMONICS)
-    order = np.arange(_HARMONICS + 1.0)
+    found = spectra(record, [cycle])
+    order = np.arange(HARMONICS + 1.0)
     omega = 2.0 * np.pi / cycle.duration_s
-    return float(np.pi * omega * np.sum(order**2 * np.sum(stroke * force, axis=1)))
+    return float(np.pi * omega * np.sum(order**2 * np.sum(found.stroke[0] * found.force[0], axis=1)))
 
 
 def skew_sensitivity(record: Record, cycles: Sequence[Cycle], *, periodic: bool) -> SkewSensitivity:

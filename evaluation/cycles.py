@@ -12,10 +12,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.record import FloatArray, Record, describe
 from evaluation.reversals import find_reversals, held_samples, noise_sigma
+from evaluation.spectra import spectra_between
 from evaluation.turn_sides import Reversal, TurnKind
 from evaluation.turning import fit_turning_points
 
@@ -29,10 +31,7 @@ REST_CLOSURE = 0.05
 """A cycle that begins or ends at rest returns within this share of its range."""
 EDGE_CLOSURE = 0.02
 """A cycle that begins or ends with the record returns within this share of its range."""
-_HARMONICS = 10
 _LEAST_SAMPLES = 8
-_MOST_SAMPLES = 400
-"""Harmonics are fitted to group means of at most so many samples a cycle: 1e-5 less of the first one."""
 
 
 def find_cycles(record: Record) -> tuple[Cycle, ...]:
@@ -49,15 +48,37 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
         Also those that are not complete or not steady; ``why`` says what they lack. A ramp that leads to
         cycles, or away from them, appears as part of a cycle that is not complete.
     """
+    return find_with_harmonics(record)[0]
+
+
+def find_with_harmonics(
+    record: Record, reversals: NDArray[np.intp] | None = None
+) -> tuple[tuple[Cycle, ...], NDArray[np.complex128]]:
+    """Return the cycles of a run, and K* of the complete ones by the force as it is [kN/mm], (C,).
+
+    ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already.
+    """
     sigma = noise_sigma(record.stroke_mm)
-    index = find_reversals(record.stroke_mm, sigma)
+    index = find_reversals(record.stroke_mm, sigma) if reversals is None else reversals
     if index.size < 3:
-        return ()
-    turns = _fit_turns(record, [int(i) for i in index], sigma)
+        return (), np.zeros(0, dtype=np.complex128)
+    turns = _fit_turns(record, index.tolist(), sigma)
+    triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
+    why = _incomplete(record, triples)
+    whole = np.array([not reasons for reasons in why])
+    ends = np.array([(a.leave_s, c.time_s, a.leave_mm, c.stroke_mm) for a, _, c in triples]).reshape(-1, 4)
+    start_s, end_s, low, end = ends.T
+    found = spectra_between(record, start_s[whole], end_s[whole])
+    distortion = np.full(whole.size, np.nan)
+    distortion[whole] = np.where(
+        found.samples >= _LEAST_SAMPLES, found.distortion((end - low)[whole]), np.nan
+    )
+    known = [None if np.isnan(d) else d for d in distortion.tolist()]
+    repeated = (whole & _repeats(triples, whole, distortion)).tolist()
     cycles = [
-        _judge_complete(record, number, turns[i : i + 3]) for number, i in enumerate(_starts(turns), start=1)
+        Cycle(i + 1, *triples[i], not why[i], repeated[i], known[i], why[i]) for i in range(len(triples))
     ]
-    return _judge_steady(cycles)
+    return _judge_steady(cycles), found.first_harmonic()
 
 
 def _starts(turns: Sequence[TurningPoint]) -> range:
@@ -69,22 +90,61 @@ def _starts(turns: Sequence[TurningPoint]) -> range:
 def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPoint]:
     """Fit each reversal between its neighbours, without looking across a break of the record."""
     stroke = record.stroke_mm
+    at_once = np.array(index)
+    height = np.append(stroke[at_once], stroke[-1])
+    rises = (np.diff(height) < 0.0).tolist()  # of each, whether the next one is lower
+    rises[-1] = not rises[-2]
+    limits = np.stack((np.append(0, at_once[:-1]), np.append(at_once[1:], stroke.size - 1)))
+    breaks = np.array(record.breaks, dtype=np.intp)
+    broken = np.subtract(*(np.searchsorted(breaks, limit, side="right") for limit in limits)) != 0
     reversals = []
-    for position, at in enumerate(index):
-        before = index[position - 1] if position > 0 else 0
-        after = index[position + 1] if position + 1 < len(index) else stroke.size - 1
-        other = after if position + 1 < len(index) else before
-        breaks = record.breaks[bisect_right(record.breaks, before) : bisect_right(record.breaks, after)]
-        left, right = [b for b in breaks if b <= at], [b for b in breaks if b > at]
-        limits = (left[-1] if left else before, right[0] - 1 if right else after)
-        at_end = (position <= 1 or bool(left), position >= len(index) - 2 or bool(right))
-        kind: TurnKind = "upper" if stroke[at] > stroke[other] else "lower"
-        reversals.append(Reversal(at, limits, kind, at_end))
+    for position, (at, before, after, is_upper, has_break) in enumerate(
+        zip(index, *(a.tolist() for a in limits), rises, broken.tolist(), strict=True)
+    ):
+        kind: TurnKind = "upper" if is_upper else "lower"
+        ends = position <= 1, position >= len(index) - 2
+        if has_break:
+            own = record.breaks[bisect_right(record.breaks, before) : bisect_right(record.breaks, after)]
+            left, right = [b for b in own if b <= at], [b for b in own if b > at]
+            unbroken = left[-1] if left else before, right[0] - 1 if right else after
+            ends = ends[0] or bool(left), ends[1] or bool(right)
+            reversals.append(Reversal(at, unbroken, kind, ends))
+        else:
+            reversals.append(Reversal(at, (before, after), kind, ends))
     return fit_turning_points(record.time_s, stroke, reversals, sigma, held=held_samples(stroke))
 
 
-def _judge_complete(record: Record, number: int, turns: Sequence[TurningPoint]) -> Cycle:
-    start, top, end = turns
+Triple = tuple[TurningPoint, TurningPoint, TurningPoint]
+_FITTED = ("polynomial", "lines")
+
+
+def _incomplete(record: Record, triples: Sequence[Triple]) -> list[tuple[str, ...]]:
+    """Return why each cycle is not complete; nothing where it is."""
+    time_s = record.time_s
+    spans = np.array([(start.leave_s, end.time_s) for start, _, end in triples]).reshape(-1, 2)
+    # The first and last sample that each touches, the neighbours outside included.
+    first = np.maximum(0, np.searchsorted(time_s, spans[:, 0], side="right") - 1)
+    last = np.minimum(time_s.size - 1, np.searchsorted(time_s, spans[:, 1], side="left"))
+    breaks = np.array(record.breaks, dtype=np.intp)
+    broken = np.searchsorted(breaks, last, side="right") > np.searchsorted(breaks, first, side="right")
+    few = last - first + 1 < _LEAST_SAMPLES
+    odd = (broken | few).tolist()
+    reasons: list[tuple[str, ...]] = []
+    for row, (start, top, end) in enumerate(triples):
+        if start.method in _FITTED and top.method in _FITTED and end.method in _FITTED and not odd[row]:
+            reasons.append(())
+            continue
+        why = _not_closed(start, top, end)
+        if broken[row]:
+            inside = [d for d in record.defects if d.end_s > start.leave_s and d.start_s < end.time_s]
+            why.append("the record is broken in it: " + (describe(inside) or "samples are missing"))
+        if few[row]:
+            why.append(f"it has fewer than {_LEAST_SAMPLES} samples")
+        reasons.append(tuple(why))
+    return reasons
+
+
+def _not_closed(start: TurningPoint, top: TurningPoint, end: TurningPoint) -> list[str]:
     span = top.stroke_mm - min(start.leave_mm, end.stroke_mm)
     open_mm = abs(end.stroke_mm - start.leave_mm)
     why = []
@@ -98,62 +158,52 @@ def _judge_complete(record: Record, number: int, turns: Sequence[TurningPoint]) 
             why.append(f"it {side} {place} and does not close ({open_mm:.3g} mm between its lower ends)")
     if top.method in ("edge", "cut"):
         why.append("its upper turning point is not on record")
-    first, last = _samples(record.time_s, start.leave_s, end.time_s)
-    if record.has_break(first, last):
-        inside = [d for d in record.defects if d.end_s > start.leave_s and d.start_s < end.time_s]
-        why.append("the record is broken in it: " + (describe(inside) or "samples are missing"))
-    if last - first + 1 < _LEAST_SAMPLES:
-        why.append(f"it has fewer than {_LEAST_SAMPLES} samples")
-    cycle = Cycle(number, start, top, end, complete=not why, steady=False, why=tuple(why))
-    if why:
-        return cycle
-    return replace(cycle, stroke_distortion=stroke_distortion(record, cycle))
+    return why
 
 
-def _samples(time_s: FloatArray, start_s: float, end_s: float) -> tuple[int, int]:
-    """Return the first and last sample that a span of time touches, the neighbours outside included."""
-    first = max(0, int(np.searchsorted(time_s, start_s, side="right")) - 1)
-    last = min(time_s.size - 1, int(np.searchsorted(time_s, end_s, side="left")))
-    return first, last
-
-
-def harmonics(
-    time_s: FloatArray, value: FloatArray, start_s: float, period_s: float, count: int
-) -> FloatArray:
-    """Return cosine and sine amplitudes of signals over one period by least squares.
-
-    Parameters
-    ----------
-    time_s : array, shape (N,)
-        Samples inside the period, ends included, evenly spaced or not.
-    value : array, shape (N,) or (M, N)
-        One signal, or several.
-    start_s, period_s : float
-    count : int
-        Harmonics asked for; fewer are fitted where there are too few samples.
-
-    Returns
-    -------
-    array, shape (count + 1, 2) or (M, count + 1, 2)
-        Row k: amplitudes of cos(k ω (t - start)) and sin(k ω (t - start)); row 0 holds the mean and 0.
-    """
-    if time_s.size > _MOST_SAMPLES:
-        group = -(-time_s.size // _MOST_SAMPLES)
-        whole = time_s.size // group * group
-        time_s = time_s[:whole].reshape(-1, group).mean(axis=1)
-        value = value[..., :whole].reshape(*value.shape[:-1], -1, group).mean(axis=-1)
-    fitted = min(count, max(1, (time_s.size - 3) // 2))
-    turn = np.exp(2.0j * np.pi * (time_s - start_s) / period_s)
-    waves = np.cumprod(np.broadcast_to(turn, (fitted, turn.size)), axis=0)
-    # Weights of the trapezoidal rule make the fit an integral over the period, however it was sampled.
-    step = np.diff(time_s)
-    weight = np.sqrt(0.5 * (np.concatenate((step[:1], step)) + np.concatenate((step, step[-1:]))))
-    rows = np.concatenate((np.ones((1, turn.size)), waves.real, waves.imag)) * weight
-    solution = np.linalg.solve(rows @ rows.T, rows @ (value * weight).T).T
-    result = np.zeros((*value.shape[:-1], count + 1, 2))
-    result[..., : fitted + 1, 0] = solution[..., : fitted + 1]
-    result[..., 1 : fitted + 1, 1] = solution[..., fitted + 1 :]
-    return result
+def _repeats(
+    triples: Sequence[Triple], whole: NDArray[np.bool_], distortion: FloatArray
+) -> NDArray[np.bool_]:
+    """Say which cycles close and repeat a complete neighbour in all: the usual case, told for all at once."""
+    low, high, end, arrive_s, leave_s, end_s, gone_s, u = (
+        np.array(
+            [
+                (
+                    a.leave_mm,
+                    b.stroke_mm,
+                    c.stroke_mm,
+                    a.time_s,
+                    a.leave_s,
+                    c.time_s,
+                    c.leave_s,
+                    a.u_stroke_mm + c.u_stroke_mm,
+                )
+                for a, b, c in triples
+            ]
+        )
+        .reshape(-1, 8)
+        .T
+    )
+    tolerance = STEADY_STROKE * (high - low) + 2.0 * u
+    closes = np.abs(end - low) <= tolerance
+    duration, period = end_s - leave_s, 0.5 * (end_s + gone_s) - 0.5 * (arrive_s + leave_s)
+    alike = whole[1:] & whole[:-1]
+    alike &= np.abs(np.diff(distortion)) <= STEADY_DISTORTION
+    near = np.zeros((2, alike.size), dtype=bool)
+    for row, (own, other) in enumerate(
+        ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1)))
+    ):
+        within = tolerance[own]
+        near[row] = alike & (np.abs(high[own] - high[other]) <= within)
+        near[row] &= np.abs(end[other] - low[other]) <= within
+        near[row] &= np.abs(low[own] - low[other]) <= within
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rest, with_rest = duration[own] / duration[other], period[own] / period[other]
+        near[row] &= np.minimum(np.abs(rest - 1.0), np.abs(with_rest - 1.0)) <= STEADY_FREQUENCY
+    repeats = np.zeros(whole.size, dtype=bool)
+    repeats[:-1] |= near[0]
+    repeats[1:] |= near[1]
+    return np.asarray(closes & repeats)
 
 
 def cycle_samples(record: Record, cycle: Cycle) -> slice:
@@ -163,23 +213,11 @@ def cycle_samples(record: Record, cycle: Cycle) -> slice:
     return slice(first, last)
 
 
-def stroke_distortion(record: Record, cycle: Cycle) -> float | None:
-    """Return the root of the sum of squares of stroke harmonics 2 … 10 over the first harmonic."""
-    inside = cycle_samples(record, cycle)
-    time, stroke = record.time_s[inside], record.stroke_mm[inside]
-    if time.size < _LEAST_SAMPLES:
-        return None
-    drift = (cycle.stroke_end_mm - cycle.stroke_min_mm) * (time - cycle.start_s) / cycle.duration_s
-    amplitude = np.hypot(*harmonics(time, stroke - drift, cycle.start_s, cycle.duration_s, _HARMONICS).T)
-    if amplitude[1] <= 0.0:
-        return None
-    return float(np.sqrt(np.sum(amplitude[2:] ** 2)) / amplitude[1])
-
-
 def _judge_steady(cycles: list[Cycle]) -> tuple[Cycle, ...]:
+    """Judge those that are complete and not yet known to be steady."""
     judged = []
     for position, cycle in enumerate(cycles):
-        if not cycle.complete:
+        if not cycle.complete or cycle.steady:
             judged.append(cycle)
             continue
         tolerance = STEADY_STROKE * cycle.range_mm + 2.0 * (cycle.start.u_stroke_mm + cycle.end.u_stroke_mm)

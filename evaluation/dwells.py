@@ -10,16 +10,16 @@ from evaluation.corners import corner_moment
 from evaluation.record import FloatArray
 from evaluation.turn_sides import Side
 
-_PLATEAU_BANDS = (0.001, 0.003, 0.01)
+PLATEAU_BANDS = (0.001, 0.003, 0.01)
 """Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""
 LEAST_SAMPLES = 4
 """A dwell has at least so many samples."""
 _NEAR = 0.05
 _RESOLVED_STEPS = 2.0
 """A band is no narrower than so many of the smallest steps: the rounded top of a coarse sine is no dwell."""
-_PLATEAU_NOISE = 6.5
-_PLATEAU_WIDER = 9.0
-_PLATEAU_RATIO = 1.8
+PLATEAU_NOISE = 6.5
+PLATEAU_WIDER = 9.0
+PLATEAU_RATIO = 1.8
 """Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
 _CUT_OFF_RATIO = 1.5
 """The same where the record ends within nine bands: of a parabola cut off beyond its top 2 is left."""
@@ -41,8 +41,8 @@ class Dwell:
 
 def plateau(side: Side) -> Dwell | None:
     """Return the dwell about the peak, if it is one, at the finest scale at which it shows."""
-    for share in _PLATEAU_BANDS:
-        band = max(_PLATEAU_NOISE * side.sigma, share * side.wide_height)
+    for share in PLATEAU_BANDS:
+        band = max(PLATEAU_NOISE * side.sigma, share * side.wide_height)
         found = _within(side, band)
         if found is not None and band < (resolved := _RESOLVED_STEPS * _resolution(side)):
             band, found = resolved, _within(side, resolved)
@@ -58,11 +58,11 @@ def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
     inner = side.above(level - band)
     if inner.stop - inner.start < side.least_samples:
         return None
-    outer = side.above(level - _PLATEAU_WIDER * band)
+    outer = side.above(level - PLATEAU_WIDER * band)
     inner_s = _time_above(side, inner, level - band)
-    outer_s = _time_above(side, outer, level - _PLATEAU_WIDER * band)
+    outer_s = _time_above(side, outer, level - PLATEAU_WIDER * band)
     cut_off = outer.start == 0 or outer.stop == side.value.size
-    ratio = _CUT_OFF_RATIO if cut_off else _PLATEAU_RATIO
+    ratio = _CUT_OFF_RATIO if cut_off else PLATEAU_RATIO
     return (inner, outer, level) if outer_s <= ratio * inner_s else None
 
 
@@ -91,14 +91,14 @@ def _resolution(side: Side) -> float:
     near = side.value[side.above(side.value[side.peak] - _NEAR * side.height)]
     step = np.abs(np.diff(near))
     least = float(np.min(step[step > 0.0], initial=np.inf))
-    return least if least <= _PLATEAU_BANDS[-1] * side.height else 0.0
+    return least if least <= PLATEAU_BANDS[-1] * side.height else 0.0
 
 
 def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) -> Dwell:
     time, value = side.time_s[inner], side.value[inner]
     rise_s = float(time[0] - side.time_s[outer.start])
     fall_s = float(side.time_s[outer.stop - 1] - time[-1])
-    climb = (_PLATEAU_WIDER - 1.0) * band
+    climb = (PLATEAU_WIDER - 1.0) * band
     arrive_s, arrive = _corner(time, value, level - band, rise_s / climb)
     leave_s, leave = _corner(-time[::-1], value[::-1], level - band, fall_s / climb)
     u = float(np.std(np.diff(value))) / float(np.sqrt(2.0 * value.size))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.loops import cut_loop
+from evaluation.loops import cut_loops
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
 
@@ -99,8 +99,9 @@ def mean_loop(record: Record, results: Sequence[CycleResult], used: Sequence[int
         return None
     stroke = np.linspace(first, last, POINTS)
     up, down = np.zeros(POINTS), np.zeros(POINTS)
-    for result in chosen:
-        loop = cut_loop(record, result.cycle)
+    cut = cut_loops(record, [result.cycle for result in chosen])
+    loops = [stack.loop(row) for stack in cut for row in range(len(stack.cycles))]
+    for result, loop in zip(chosen, loops, strict=True):
         loading = loop.force_kN[loop.loading].copy()
         if result.cycle.top.method == "lines":
             loading[-1] = _end_force(loop.stroke_mm[loop.loading], loading)

@@ -36,9 +36,9 @@ def missing_warnings(
             warnings.append(f"{numbered(lacking)}: no {name}: too few samples")
     used = set(summary.cycles_used)
     chosen = [r for r in results if r.cycle.index in used]
-    for name, measured in summary.values.items():
+    for name in (name for name, measured in summary.values.items() if measured.value is None):
         lacking = [r.cycle.index for r in chosen if getattr(r.quantities, name) is None]
-        if measured.value is None and lacking and len(lacking) < len(chosen):
+        if lacking and len(lacking) < len(chosen):
             warnings.append(f"no mean of {name}: {numbered(lacking)} has none")
     warnings += _requirements(requirements)
     if skew.cycles and skew.form == "none":

@@ -1,15 +1,24 @@
-"""The figures of one cycle, by the names of the evaluation contract, and the windows they are read in."""
+"""The figures of cycles, by the names of the evaluation contract, and the windows they are read in.
+
+Cycles are evaluated many at once (:mod:`evaluation.loops`): a run of ten thousand costs no more than its
+samples do. One by itself is a stack of one.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from evaluation.cycles import STEADY_STROKE, cycle_samples, harmonics
-from evaluation.loops import cut_loop
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.branches import Branches
+from evaluation.cycles import STEADY_STROKE
+from evaluation.loops import LoopStack, cut_loops
 from evaluation.motion import Cycle, Loop
 from evaluation.record import FloatArray, Record, Temperature
 from evaluation.results import CycleResult, Quantities
-from evaluation.smoothing import polynomial, smoothed
+from evaluation.smoothing import moving_slopes, polynomials, smoothed
+from evaluation.spectra import spectra
 
 TANGENT_WINDOW = 0.15
 """Tangent stiffness: cubic fit of force over stroke within ± this share of the range about the mean."""
@@ -30,7 +39,11 @@ BLOCK_SLOPE = 3.0
 """Block contact: slope of the last 1 % of the range over that between 10 and 5 % below the top."""
 TEMPERATURE_STALE_S = 30.0
 """A temperature reading further away than this from a cycle is not its temperature."""
-_HARMONICS = 10
+_LEAST_WINDOW = 5
+_FEWEST_SLOPE = 4
+
+BoolArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complex128]
 
 
 def stored_energy_J(loop: Loop) -> float:  # noqa: N802 - the unit keeps its capital
@@ -45,216 +58,308 @@ def absorbed_energy_J(loop: Loop) -> float:  # noqa: N802
     return float(np.trapezoid(force, stroke) + chord)
 
 
-def local_force(
-    loop: Loop, stroke_mm: float, half_width_mm: float, degree: int = 3
-) -> tuple[float, float, int] | None:
-    """Return force [kN], slope [kN/mm] and number of samples of the loading branch at a stroke.
-
-    A polynomial of force over stroke within ± ``half_width_mm`` (cut at the branch's ends) is read at
-    ``stroke_mm``; None when the branch does not reach it or too few samples lie in the window.
-    """
-    stroke, force = loop.stroke_mm[loop.loading], loop.force_kN[loop.loading]
-    if not stroke[0] <= stroke_mm <= stroke[-1]:
-        return None
-    inside = np.abs(stroke - stroke_mm) <= half_width_mm
-    count = int(np.count_nonzero(inside))
-    if count < degree + 2:
-        return None
-    z = (stroke[inside] - stroke_mm) / half_width_mm
-    coefficients = polynomial(z, force[inside], degree)
-    return float(coefficients[0]), float(coefficients[1]) / half_width_mm, count
-
-
-def _odd_window(share: float, samples: int) -> int:
-    return max(5, 2 * int(0.5 * share * samples) + 1)
-
-
-def branch_speed_mm_per_s(time_s: FloatArray, stroke_mm: FloatArray) -> float | None:
-    """Return the largest absolute speed of a branch from its smoothed derivative; None below 5 samples."""
-    if time_s.size < 5:
-        return None
-    even = np.linspace(time_s[0], time_s[-1], time_s.size)
-    window = _odd_window(SPEED_WINDOW, even.size)
-    speed = smoothed(np.interp(even, time_s, stroke_mm), window, 2, derivative=1)
-    return float(np.max(np.abs(speed)) / (even[1] - even[0]))
-
-
-def _smoothed_force(loop: Loop) -> FloatArray:
-    """Return the force of both branches, each smoothed by itself so that peaks at turns stay sharp."""
-    parts = []
-    for branch in (loop.loading, loop.unloading):
-        force = loop.force_kN[branch]
-        window = _odd_window(FORCE_WINDOW, force.size)
-        parts.append(smoothed(force, window, 2) if force.size >= window else force)
-    return np.concatenate(parts)
-
-
-def temperature_of(
-    temperatures: tuple[Temperature, ...], start_s: float, end_s: float
-) -> tuple[float | None, float | None]:
-    """Return temperature at the start and highest one during a cycle, over all sensors on the specimen [°C].
-
-    None where no sensor on the specimen has a reading within 30 s of the moment.
-    """
-    starts, highest = [], []
-    for sensor in temperatures:
-        good = np.isfinite(sensor.time_s) & np.isfinite(sensor.temperature_C)
-        time, value = sensor.time_s[good], sensor.temperature_C[good]
-        if sensor.role != "specimen" or time.size == 0:
-            continue
-        if np.min(np.abs(time - start_s)) > TEMPERATURE_STALE_S:
-            continue
-        starts.append(float(np.interp(start_s, time, value)))
-        if np.min(np.abs(time - end_s)) <= TEMPERATURE_STALE_S:
-            within = value[(time >= start_s) & (time <= end_s)]
-            ends = np.interp([start_s, end_s], time, value)
-            highest.append(float(np.max(np.concatenate((within, ends)))))
-    return (max(starts) if starts else None), (max(highest) if highest else None)
-
-
-def evaluate_cycle(record: Record, cycle: Cycle, loop: Loop | None = None) -> CycleResult:
-    """Return the figures of one cycle; of a cycle that is not complete only those of its stroke.
+def evaluate_cycles(
+    record: Record, cycles: Sequence[Cycle], first: ComplexArray | None = None
+) -> list[CycleResult]:
+    """Return the figures of cycles; of one that is not complete only those of its stroke.
 
     Parameters
     ----------
     record : Record
-    cycle : Cycle
+    cycles : sequence of Cycle
         Found in that record.
-    loop : Loop, optional
-        The cycle's loop, if it was cut already.
+    first : array, shape (C,), optional
+        K* = K′ + i K″ of the complete ones [kN/mm], if it is known already.
 
     Returns
     -------
-    CycleResult
-        Without uncertainties; ``warnings`` say why a figure is None or must be read with care.
+    list of CycleResult
+        In the same order, without uncertainties; ``warnings`` say why a figure is None or must be read with
+        care.
     """
-    if not cycle.complete:
-        return _incomplete(record, cycle)
-    warnings: list[str] = []
-    loop = loop or cut_loop(record, cycle)
+    complete = [cycle for cycle in cycles if cycle.complete]
+    if first is None:
+        first = spectra(record, complete).first_harmonic()
+    temperatures = temperatures_of(record.temperatures, *_spans(cycles))
+    starts = [None if np.isnan(t) else t for t in temperatures[0].tolist()]
+    highest = [None if np.isnan(t) else t for t in temperatures[1].tolist()]
+    figures: list[tuple[dict[str, float | None], tuple[str, ...]]] = []
+    for stack in cut_loops(record, complete):
+        at = len(figures)
+        figures += _stack_figures(stack, first[at : at + len(stack.cycles)])
+    found = iter(figures)
+    results = []
+    for cycle, start_C, max_C in zip(cycles, starts, highest, strict=True):
+        values, warnings = next(found) if cycle.complete else _incomplete(cycle)
+        quantities = Quantities(temperature_start_C=start_C, temperature_max_C=max_C, **values)
+        results.append(CycleResult(cycle, quantities, warnings=warnings))
+    return results
+
+
+def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
+    """Return the figures of one cycle (:func:`evaluate_cycles`)."""
+    return evaluate_cycles(record, [cycle])[0]
+
+
+def _spans(cycles: Sequence[Cycle]) -> tuple[FloatArray, FloatArray]:
+    return np.array([c.start_s for c in cycles]), np.array([c.end_s for c in cycles])
+
+
+def _incomplete(cycle: Cycle) -> tuple[dict[str, float | None], tuple[str, ...]]:
     span = cycle.range_mm
-    stored, absorbed = stored_energy_J(loop), absorbed_energy_J(loop)
-    smooth = _smoothed_force(loop)
-    force_min, force_max = float(np.min(smooth)), float(np.max(smooth))
-    mean = 0.5 * (cycle.stroke_min_mm + cycle.stroke_max_mm)
-    tangent = local_force(loop, mean, TANGENT_WINDOW * span)
-    if tangent is None:
-        warnings.append("no tangent stiffness: too few samples about the mean stroke")
-    first = first_harmonic(record, cycle)
-    start_C, max_C = temperature_of(record.temperatures, cycle.start_s, cycle.end_s)
-    warnings += _energy_warnings(stored, absorbed, force_min, force_max)
-    if not is_two_sided(force_min, force_max):
-        warnings += _slope_warnings(loop, span)
-    warnings += consistency_warnings(first, cycle, absorbed)
+    figures: dict[str, float | None] = {
+        "stroke_min_mm": cycle.stroke_min_mm,
+        "stroke_max_mm": cycle.stroke_max_mm,
+        "prestress_mm": cycle.stroke_min_mm + 0.5 * span,
+        "amplitude_mm": 0.5 * span,
+    }
+    text = "not complete, no energies nor other figures of the loop: " + "; ".join(cycle.why)
+    bad = [name for name, value in figures.items() if value is not None and not np.isfinite(value)]
+    figures.update(dict.fromkeys(bad))
+    return figures, (text, *_not_finite(bad))
+
+
+def _not_finite(names: Sequence[str]) -> tuple[str, ...]:
+    return (f"no finite value: {', '.join(names)}",) if names else ()
+
+
+def _stack_figures(
+    stack: LoopStack, first: ComplexArray
+) -> list[tuple[dict[str, float | None], tuple[str, ...]]]:
+    """Return the figures of each loop by name, and what is to be said of it."""
+    cycles = stack.cycles
+    low = np.array([cycle.stroke_min_mm for cycle in cycles])
+    high = np.array([cycle.stroke_max_mm for cycle in cycles])
+    span, mean = high - low, 0.5 * (low + high)
+    stored, absorbed = stack.stored_energy_J(), stack.absorbed_energy_J()
+    lowest, highest = _extreme_forces(stack)
+    tangent = local_slopes(stack.loading, mean, TANGENT_WINDOW * span)
+    top = stack.loading.force_kN[np.arange(len(cycles)), stack.loading.count - 1]
     storage, loss = first.real, first.imag
-    quantities = Quantities(
-        stroke_min_mm=cycle.stroke_min_mm,
-        stroke_max_mm=cycle.stroke_max_mm,
-        prestress_mm=mean,
-        amplitude_mm=0.5 * span,
-        frequency_Hz=1.0 / cycle.duration_s,
-        force_min_kN=force_min,
-        force_max_kN=force_max,
-        speed_loading_max_mm_per_s=branch_speed_mm_per_s(
-            loop.time_s[loop.loading], loop.stroke_mm[loop.loading]
-        ),
-        speed_unloading_max_mm_per_s=branch_speed_mm_per_s(
-            loop.time_s[loop.unloading], loop.stroke_mm[loop.unloading]
-        ),
-        stored_energy_J=stored,
-        absorbed_energy_J=absorbed,
-        damping=absorbed / stored if stored > 0.0 else None,
-        tangent_stiffness_kN_per_mm=None if tangent is None else tangent[1],
-        secant_stiffness_kN_per_mm=float(loop.force_kN[loop.top] - loop.force_kN[0]) / span,
-        dynamic_stiffness_kN_per_mm=abs(first),
-        storage_stiffness_kN_per_mm=storage,
-        loss_stiffness_kN_per_mm=loss,
-        loss_factor=loss / storage if storage > 0.0 else None,
-        stroke_distortion=cycle.stroke_distortion,
-        temperature_start_C=start_C,
-        temperature_max_C=max_C,
+    rising, stiff = stored > 0.0, storage > 0.0
+    distortion = np.array([np.nan if c.stroke_distortion is None else c.stroke_distortion for c in cycles])
+    speeds = [branch_speeds_mm_per_s(branch) for branch in (stack.loading, stack.unloading)]
+    # What NaN may stand for: a figure that is not to be had, for the reason that its warning says.
+    unknown = {
+        "damping": ~rising,
+        "loss_factor": ~stiff,
+        "stroke_distortion": np.isnan(distortion),
+        "tangent_stiffness_kN_per_mm": np.isnan(tangent),
+        "speed_loading_max_mm_per_s": stack.loading.count < _LEAST_WINDOW,
+        "speed_unloading_max_mm_per_s": stack.unloading.count < _LEAST_WINDOW,
+    }
+    with np.errstate(divide="ignore", invalid="ignore"):
+        figures = {
+            "stroke_min_mm": low,
+            "stroke_max_mm": high,
+            "prestress_mm": mean,
+            "amplitude_mm": 0.5 * span,
+            "frequency_Hz": 1.0 / np.array([cycle.duration_s for cycle in cycles]),
+            "force_min_kN": lowest,
+            "force_max_kN": highest,
+            "speed_loading_max_mm_per_s": speeds[0],
+            "speed_unloading_max_mm_per_s": speeds[1],
+            "stored_energy_J": stored,
+            "absorbed_energy_J": absorbed,
+            "damping": np.where(rising, absorbed / stored, np.nan),
+            "tangent_stiffness_kN_per_mm": tangent,
+            "secant_stiffness_kN_per_mm": (top - stack.loading.force_kN[:, 0]) / span,
+            "dynamic_stiffness_kN_per_mm": np.abs(first),
+            "storage_stiffness_kN_per_mm": storage,
+            "loss_stiffness_kN_per_mm": loss,
+            "loss_factor": np.where(stiff, loss / storage, np.nan),
+            "stroke_distortion": distortion,
+        }
+    warnings = _stack_warnings(stack, figures, unknown)
+    rows = zip(*(values.tolist() for values in figures.values()), strict=True)
+    named: list[dict[str, float | None]] = [dict(zip(figures, row, strict=True)) for row in rows]
+    not_finite = np.array([~np.isfinite(values) for values in figures.values()])
+    for row in np.flatnonzero(not_finite.any(axis=0)).tolist():
+        bad = [name for name, is_bad in zip(figures, not_finite[:, row], strict=True) if is_bad]
+        named[row].update(dict.fromkeys(bad))
+        warnings[row] += _not_finite([name for name in bad if not (name in unknown and unknown[name][row])])
+    return [(values, tuple(warnings[row])) for row, values in enumerate(named)]
+
+
+def _stack_warnings(
+    stack: LoopStack, figures: dict[str, FloatArray], unknown: dict[str, BoolArray]
+) -> list[list[str]]:
+    """Return what is to be said of each loop; almost always nothing, which is told for all at once."""
+    warnings: list[list[str]] = [[] for _ in stack.cycles]
+
+    def say(text: str, rows: BoolArray) -> None:
+        for row in np.flatnonzero(rows).tolist():
+            warnings[row].append(text)
+
+    stored, absorbed = figures["stored_energy_J"], figures["absorbed_energy_J"]
+    two_sided = are_two_sided(figures["force_min_kN"], figures["force_max_kN"])
+    say("no tangent stiffness: too few samples about the mean stroke", unknown["tangent_stiffness_kN_per_mm"])
+    say(
+        "two-sided loop (the force changes sign): damping (absorbed over stored energy) is not meaningful",
+        two_sided,
     )
-    if quantities.loss_factor is None:
-        warnings.append("no loss factor: the storage stiffness is not positive")
-    return CycleResult(cycle, quantities, warnings=tuple(warnings))
+    for row in np.flatnonzero(absorbed < 0.0).tolist():
+        warnings[row].append(
+            f"the loop area is negative ({absorbed[row]:.4g} J): force lags stroke; "
+            "check the signs and delays of the channels"
+        )
+    for row in np.flatnonzero(stored <= 0.0).tolist():
+        warnings[row].append(f"no damping: the stored energy is not positive ({stored[row]:.4g} J)")
+    _say_slopes(stack.loading, 2.0 * figures["amplitude_mm"], ~two_sided, warnings)
+    for row in _inconsistent(stack.cycles, figures):
+        first = complex(0.0, figures["loss_stiffness_kN_per_mm"][row])
+        warnings[row] += consistency_warnings(first, stack.cycles[row], float(absorbed[row]))
+    say("no loss factor: the storage stiffness is not positive", unknown["loss_factor"])
+    return warnings
 
 
-def _incomplete(record: Record, cycle: Cycle) -> CycleResult:
-    span = cycle.range_mm
-    start_C, max_C = temperature_of(record.temperatures, cycle.start_s, cycle.end_s)
-    quantities = Quantities(
-        stroke_min_mm=cycle.stroke_min_mm,
-        stroke_max_mm=cycle.stroke_max_mm,
-        prestress_mm=cycle.stroke_min_mm + 0.5 * span,
-        amplitude_mm=0.5 * span,
-        temperature_start_C=start_C,
-        temperature_max_C=max_C,
-    )
-    return CycleResult(
-        cycle,
-        quantities,
-        warnings=("not complete, no energies nor other figures of the loop: " + "; ".join(cycle.why),),
-    )
-
-
-def first_harmonic(record: Record, cycle: Cycle) -> complex:
-    """Return K* = K′ + i K″ [kN/mm], the ratio of the first harmonics of force and stroke (ISO 4664-1)."""
-    inside = cycle_samples(record, cycle)
-    time = record.time_s[inside]
-    both = np.stack((record.stroke_mm[inside], record.force_kN[inside]))
-    stroke, force = harmonics(time, both, cycle.start_s, cycle.duration_s, _HARMONICS)
-    # cos, sin amplitudes a, b are the phasor a - i b of exp(+i ω t); force leads stroke when K″ > 0.
-    return complex(force[1, 0], -force[1, 1]) / complex(stroke[1, 0], -stroke[1, 1])
+def are_two_sided(force_min_kN: FloatArray, force_max_kN: FloatArray) -> BoolArray:
+    """Say which loops reach beyond zero to both sides by more than 2 % of their largest force."""
+    least = TWO_SIDED * np.maximum(np.abs(force_min_kN), np.abs(force_max_kN))
+    return np.asarray((force_min_kN < -least) & (force_max_kN > least))
 
 
 def is_two_sided(force_min_kN: float, force_max_kN: float) -> bool:
     """Say whether a loop reaches beyond zero to both sides by more than 2 % of its largest force."""
-    least = TWO_SIDED * max(abs(force_min_kN), abs(force_max_kN))
-    return force_min_kN < -least and force_max_kN > least
+    return bool(are_two_sided(np.array(force_min_kN), np.array(force_max_kN)))
 
 
-def _energy_warnings(stored: float, absorbed: float, force_min: float, force_max: float) -> list[str]:
-    warnings = []
-    if is_two_sided(force_min, force_max):
-        warnings.append(
-            "two-sided loop (the force changes sign): damping (absorbed over stored energy) is not meaningful"
-        )
-    if absorbed < 0.0:
-        warnings.append(
-            f"the loop area is negative ({absorbed:.4g} J): force lags stroke; "
-            "check the signs and delays of the channels"
-        )
-    if stored <= 0.0:
-        warnings.append(f"no damping: the stored energy is not positive ({stored:.4g} J)")
-    return warnings
+def _extreme_forces(stack: LoopStack) -> tuple[FloatArray, FloatArray]:
+    """Return least and largest force of both branches, each smoothed by itself: peaks stay sharp."""
+    lowest, highest = [], []
+    for branch in (stack.loading, stack.unloading):
+        least, most = np.empty(branch.count.size), np.empty(branch.count.size)
+        for window, rows in _by_window(branch.count, FORCE_WINDOW):
+            force, count = branch.force_kN[rows], branch.count[rows]
+            if window:
+                force = smoothed(force, count, window, 2)
+            least[rows], most[rows] = np.min(force, axis=1), np.max(force, axis=1)
+        lowest.append(least)
+        highest.append(most)
+    return np.minimum(*lowest), np.maximum(*highest)
 
 
-def _slope_warnings(loop: Loop, span: float) -> list[str]:
+def _by_window(count: NDArray[np.intp], share: float) -> list[tuple[int, slice | NDArray[np.intp]]]:
+    """Return the windows of a share of a branch's points and the rows they are for; 0: too few points."""
+    window = np.maximum(_LEAST_WINDOW, 2 * (0.5 * share * count).astype(int) + 1)
+    window[count < window] = 0
+    sizes = np.unique(window).tolist()
+    if len(sizes) == 1:
+        return [(sizes[0], slice(None))]
+    return [(size, np.flatnonzero(window == size)) for size in sizes]
+
+
+def branch_speeds_mm_per_s(branch: Branches) -> FloatArray:
+    """Return the largest absolute speed of branches from their smoothed derivative; NaN below 5 points."""
+    speed = np.full(branch.count.size, np.nan)
+    for window, rows in _by_window(branch.count, SPEED_WINDOW):
+        if not window:
+            continue
+        count = branch.count[rows]
+        lines = np.arange(count.size)
+        time = branch.time_s[rows]
+        step = (time[lines, count - 1] - time[:, 0]) / (count - 1)
+        even = _on_even_times(time, branch.stroke_mm[rows], count, step)
+        slope = moving_slopes(even, count, window)
+        speed[rows] = np.maximum(np.max(slope, axis=1), -np.min(slope, axis=1)) / step
+    return speed
+
+
+def _on_even_times(
+    time_s: FloatArray, value: FloatArray, count: NDArray[np.intp], step_s: FloatArray
+) -> FloatArray:
+    """Return each row on as many even moments, by straight lines; its last value behind them."""
+    place = (time_s - time_s[:, :1]) / step_s[:, None]
+    order = np.arange(time_s.shape[1])
+    ragged = int(np.min(count))
+    behind = order[ragged:] >= count[:, None]
+    place[:, ragged:] = np.where(behind, order[ragged:], place[:, ragged:])
+    # Where samples are even, the moment number k lies within a step of point k: no search is needed.
+    off = place - order
+    if max(np.max(off), -np.min(off)) < 1.0:
+        return _beside(place, value, off)
+    rows = 2.0 * order.size * np.arange(time_s.shape[0])[:, None]
+    moments = np.minimum(order, (count - 1)[:, None])
+    even = np.interp((moments + rows).ravel(), (place + rows).ravel(), value.ravel())
+    return np.asarray(even.reshape(value.shape), dtype=np.float64)
+
+
+def _beside(place: FloatArray, value: FloatArray, off: FloatArray) -> FloatArray:
+    """Return values at moments 0, 1, 2 … of rows whose point k lies less than 1 from moment k."""
+    slope = np.diff(value, axis=1) / np.diff(place, axis=1)
+    even = value.copy()
+    even[:, :-1] -= np.where(off[:, :-1] < 0.0, off[:, :-1] * slope, 0.0)
+    even[:, 1:] -= np.where(off[:, 1:] > 0.0, off[:, 1:] * slope, 0.0)
+    return even
+
+
+def _window(inside: BoolArray) -> slice:
+    """Return the columns that hold all of what is inside."""
+    columns = np.flatnonzero(inside.any(axis=0))
+    return slice(int(columns[0]), int(columns[-1]) + 1) if columns.size else slice(0, 1)
+
+
+def local_slopes(branch: Branches, stroke_mm: FloatArray, half_width_mm: FloatArray) -> FloatArray:
+    """Return the slope of branches at a stroke each [kN/mm], shape (R,).
+
+    A cubic of force over stroke within ± ``half_width_mm`` (cut at the branch's ends) is read at
+    ``stroke_mm``; NaN when the branch does not reach it or too few points lie in the window.
+    """
+    lines = np.arange(branch.count.size)
+    ends = branch.stroke_mm[:, 0], branch.stroke_mm[lines, branch.count - 1]
+    reached = (ends[0] <= stroke_mm) & (stroke_mm <= ends[1])
+    inside = branch.stroke_mm >= (stroke_mm - half_width_mm)[:, None]
+    inside &= branch.stroke_mm <= (stroke_mm + half_width_mm)[:, None]
+    inside &= branch.used
+    part = _window(inside)
+    z = (branch.stroke_mm[:, part] - stroke_mm[:, None]) / half_width_mm[:, None]
+    fits = reached & (np.count_nonzero(inside[:, part], axis=1) >= 5)
+    found = polynomials(z, branch.force_kN[:, part], inside[:, part] & fits[:, None], 3)
+    return np.where(fits, found[:, 1] / half_width_mm, np.nan)
+
+
+def _slopes_between(branch: Branches, first_mm: FloatArray, last_mm: FloatArray) -> FloatArray:
+    """Return the slope of lines through branches between two strokes; NaN where there is too little."""
+    inside = (branch.stroke_mm >= first_mm[:, None]) & (branch.stroke_mm <= last_mm[:, None])
+    inside &= branch.used
+    part = _window(inside)
+    own, stroke, width = inside[:, part], branch.stroke_mm[:, part], last_mm - first_mm
+    reach = np.max(np.where(own, stroke, -np.inf), axis=1) - np.min(np.where(own, stroke, np.inf), axis=1)
+    fits = (np.count_nonzero(own, axis=1) >= _FEWEST_SLOPE) & (reach >= 0.5 * width)
+    z = (stroke - first_mm[:, None]) / np.where(width > 0.0, width, 1.0)[:, None]
+    found = polynomials(z, branch.force_kN[:, part], own & fits[:, None], 1)
+    return np.where(fits, found[:, 1] / np.where(width > 0.0, width, 1.0), np.nan)
+
+
+def _say_slopes(
+    loading: Branches, span: FloatArray, wanted: BoolArray, warnings: Sequence[list[str]]
+) -> None:
     """Recognise slack and block contact by local slopes of the loading branch."""
-    stroke, force = loop.stroke_mm[loop.loading], loop.force_kN[loop.loading]
-    low, high = float(stroke[0]), float(stroke[-1])
-    secant = float(force[-1] - force[0]) / span
-
-    def slope(first: float, last: float) -> float | None:
-        inside = (stroke >= first) & (stroke <= last)
-        if np.count_nonzero(inside) < 4 or np.ptp(stroke[inside]) < 0.5 * (last - first):
-            return None
-        return float(polynomial((stroke[inside] - first) / (last - first), force[inside], 1)[1]) / (
-            last - first
+    lines = np.arange(loading.count.size)
+    low, high = loading.stroke_mm[:, 0], loading.stroke_mm[lines, loading.count - 1]
+    secant = (loading.force_kN[lines, loading.count - 1] - loading.force_kN[:, 0]) / span
+    foot = _slopes_between(loading, low, low + SLACK_STROKE * span)
+    end = _slopes_between(loading, high - 0.01 * span, high)
+    before = _slopes_between(loading, high - 0.10 * span, high - 0.05 * span)
+    slack = wanted & (secant > 0.0) & (np.abs(foot) < SLACK_SLOPE * secant)
+    block = wanted & (end > BLOCK_SLOPE * np.maximum(before, secant))
+    for row in np.flatnonzero(slack).tolist():
+        warnings[row].append(
+            f"slack: the force does not rise over the first {SLACK_STROKE * span[row]:.3g} mm of the stroke"
+        )
+    for row in np.flatnonzero(block).tolist():
+        warnings[row].append(
+            f"block contact: the slope rises from {before[row]:.3g} to {end[row]:.3g} kN/mm "
+            "at the end of the stroke"
         )
 
-    warnings = []
-    foot = slope(low, low + SLACK_STROKE * span)
-    if foot is not None and secant > 0.0 and abs(foot) < SLACK_SLOPE * secant:
-        warnings.append(
-            f"slack: the force does not rise over the first {SLACK_STROKE * span:.3g} mm of the stroke"
-        )
-    end, before = slope(high - 0.01 * span, high), slope(high - 0.10 * span, high - 0.05 * span)
-    if end is not None and before is not None and end > BLOCK_SLOPE * max(before, secant):
-        warnings.append(
-            f"block contact: the slope rises from {before:.3g} to {end:.3g} kN/mm at the end of the stroke"
-        )
-    return warnings
+
+def _inconsistent(cycles: Sequence[Cycle], figures: dict[str, FloatArray]) -> list[int]:
+    """Return the rows whose loop area is not π K″ x_a² (see :func:`consistency_warnings`)."""
+    from_harmonic = np.pi * figures["loss_stiffness_kN_per_mm"] * figures["amplitude_mm"] ** 2
+    absorbed = figures["absorbed_energy_J"]
+    away = ~(np.abs(from_harmonic - absorbed) <= 0.9 * CONSISTENCY * np.abs(absorbed))
+    return np.flatnonzero(away).tolist() if cycles else []
 
 
 def consistency_warnings(first: complex, cycle: Cycle, absorbed: float) -> list[str]:
@@ -273,3 +378,52 @@ def consistency_warnings(first: complex, cycle: Cycle, absorbed: float) -> list[
         f"by {difference:.1%}: samples are not evenly timed, or the cycle does not repeat"
     )
     return [text]
+
+
+def first_harmonic(record: Record, cycle: Cycle) -> complex:
+    """Return K* = K′ + i K″ of one cycle [kN/mm], the ratio of the first harmonics of force and stroke."""
+    return complex(spectra(record, [cycle]).first_harmonic()[0])
+
+
+def temperature_of(
+    temperatures: tuple[Temperature, ...], start_s: float, end_s: float
+) -> tuple[float | None, float | None]:
+    """Return temperature at the start and highest one during a cycle, over all sensors on the specimen [°C].
+
+    None where no sensor on the specimen has a reading within 30 s of the moment.
+    """
+    start, highest = temperatures_of(temperatures, np.array([start_s]), np.array([end_s]))
+    return tuple(None if np.isnan(t[0]) else float(t[0]) for t in (start, highest))  # type: ignore[return-value]
+
+
+def temperatures_of(
+    temperatures: tuple[Temperature, ...], start_s: FloatArray, end_s: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the same of many cycles, shape (C,) each; NaN where there is none."""
+    starts, highest = np.full(start_s.size, np.nan), np.full(start_s.size, np.nan)
+    for sensor in temperatures:
+        good = np.isfinite(sensor.time_s) & np.isfinite(sensor.temperature_C)
+        time, value = sensor.time_s[good], sensor.temperature_C[good]
+        if sensor.role != "specimen" or time.size == 0:
+            continue
+        begins = _near(time, start_s)
+        at_start, at_end = np.interp(start_s, time, value), np.interp(end_s, time, value)
+        starts = np.fmax(starts, np.where(begins, at_start, np.nan))
+        first, last = np.searchsorted(time, start_s), np.searchsorted(time, end_s, side="right")
+        within = np.maximum(at_start, at_end)
+        some = np.flatnonzero(last > first)
+        if some.size:
+            # Every other sum is over what lies between two cycles, and is not asked for.
+            padded = np.append(value, -np.inf)
+            bounds = np.stack((first[some], last[some]), axis=1).ravel()
+            within[some] = np.maximum(within[some], np.maximum.reduceat(padded, bounds)[::2])
+        highest = np.fmax(highest, np.where(begins & _near(time, end_s), within, np.nan))
+    return starts, highest
+
+
+def _near(time_s: FloatArray, moment_s: FloatArray) -> BoolArray:
+    """Say which moments have a reading within 30 s."""
+    after = np.searchsorted(time_s, moment_s)
+    before = np.abs(moment_s - time_s[np.maximum(after - 1, 0)])
+    behind = np.abs(time_s[np.minimum(after, time_s.size - 1)] - moment_s)
+    return np.asarray(np.minimum(before, behind) <= TEMPERATURE_STALE_S)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
-
-import numpy as np
 
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
 from evaluation.budget import run_budget
-from evaluation.condense import condensed
-from evaluation.cycles import find_cycles
+from evaluation.condense import condensed_for
+from evaluation.cycles import find_with_harmonics
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
 from evaluation.mean_loop import mean_loop
 from evaluation.nulls import missing_warnings
-from evaluation.quantities import evaluate_cycle
+from evaluation.propagations import Propagations
+from evaluation.quantities import evaluate_cycles
 from evaluation.record import FloatArray, Record, describe
 from evaluation.requirements.decision import run_verdict
 from evaluation.requirements.inspection import inspection_of
@@ -25,7 +23,6 @@ from evaluation.requirements.rows import Case
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts, Summary
 from evaluation.summary import MeanOfDraws, cycles_used, summarise
 from evaluation.uncertain_results import with_uncertainty
-from evaluation.uncertainty import CyclePropagation, record_noise
 from evaluation.wires import check_wires
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
@@ -61,15 +58,12 @@ def evaluate_run(
     options = options or Options()
     limits = limit_set or shipped_limit_set()
     record, facts, wires = check_wires(record, facts)
-    record = condensed(record)
-    cycles = find_cycles(record)
+    record, turns = condensed_for(record, facts.kind)
+    cycles, first = find_with_harmonics(record, turns)
     record, inertia, added = correct_inertia(record, cycles, facts.moving_mass, options.moving_mass)
-    noise = record_noise(record, added)
-    prepared = {c.index: CyclePropagation(record, c, noise, added) for c in cycles if c.complete}
-    results = []
-    for cycle in cycles:
-        loop = prepared[cycle.index].loop if cycle.index in prepared else None
-        results.append(_only_finite(evaluate_cycle(record, cycle, loop)))
+    prepared = Propagations(record, cycles, added)
+    # With inertia, force and so its harmonics are others than those that the cycles were found with.
+    results = evaluate_cycles(record, cycles, first if added is None else None)
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = draw_errors(*stated, options.draws, options.seed, added)
@@ -122,20 +116,6 @@ def _skew_sensitivity(
     wanted = set(used)
     chosen = [result.cycle for result in results if result.cycle.index in wanted]
     return skew_sensitivity(record, chosen, periodic=facts.kind in ("static", "harmonic"))
-
-
-def _only_finite(result: CycleResult) -> CycleResult:
-    """Return the result with every figure that is no number taken out, and said so."""
-    bad = [
-        f.name
-        for f in fields(result.quantities)
-        if (value := getattr(result.quantities, f.name)) is not None and not np.isfinite(value)
-    ]
-    if not bad:
-        return result
-    text = f"no finite value: {', '.join(bad)}"
-    quantities = replace(result.quantities, **dict.fromkeys(bad, None))
-    return replace(result, quantities=quantities, warnings=(*result.warnings, text))
 
 
 def _record_warnings(

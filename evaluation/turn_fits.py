@@ -6,6 +6,7 @@ equations are solved together. A window by itself would cost a thousand times it
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,23 +103,30 @@ def points_of(
     return Points(time, level * sign[:, None], used, group)
 
 
-def best_fits(points: Points, sigma: float) -> tuple[Fits, Fits]:
-    """Return the polynomial and the flanks of every row; ``sigma`` is the noise of a sample."""
-    smooth, sharp = Fits.none(points.group.size), Fits.none(points.group.size)
+def smooth_fits(points: Points, sigma: float) -> Fits:
+    """Return the polynomial of every row; ``sigma`` is the noise of a sample."""
+    few = points.count <= LEAST_POINTS
+    # A parabola's misfit hides in noise and shifts the turn: fourth degree where there are points for it.
+    return _in_parts(points, few, lambda part, is_few: _smooth(part, 2 if is_few else 4, sigma))
+
+
+def sharp_fits(points: Points, sigma: float) -> Fits:
+    """Return the flanks of every row."""
+    few = points.count < MANY_POINTS
+    return _in_parts(points, few, lambda part, is_few: _flanks(part, 1 if is_few else 2, sigma))
+
+
+def _in_parts(points: Points, few: BoolArray, fit: Callable[[Points, bool], Fits]) -> Fits:
+    """Fit so many rows at a time that what is made of them stays in the processor's cache."""
+    found = Fits.none(few.size)
     step = max(1, _CHUNK_POINTS // points.time_s.shape[1])
-    for start in range(0, points.group.size, step):
-        part = np.zeros(points.group.size, dtype=bool)
-        part[start : start + step] = True
-        few = points.count <= LEAST_POINTS
-        # A parabola's misfit hides in noise and shifts the turn: fourth degree where there are points for it.
-        for degree, chosen in ((2, part & few), (4, part & ~few)):
-            if chosen.any():
-                smooth.put(chosen, _smooth(points.rows(chosen), degree, sigma))
-        few = points.count < MANY_POINTS
-        for degree, chosen in ((1, part & few), (2, part & ~few)):
-            if chosen.any():
-                sharp.put(chosen, _flanks(points.rows(chosen), degree, sigma))
-    return smooth, sharp
+    for is_few in (True, False):
+        rows = np.flatnonzero(few == is_few)
+        for start in range(0, rows.size, step):
+            part = np.zeros(few.size, dtype=bool)
+            part[rows[start : start + step]] = True
+            found.put(part, fit(points.rows(part), is_few))
+    return found
 
 
 def powers(z: FloatArray, degree: int) -> FloatArray:

@@ -87,6 +87,11 @@ class Side:
         return float(self.time_s[-1] - self.time_s[0]) / max(1, self.time_s.size - 1)
 
 
+def least_height(sigma_mm: float) -> float:
+    """Return how much the stroke must move beside a reversal for that side to be on record [mm]."""
+    return 20.0 * sigma_mm + 1e-12
+
+
 def side_of(
     time_s: FloatArray, stroke_mm: FloatArray, reversal: Reversal, sigma_mm: float, least_samples: int
 ) -> Side:
@@ -97,7 +102,7 @@ def side_of(
     peak = reversal.index - first
     left = float(value[peak] - np.min(value[: peak + 1]))
     right = float(value[peak] - np.min(value[peak:]))
-    least = 20.0 * sigma_mm + 1e-12
+    least = least_height(sigma_mm)
     open_left = left <= max(least, ONE_SIDED * right if reversal.at_end[0] else 0.0)
     open_right = right <= max(least, ONE_SIDED * left if reversal.at_end[1] else 0.0)
     heights = [height for height, is_open in ((left, open_left), (right, open_right)) if not is_open]

@@ -14,7 +14,8 @@ from evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
 from evaluation.edges import CONSISTENT, EdgeFit, edge_fit
 from evaluation.motion import TurningPoint, TurnMethod
 from evaluation.record import FloatArray
-from evaluation.turn_fits import LEAST_POINTS, Fits, best_fits, points_of
+from evaluation.turn_fits import LEAST_POINTS, MANY_POINTS, Fits, points_of, sharp_fits, smooth_fits
+from evaluation.turn_screen import screened
 from evaluation.turn_sides import IndexArray, Reversal, Side, side_of
 
 _LEVELS = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5])
@@ -23,6 +24,10 @@ _SPARSE = 12
 """The two widest are only for where 0.2 has fewer samples (20 a cycle), and the last for flanks alone: over
 0.3 of its range a sine is no polynomial of fourth degree, and that misfit, three times what noise leaves of a
 thousand samples a cycle, would hide in the noise."""
+
+_POLYNOMIAL_GAIN, _FLANKS_GAIN = 2.9, 4.5
+"""A quartic read inside its window has at least so large a variance, times its samples: 2.98 to 3.5 about the
+middle; the mean of two parabolas that meet has 9 of many samples, 4.8 of eleven."""
 
 _LIKE_TURNS = 3
 """So many turns of one kind agree on one window …"""
@@ -56,28 +61,42 @@ def fit_turning_points(
     list of TurningPoint
         ``edge`` or ``cut`` when only one side of the turn is on record.
     """
-    sides = [side_of(time_s, stroke_mm, r, sigma_mm, LEAST_SAMPLES * held) for r in reversals]
-    dwells = [plateau(side) for side in sides]
-    whole = [
-        i for i, side in enumerate(sides) if dwells[i] is None and not (side.open_left or side.open_right)
-    ]
-    fitted = dict(
-        zip(
-            whole,
-            _fitted(time_s, stroke_mm, [sides[i] for i in whole], [reversals[i] for i in whole]),
-            strict=True,
-        )
+    plain = screened(time_s, stroke_mm, reversals, sigma_mm, _LEVELS)
+    first, last = _distinct(plain.first, plain.last)
+    enough = ~np.all((last - first)[:, :-1] < LEAST_POINTS, axis=1)
+    alone = sorted({*range(len(reversals))} - {*plain.rows[enough].tolist()})
+    sides = {i: side_of(time_s, stroke_mm, reversals[i], sigma_mm, LEAST_SAMPLES * held) for i in alone}
+    dwells = {i: dwell for i, side in sides.items() if (dwell := plateau(side)) is not None}
+    whole = [i for i, side in sides.items() if i not in dwells and not (side.open_left or side.open_right)]
+    edges = [_windows(sides[i]) for i in whole]
+    rows = np.concatenate((plain.rows[enough], np.array(whole, dtype=np.intp)))
+    order = np.argsort(rows)
+    fitted = _fitted(
+        time_s,
+        stroke_mm,
+        np.concatenate((first[enough], *(a[None] for a, _ in edges)))[order],
+        np.concatenate((last[enough], *(b[None] for _, b in edges)))[order],
+        np.concatenate((plain.height[enough], [sides[i].height for i in whole]))[order],
+        [reversals[i] for i in rows[order]],
+        sigma_mm,
     )
-    turns = []
-    for i, (reversal, side) in enumerate(zip(reversals, sides, strict=True)):
-        dwell, turn = dwells[i], fitted.get(i)
-        if dwell is not None:
-            turns.append(_rested(dwell, reversal))
+    turns = dict(zip(rows[order].tolist(), fitted, strict=True))
+    found = []
+    for i, reversal in enumerate(reversals):
+        turn = turns.get(i)
+        if turn is not None:
+            found.append(turn)
+            continue
+        side = (
+            sides[i] if i in sides else side_of(time_s, stroke_mm, reversal, sigma_mm, LEAST_SAMPLES * held)
+        )
+        if i in dwells:
+            found.append(_rested(dwells[i], reversal))
         elif side.open_left or side.open_right:
-            turns.append(_one_sided(edge_fit(side), side, reversal))
+            found.append(_one_sided(edge_fit(side), side, reversal))
         else:
-            turns.append(turn or _extreme(side, reversal))
-    return turns
+            found.append(_extreme(side, reversal))
+    return found
 
 
 def _rested(dwell: Dwell, reversal: Reversal) -> TurningPoint:
@@ -123,55 +142,92 @@ def _nearest(time_s: FloatArray, moment_s: float) -> int:
 
 
 def _fitted(
-    time_s: FloatArray, stroke_mm: FloatArray, sides: Sequence[Side], reversals: Sequence[Reversal]
+    time_s: FloatArray,
+    stroke_mm: FloatArray,
+    first: IndexArray,
+    last: IndexArray,
+    height: FloatArray,
+    reversals: Sequence[Reversal],
+    sigma: float,
 ) -> list[TurningPoint | None]:
-    """Return the surest fit of each turn that is on record from both sides; None where there is none."""
-    if not sides:
+    """Return the surest fit of each turn that is on record from both sides; None where there is none.
+
+    ``first`` … ``last`` (excluded), shape (R, L), are the windows tried, ``height`` (R,) that of each turn.
+    """
+    if not reversals:
         return []
-    edges = np.array([_windows(side) for side in sides])
     sign = np.array([1.0 if r.kind == "upper" else -1.0 for r in reversals])
-    turn, level = np.nonzero(edges[:, 1] - edges[:, 0] >= LEAST_POINTS)
-    smooth, sharp = (Fits.none(0),) * 2
-    if turn.size:
-        points = points_of(time_s, stroke_mm, sign[turn], edges[turn, 0, level], edges[turn, 1, level])
-        smooth, sharp = best_fits(points, sides[0].sigma)
-        smooth.residual[level == _LEVELS.size - 1] = np.inf
-    both = [Fits.none(edges[:, 0].size), Fits.none(edges[:, 0].size)]
-    place = np.zeros(edges[:, 0].shape, dtype=bool)
-    place[turn, level] = True
-    for all_rows, found in zip(both, (smooth, sharp), strict=True):
-        all_rows.put(place.ravel(), found)
-    shape = edges[:, 0].shape
+    both = _all_fits(time_s, stroke_mm, sign, first, last, height, sigma)
     residual, u, moment, value, u_s = (
-        np.concatenate([getattr(fits, name).reshape(shape) for fits in both], axis=1)
+        np.concatenate([getattr(fits, name).reshape(first.shape) for fits in both], axis=1)
         for name in ("residual", "u", "time_s", "value", "u_s")
     )
-    height = np.array([side.height for side in sides])
-    noise = np.maximum(np.maximum(sides[0].sigma, np.min(residual, axis=1)), 1e-6 * height)
+    noise = np.maximum(np.maximum(sigma, np.min(residual, axis=1)), 1e-6 * height)
     chosen = _choice(residual / noise[:, None], u, sign)
+    lines = np.arange(sign.size)
+    at_s, stroke = moment[lines, chosen], sign * value[lines, chosen]
+    after = np.clip(np.searchsorted(time_s, at_s), 1, time_s.size - 1)
+    index = after - (time_s[after] - at_s >= at_s - time_s[after - 1])
+    columns = (at_s, stroke, index, chosen, u[lines, chosen], u_s[lines, chosen], residual[lines, chosen])
     turns: list[TurningPoint | None] = []
-    for i, (j, side, reversal) in enumerate(zip(chosen.tolist(), sides, reversals, strict=True)):
-        if not np.isfinite(residual[i, j]):
-            turns.append(None)
-            continue
-        at_s, stroke = float(moment[i, j]), float(sign[i] * value[i, j])
-        index = side.first + _nearest(side.time_s, at_s)
-        method: TurnMethod = "polynomial" if j < shape[1] else "lines"
+    for reversal, at, x, near, j, u_x, u_t, left in zip(
+        reversals, *(column.tolist() for column in columns), strict=True
+    ):
+        method: TurnMethod = "polynomial" if j < first.shape[1] else "lines"
+        is_fit = left < np.inf
         turns.append(
-            TurningPoint(
-                at_s,
-                at_s,
-                stroke,
-                stroke,
-                reversal.kind,
-                index,
-                method,
-                u_stroke_mm=float(u[i, j]),
-                u_time_s=float(u_s[i, j]),
-                u_leave_s=float(u_s[i, j]),
-            )
+            TurningPoint(at, at, x, x, reversal.kind, near, method, u_x, u_t, u_t) if is_fit else None
         )
     return turns
+
+
+def _all_fits(
+    time_s: FloatArray,
+    stroke_mm: FloatArray,
+    sign: FloatArray,
+    first: IndexArray,
+    last: IndexArray,
+    height: FloatArray,
+    sigma: float,
+) -> tuple[Fits, Fits]:
+    """Return the polynomials and the flanks of all windows that may be the surest, rows of all windows.
+
+    The widest windows come first. A fit that is consistent with the noise has a u that no fit over so much
+    fewer samples can have: such windows are left out.
+    """
+    shape = first.shape
+    smooth, sharp = Fits.none(first.size), Fits.none(first.size)
+    known, least = np.full(sign.size, np.inf), np.maximum(sigma, 1e-6 * height)
+    size = last - first
+    place = np.arange(first.size).reshape(shape)
+    for level in range(shape[1] - 1, -1, -1):
+        rows = size[:, level] >= LEAST_POINTS
+        rows &= sigma * least_gain(size[:, level], _POLYNOMIAL_GAIN) < known
+        if not rows.any():
+            continue
+        points = points_of(time_s, stroke_mm, sign[rows], first[rows, level], last[rows, level])
+        at = np.zeros(first.size, dtype=bool)
+        if level < shape[1] - 1:  # the widest is for flanks alone
+            fits = smooth_fits(points, sigma)
+            at[place[rows, level]] = True
+            smooth.put(at, fits)
+            consistent = fits.residual <= CONSISTENT * least[rows]
+            known[rows] = np.minimum(known[rows], np.where(consistent, fits.u, np.inf))
+        chosen = sigma * least_gain(size[rows, level], _FLANKS_GAIN) < known[rows]
+        if chosen.any():
+            fits = sharp_fits(points.rows(chosen), sigma)
+            at[:] = False
+            at[place[rows, level][chosen]] = True
+            sharp.put(at, fits)
+            consistent = fits.residual <= CONSISTENT * least[rows][chosen]
+            own = np.flatnonzero(rows)[chosen]
+            known[own] = np.minimum(known[own], np.where(consistent, fits.u, np.inf))
+    return smooth, sharp
+
+
+def least_gain(samples: IndexArray, variance: float) -> FloatArray:
+    """Return the least u of a fit over so many samples, for noise of 1; of a few samples, 0."""
+    return np.where(samples >= MANY_POINTS, np.sqrt(variance / np.maximum(samples, 1)), 0.0)
 
 
 def _choice(misfit: FloatArray, u: FloatArray, sign: FloatArray) -> IndexArray:
@@ -193,13 +249,17 @@ def _choice(misfit: FloatArray, u: FloatArray, sign: FloatArray) -> IndexArray:
     return chosen
 
 
+def _distinct(first: IndexArray, last: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """Return windows (R, L), each empty that is the same as the one before or that nobody needs."""
+    same = np.zeros(first.shape, dtype=bool)
+    same[:, 1:] = (first[:, 1:] == first[:, :-1]) & (last[:, 1:] == last[:, :-1])
+    same[:, -2:] |= (last[:, -3] - first[:, -3] >= _SPARSE)[:, None]
+    return first, np.where(same, first, last)
+
+
 def _windows(side: Side) -> tuple[IndexArray, IndexArray]:
     """Return first and last (excluded) samples of the windows to be fitted, in the record."""
-    first, last = side.windows(_LEVELS)
-    same = np.zeros(_LEVELS.size, dtype=bool)
-    same[1:] = (first[1:] == first[:-1]) & (last[1:] == last[:-1])
-    same[-2:] |= last[-3] - first[-3] >= _SPARSE
-    last = np.where(same, first, last)
+    first, last = (edge[0] for edge in _distinct(*(edge[None] for edge in side.windows(_LEVELS))))
     if np.all((last - first)[:-1] < LEAST_POINTS):  # few samples, or a turn near the end of the record
         at = side.first + side.peak
         first[0] = max(side.first, at - LEAST_POINTS + 1)

@@ -10,7 +10,10 @@ from evaluation.condense import condensed, samples_a_block
 from evaluation.cycles import find_cycles
 from evaluation.quantities import evaluate_cycle
 from evaluation.record import make_record
+from evaluation.results import Options, RunFacts
 from evaluation.reversals import find_reversals, noise_sigma
+from evaluation.run import evaluate_run
+from foundation.specimen import Kind
 from tests.evaluation.signals import Ellipse
 
 
@@ -33,6 +36,36 @@ def test_figures_are_those_of_all_samples() -> None:
 def test_short_cycles_stay_as_they_are() -> None:
     record = make_record(*Ellipse().columns(1.0, 5000.0, 3.3))
     assert condensed(record) is record
+
+
+def test_shortest_branch_keeps_its_points() -> None:
+    """A fast stroke in and a slow one out: the cycle is long, its loading branch is not."""
+    knots = np.cumsum([0.0, *[0.5, 14.5] * 4])
+    at = np.arange(0.0, knots[-1], 1e-3)
+    stroke = np.interp(at, knots, [0.0, *[40.0, 0.0] * 4])
+    assert samples_a_block(make_record(at, stroke, 3.0 * stroke)) == 1
+
+
+@pytest.mark.parametrize("kind", ["impact", "proof"])
+def test_peak_of_a_single_event_is_not_averaged(kind: Kind) -> None:
+    """Long pulses, with a force that peaks over 40 of 24 000 samples."""
+    at = np.arange(72_000) / 60_000.0
+    pulse = np.maximum(np.sin(2.0 * np.pi * 2.5 * at), 0.0)
+    peak = np.exp(-((((at - 0.1 + 0.2) % 0.4 - 0.2) / 3e-4) ** 2))
+    record = make_record(at, 80.0 * pulse, 300.0 * pulse + 900.0 * peak)
+    assert condensed(record) is not record
+    assert evaluate_run(record, RunFacts("one", kind), Options(draws=1)).record is record
+
+
+def test_harmonic_run_keeps_fewer_points() -> None:
+    record = make_record(*Ellipse().columns(1.0, 3000.0, 4.3, noise=5e-4))
+    assert condensed(record) is record
+    one, two = (evaluate_run(record, RunFacts("one", kind)) for kind in ("static", "harmonic"))
+    assert one.record is record
+    assert two.record.time_s.size == -(-record.time_s.size // 2)
+    for name in ("stored_energy_J", "absorbed_energy_J", "storage_stiffness_kN_per_mm", "force_max_kN"):
+        found = two.summary.values[name].value
+        assert found == pytest.approx(one.summary.values[name].value, rel=2e-4)
 
 
 def test_blocks_end_at_a_break() -> None:

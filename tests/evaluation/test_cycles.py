@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles, harmonics
+from evaluation.cycles import find_cycles
 from evaluation.motion import Cycle
 from evaluation.record import make_record
+from evaluation.spectra import harmonics
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 

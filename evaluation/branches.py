@@ -1,0 +1,174 @@
+"""Branches of many loops at once, cut exactly at the fitted turning points: rows, padded to one length.
+
+A branch runs from one turning point to the next. Its rows are padded with its last point, which adds nothing
+to any integral over the stroke.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.record import FloatArray, Record
+from evaluation.smoothing import polynomials
+from evaluation.splines import splines
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+DENSE_SAMPLES = 200
+"""A branch with fewer samples is interpolated (cubic spline over time, each branch by itself), because the
+polygon through N points of a cycle encloses too little: -0.26 % at 50, -0.07 % at 100 (wire-facts 3.3)."""
+_DENSE_POINTS = 800
+_MOST_POINTS = 1000
+"""A branch with more samples is averaged in groups: the noise of force times that of stroke adds up with
+the number of samples, while the polygon of 2000 points is right to 2 parts in a million."""
+_LEAST_STEP = 0.5
+"""A sample nearer than this share of a step to a turning point is left out: that point stands for it."""
+_SAME = 1e-9
+END_SHARE = 0.02
+"""Share of a branch from which the force at its turning point is extrapolated."""
+_LEAST_END_SAMPLES = 4
+_MOST_END_SAMPLES = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """Time, stroke and force of branches, shape (R, P); ``count`` (R,) points of each row are its own."""
+
+    time_s: FloatArray
+    stroke_mm: FloatArray
+    force_kN: FloatArray
+    count: IndexArray
+
+    @property
+    def used(self) -> BoolArray:
+        """Which of the (R, P) are points and which padding."""
+        return np.asarray(np.arange(self.time_s.shape[1]) < self.count[:, None])
+
+    def areas(self) -> FloatArray:
+        """Return ∫ F dx of each branch [J], shape (R,)."""
+        middle = self.force_kN[:, 1:] + self.force_kN[:, :-1]
+        return np.asarray(0.5 * np.einsum("ij,ij->i", middle, np.diff(self.stroke_mm, axis=1)))
+
+    def row(self, row: int) -> FloatArray:
+        """Return time, stroke and force of one branch, shape (3, M)."""
+        own = slice(0, int(self.count[row]))
+        return np.stack([a[row, own] for a in (self.time_s, self.stroke_mm, self.force_kN)])
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """The samples strictly between two moments each: ``first`` … ``last`` (excluded), shape (R,)."""
+
+    start_s: FloatArray
+    end_s: FloatArray
+    first: IndexArray
+    last: IndexArray
+
+    @classmethod
+    def between(cls, time_s: FloatArray, start_s: FloatArray, end_s: FloatArray) -> Stretches:
+        """Return the samples of a record that lie strictly between moments of it."""
+        first = np.searchsorted(time_s, start_s, side="right")
+        return cls(start_s, end_s, first, np.maximum(np.searchsorted(time_s, end_s, side="left"), first))
+
+    def rows(self, chosen: IndexArray | slice) -> Stretches:
+        """Return some of them."""
+        return Stretches(self.start_s[chosen], self.end_s[chosen], self.first[chosen], self.last[chosen])
+
+    def end_forces(self, record: Record, *, last: bool) -> FloatArray:
+        """Return the force of each branch at its end, from a line (few samples: a parabola) over its end."""
+        at_s = self.end_s if last else self.start_s
+        size = self.last - self.first
+        count = np.minimum(np.clip(END_SHARE * size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES).astype(int), size)
+        order = np.arange(int(np.max(count, initial=1)))
+        at = np.minimum((self.last - count if last else self.first)[:, None] + order, record.time_s.size - 1)
+        used = order < count[:, None]
+        near, value = record.time_s[at] - at_s[:, None], record.force_kN[at]
+        scale = np.max(np.where(used, np.abs(near), 0.0), axis=1)
+        near /= np.where(scale > 0.0, scale, 1.0)[:, None]
+        degree = np.minimum(np.where(count <= 2 * _LEAST_END_SAMPLES, 2, 1), count - 1)
+        force = np.full(size.size, np.nan)
+        for own in range(3):
+            rows = degree == own
+            if rows.any():
+                force[rows] = polynomials(near[rows], value[rows], used[rows], own)[:, 0]
+        return force
+
+    def trimmed(self, time_s: FloatArray) -> Stretches:
+        """Return them without samples so near to an end that noise on both would bend a spline at will."""
+        first, last = self.first.copy(), self.last.copy()
+        size = last - first
+        ends = np.minimum(first, time_s.size - 1), np.maximum(last - 1, 0)
+        near_s = _LEAST_STEP * (time_s[ends[1]] - time_s[ends[0]]) / np.maximum(size - 1, 1)
+        near_s = np.where(size > 2, near_s, _SAME * (self.end_s - self.start_s))
+        while True:
+            some = first < last
+            drop = some & (time_s[np.minimum(first, time_s.size - 1)] - self.start_s < near_s)
+            drop_last = some & ~drop & (self.end_s - time_s[np.maximum(last - 1, 0)] < near_s)
+            if not (drop.any() or drop_last.any()):
+                return Stretches(self.start_s, self.end_s, first, last)
+            first, last = first + drop, last - drop_last
+
+
+def closed(
+    record: Record,
+    inner: Stretches,
+    first: tuple[FloatArray, FloatArray],
+    last: tuple[FloatArray, FloatArray],
+) -> Branches:
+    """Return branches with their end points, dense enough to integrate.
+
+    Parameters
+    ----------
+    record : Record
+    inner : Stretches
+        Samples of each.
+    first, last : (array, array), shape (R,) each
+        Stroke [mm] and force [kN] at the ends.
+    """
+    own = inner.trimmed(record.time_s)
+    size = own.last - own.first
+    group = np.maximum(1, -(-size // _MOST_POINTS))
+    inside = -(-size // group)
+    count = inside + 2
+    sparse = (count < DENSE_SAMPLES) & (count >= 4)
+    width = int(np.max(np.where(sparse, _DENSE_POINTS, count)))
+    begin, end = (own.start_s, *first), (own.end_s, *last)
+    columns = [np.empty((size.size, width)) for _ in range(3)]
+    groups = np.unique(group)
+    for each in groups.tolist():
+        rows: slice | IndexArray = slice(None) if groups.size == 1 else np.flatnonzero(group == each)
+        part = own.rows(rows)
+        points = int(np.max(inside[rows]))
+        at = part.first[:, None] + each * np.arange(points)
+        for column, values in zip(columns, (record.time_s, record.stroke_mm, record.force_kN), strict=True):
+            column[rows, 1 : points + 1] = _means(values, at, part.last, each)
+    order = np.arange(width)
+    ragged = int(np.min(count)) - 1
+    behind = order[ragged:] >= (count - 1)[:, None]
+    for column, a, b in zip(columns, begin, end, strict=True):
+        column[:, 0] = a
+        column[:, ragged:] = np.where(behind, b[:, None], column[:, ragged:])
+    if sparse.any():
+        rows = np.flatnonzero(sparse)
+        knots = [column[rows, : int(np.max(count[rows]))] for column in columns]
+        fine = splines(knots[0], knots[1:], count[rows], _DENSE_POINTS)
+        for column, values in zip(columns, fine, strict=True):
+            column[rows, :_DENSE_POINTS] = values
+            column[rows, _DENSE_POINTS:] = values[:, -1:]
+        count = np.where(sparse, _DENSE_POINTS, count)
+    return Branches(columns[0], columns[1], columns[2], count)
+
+
+def _means(values: FloatArray, at: IndexArray, last: IndexArray, group: int) -> FloatArray:
+    """Return means over groups that begin at the given samples, none beyond ``last`` (excluded)."""
+    highest = np.minimum(last, values.size)[:, None] - 1
+    if group == 1:
+        return np.asarray(values[np.minimum(at, highest)])
+    total = np.zeros(at.shape)
+    for k in range(group):
+        total += np.where(at + k <= highest, values[np.minimum(at + k, highest)], 0.0)
+    return np.asarray(total / np.clip(highest + 1 - at, 1, group))
