@@ -7,9 +7,9 @@ import os
 # Before numpy is loaded: its threads wait for each other by spinning, and take the cores from what is tested.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import matplotlib as mpl  # noqa: E402
-import pytest  # noqa: E402
-from hypothesis import HealthCheck, settings  # noqa: E402
+import matplotlib as mpl
+import pytest
+from hypothesis import HealthCheck, settings
 
 mpl.use("Agg")
 
