@@ -16,8 +16,9 @@ from daq.guards import Action, Trip
 from daq.limits import GuardSettings, guards_for
 from daq.metadata import CampaignFacts, run_document
 from daq.panel import GuardPanel, GuardSet
-from daq.progress import Phase, Progress, ProgressSink, Throttle
+from daq.progress import Phase, ProgressSink
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from daq.showing import Showing
 from daq.signals import StopRequest
 from daq.validity import expired_calibrations
 from drivers.interfaces import Identity, Stand
@@ -95,16 +96,10 @@ class Session:
         self._stand = stand
         self._clock = clock
         self._facts = facts
-        self._progress = progress
-        self._throttle = Throttle(progress, clock.wall_s)
+        self._showing = Showing(plan, clock, progress)
         self._request = request
         self._settings = settings
         self._make_recorder = recorder
-        self._began_s = clock.now_s()
-        self._step: PlannedStep | None = None
-        self._step_began_s = self._began_s
-        self._phase: Phase = "start"
-        self._warnings: list[str] = []
         self._alive: _Alive | None = None
 
     @property
@@ -118,7 +113,7 @@ class Session:
 
     def say_aloud(self, text: str) -> None:
         """Show a line that must not be missed."""
-        self._progress.message(text)
+        self._showing.message(text)
 
     # --- before and after --------------------------------------------------------------------------
 
@@ -160,7 +155,7 @@ class Session:
         )
         self._alive = _Alive(identity, guards, panel, acquisition, driver, safe_stop)
         for text in self._expired():
-            self._progress.message(f"WARNING: {text}")
+            self._showing.message(f"WARNING: {text}")
         self._first_look(self._alive)
         if must_be_cool and (why := panel.warmer_than()):
             stream = why.partition(" ")[0]
@@ -202,13 +197,13 @@ class Session:
 
     def show_end(self, status: str, reason: str) -> None:
         """Show how the campaign ended."""
-        self._phase = "done"
+        self._showing.phase = "done"
         report = self._alive.safe_stop.report if self._alive else None
-        self._progress.message(f"campaign {status}" + (f": {reason}" if reason else ""))
+        self._showing.message(f"campaign {status}" + (f": {reason}" if reason else ""))
         if report is not None:
-            self._progress.message(report.line)
+            self._showing.message(report.line)
         if self._alive is not None:
-            self._progress.update(self._snapshot())
+            self._showing.now(self._alive.acquisition, self._alive.driver)
 
     # --- steps -------------------------------------------------------------------------------------
 
@@ -230,10 +225,8 @@ class Session:
             If it was stopped; the stand is at zero force with the valve off then, and the run is closed.
         """
         alive = self._need()
-        self._step, self._step_began_s, self._warnings = step, self._clock.now_s(), []
         alive.driver.begin_step()
-        steps = len(self._plan.steps)
-        self._progress.message(f"step {step.index} of {steps}: {step.name} (about {step.duration_s:.0f} s)")
+        self._showing.begin_step(step)
         try:
             self._catch_up()  # what was sampled before belongs to no run, or to the one before
             alive.driver.obey()
@@ -271,7 +264,7 @@ class Session:
     def _motions(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         alive = self._need()
         for motion, estimate in zip(motions, step.estimates, strict=True):
-            self._phase = _phase_of(motion)
+            self._showing.phase = _phase_of(motion)
             alive.driver.perform(motion, estimate.duration_s)
 
     def _document(self, run_id: str, step: PlannedStep) -> dict[str, Any]:
@@ -295,9 +288,9 @@ class Session:
                 wait_for([sealing], timeout=0.02)
         if failure := sealing.exception():
             trip = self.trip_of("recorder", f"the run could not be sealed: {failure}")
-            self._progress.message(trip.reason)
+            self._showing.message(trip.reason)
             return trip
-        self._progress.message(f"  {status}: {sealing.result().name}" + (f" ({reason})" if reason else ""))
+        self._showing.message(f"  {status}: {sealing.result().name}" + (f" ({reason})" if reason else ""))
         return None
 
     # --- safe stop and cooling ---------------------------------------------------------------------
@@ -305,7 +298,7 @@ class Session:
     def _stop(self, emergency: bool) -> SafeStopReport:
         alive = self._need()
         first = alive.safe_stop.report is None
-        self._phase = "safe stop"
+        self._showing.phase = "safe stop"
         alive.panel.change(alive.guards.valve_off())
         report = alive.safe_stop.run(emergency=emergency)
         if first:
@@ -323,22 +316,21 @@ class Session:
             If the actuator cannot be switched on again.
         """
         alive = self._need()
-        self._phase = "cool-down"
-        self._progress.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
+        self._showing.phase = "cool-down"
+        self._showing.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
         alive.panel.change(alive.guards.valve_off().cooling())
         alive.panel.reset()
         alive.driver.cool(None, self._settings.cool_limit_s)
-        self._progress.message("cool enough: going on")
+        self._showing.message("cool enough: going on")
         self._switch_on()
 
-    # --- what is shown -----------------------------------------------------------------------------
+    # --- passes of the loop ------------------------------------------------------------------------
 
     def _tick(self) -> None:
         alive = self._need()
         for trip in alive.acquisition.tick():
-            self._warnings.append(trip.reason)
-            self._progress.message(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
-        self._throttle.offer(self._snapshot)
+            self._showing.trip(trip)
+        self._showing.offer(alive.acquisition, alive.driver)
 
     def _watch_rest(self) -> None:
         """Keep recording for a moment after a safe stop: the run is to show that the force is gone."""
@@ -369,35 +361,7 @@ class Session:
         try:
             self._tick()
         except Exception as error:  # noqa: BLE001 - sealing must come to its end; the next pass says it again
-            self._warnings.append(repr(error))
-
-    def _snapshot(self) -> Progress:
-        alive = self._need()
-        latest, step = alive.acquisition.latest, self._step
-        elapsed_s = self._clock.now_s() - self._began_s
-        later = sum(s.expected_duration_s for s in self._plan.steps if step is None or s.index > step.index)
-        here = 0.0
-        if step is not None and self._phase != "done":
-            here = max(0.0, step.expected_duration_s - (self._clock.now_s() - self._step_began_s))
-        recorder = alive.acquisition.recorder
-        return Progress(
-            step=step.index if step else 0,
-            steps=len(self._plan.steps),
-            name=step.name if step else "",
-            phase=self._phase,
-            cycle=alive.driver.cycles_done,
-            cycles=(step.cycles or 0) if step else 0,
-            force_kN=latest.values.get("force"),
-            stroke_mm=latest.values.get("stroke"),
-            temperatures_C=alive.panel.latest_temperatures(),
-            temperature_limit_C=self._plan.campaign.limits.temperature_stop_C,
-            elapsed_s=elapsed_s,
-            remaining_s=here + (0.0 if self._phase == "done" else later),
-            lost=latest.lost,
-            written=recorder.written if recorder else 0,
-            durable=recorder.durable if recorder else 0,
-            warnings=tuple(self._warnings),
-        )
+            self._showing.warn(repr(error))
 
     def _need(self) -> _Alive:
         if self._alive is None:
