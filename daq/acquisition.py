@@ -5,6 +5,7 @@ Sensors read in threads of their own; here they are only drained, so that no slo
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.blocks import join_blocks
+from daq.clock_guard import HostMemory, evaluate_host
 from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
+from daq.recorder_guard import RecorderGuard, Recording
 from daq.scaling import ScaledBlock, scale
 from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand
 from foundation.channel import Branch
@@ -25,7 +28,7 @@ from foundation.clock import Clock
 from foundation.errors import DeviceFault
 
 
-class Recorder(Protocol):
+class Recorder(Recording, Protocol):
     """Where the raw blocks of a run go (:class:`recording.writer.RunRecorder`)."""
 
     def append(
@@ -45,26 +48,6 @@ class Recorder(Protocol):
 
     def event(self, at_s: float, kind: str, text: str, **data: Any) -> None:
         """Queue an event."""
-        ...
-
-    @property
-    def written(self) -> int:
-        """Samples of the controller handed to the file."""
-        ...
-
-    @property
-    def durable(self) -> int:
-        """Samples of the controller known to be on the disk."""
-        ...
-
-    @property
-    def failure(self) -> Exception | None:
-        """Why it can no longer record, None while it can."""
-        ...
-
-    @property
-    def disk_warning(self) -> str | None:
-        """Why the disk will soon be full, None while it will not: stop while there is room."""
         ...
 
     def close(self, status: str, reason: str = "") -> Path:
@@ -135,6 +118,8 @@ class Acquisition:
         How often.
     utc : callable
         Gives the civil time of an anchor (ISO 8601).
+    civil_s : callable
+        The civil time [s], to say when it was set.
     """
 
     def __init__(
@@ -145,6 +130,7 @@ class Acquisition:
         *,
         pace: Pace | None = None,
         utc: Callable[[], str] = lambda: datetime.now(UTC).isoformat(),
+        civil_s: Callable[[], float] = time.time,
     ) -> None:
         self.stand = stand
         self.clock = clock
@@ -159,6 +145,9 @@ class Acquisition:
         }
         self._plausibility = PlausibilityGuard(stand.controller.facts)
         self._recorder: Recorder | None = None
+        self._recording = RecorderGuard(panel.guards.disk_stop_s)
+        self._civil_s = civil_s
+        self._host = HostMemory(civil_s(), time.monotonic())
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
         self._device_us: int | None = None
@@ -179,6 +168,7 @@ class Acquisition:
     def attach(self, recorder: Recorder) -> None:
         """Record from now on, beginning with a clock anchor."""
         self._recorder = recorder
+        self._recording.begin()
         self._anchor, self._anchor_due_s = None, -np.inf
 
     def detach(self) -> Recorder | None:
@@ -230,6 +220,7 @@ class Acquisition:
             )
         self._drain_sensors()
         self._check_recorder()
+        self._look_at_host()
         self.panel.listen(self.clock.now_s(), self.clock.wall_s())
         said = self.panel.said()
         for trip in said:
@@ -257,6 +248,7 @@ class Acquisition:
                     self._drained = True
                     break
                 blocks.append(block)
+            self.panel.keep_up(drained=self._drained, at_s=self.clock.now_s(), wall_s=self.clock.wall_s())
         finally:
             for joined in join_blocks(blocks):  # what was read before a fault is kept, too
                 self._take(joined)
@@ -311,21 +303,13 @@ class Acquisition:
     def _check_recorder(self) -> None:
         if self._recorder is None:
             return
-        why = ""
-        if self._recorder.failure is not None:
-            why = f"recording failed: {self._recorder.failure}; what was on the disk before is kept"
-        elif self._recorder.disk_warning:
-            why = f"the disk is nearly full: {self._recorder.disk_warning}"
-        if why:
-            self.panel.latch(
-                Trip(
-                    "recorder",
-                    Action.STOP,
-                    why,
-                    self.clock.now_s(),
-                    device_fault=True,
-                )
-            )
+        for trip in self._recording.look(self._recorder, self.clock.now_s()):
+            self.panel.latch(trip)
+
+    def _look_at_host(self) -> None:
+        self._host, said = evaluate_host(self._host, self._civil_s(), time.monotonic(), self.clock.now_s())
+        for trip in said:
+            self.panel.latch(trip)
 
 
 def _delay_s(pair: tuple[int, float]) -> float:

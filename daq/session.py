@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 from typing import Any, Literal
@@ -13,7 +13,7 @@ from typing import Any, Literal
 from daq.acquisition import Acquisition, Pace, Recorder
 from daq.driving import Driver, Halt, Patience
 from daq.guards import Action, Trip
-from daq.limits import GuardSettings, guards_for
+from daq.limits import guards_for
 from daq.metadata import CampaignFacts, run_document
 from daq.panel import GuardPanel, GuardSet
 from daq.progress import Phase, ProgressSink
@@ -24,6 +24,7 @@ from daq.validity import expired_calibrations
 from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
 from foundation.errors import DeviceFault
+from protocols.guard_table import GuardTable
 from protocols.plan import Plan
 from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, StaticCycles, WaitUntilCool
 
@@ -44,8 +45,8 @@ class RunSettings:
 
     Parameters
     ----------
-    guards : GuardSettings
-        How the guards judge the stand itself.
+    guards : GuardTable or None
+        How the guards judge the stand itself; ``[guards]`` of the campaign if not given.
     pace : Pace
         Of the acquisition.
     patience : Patience
@@ -54,7 +55,7 @@ class RunSettings:
         So long at most a specimen may take to cool to the resume threshold after a temperature stop [s].
     """
 
-    guards: GuardSettings = field(default_factory=GuardSettings)
+    guards: GuardTable | None = None
     pace: Pace = field(default_factory=Pace)
     patience: Patience = field(default_factory=Patience)
     cool_limit_s: float = 4.0 * 3600.0
@@ -140,7 +141,8 @@ class Session:
             self._plan.limits,
             self._stand,
             ambient=self._facts.ambient(),
-            settings=self._guard_settings(),
+            table=self._settings.guards or self._plan.campaign.content.guards,
+            stand_tilt_mm=(self._facts.stand.get("stand") or {}).get("tilt_max_mm"),
         )
         panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
         acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
@@ -161,12 +163,6 @@ class Session:
             stream = why.partition(" ")[0]
             raise Halt(self.trip_of(stream, f"still too warm to go on: {why}", device_fault=False))
         self._switch_on()
-
-    def _guard_settings(self) -> GuardSettings:
-        """Return how the guards judge the stand, with the tilt that its own file allows."""
-        tilt_mm = (self._facts.stand.get("stand") or {}).get("tilt_max_mm")
-        guards = self._settings.guards
-        return guards if tilt_mm is None else replace(guards, tilt_mm=float(tilt_mm))
 
     def _first_look(self, alive: _Alive) -> None:
         """Watch until every sensor has spoken; a silent one trips by itself when its grace is over."""

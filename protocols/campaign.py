@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.canonical import file_hash
 from foundation.settings import Numbers, Settings, parse_settings, read_text
+from protocols.guard_table import GuardTable
 from protocols.limits import TestLimits
 
 Positive = Annotated[float, Field(gt=0)]
@@ -201,6 +202,7 @@ class CampaignFile(Settings):
 
     campaign: CampaignFacts
     limits: TestLimits = TestLimits()
+    guards: GuardTable = GuardTable()
     conditions: Conditions = Conditions()
     motion: MotionSettings = MotionSettings()
     step: Annotated[tuple[_TaggedStep, ...], BeforeValidator(_tuple), Field(min_length=1)]
