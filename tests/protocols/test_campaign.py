@@ -22,6 +22,7 @@ from protocols.campaign import (
     SweepStep,
     load_campaign,
 )
+from protocols.kinds import ConditioningStep, InnerLoopsStep, MotionStep, UntilSteady
 from protocols.limits import TestLimits
 from tests.protocols.conftest import HEAD, Load, harmonic
 
@@ -165,6 +166,10 @@ DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
         ('### `kind = "sweep"`', SweepStep),
         ('### `kind = "hold"`', HoldStep),
         ('### `kind = "cool-down"`', CoolDownStep),
+        ('### `kind = "conditioning"`', ConditioningStep),
+        ('### `kind = "inner-loops"`', InnerLoopsStep),
+        ('### `kind = "motion"`', MotionStep),
+        ("### `[step.until_steady]`", UntilSteady),
     ],
 )
 def test_every_key_is_documented_with_its_default(heading: str, schema: type[Settings]) -> None:
@@ -175,7 +180,9 @@ def test_every_key_is_documented_with_its_default(heading: str, schema: type[Set
         rows = [line for line in section.splitlines() if line.startswith("|") and f"`{key}`" in line]
         assert rows, key
         default = rows[0].split("|")[3].strip()
-        if isinstance(field.default, int | float):
+        if isinstance(field.default, bool):
+            assert default == f"`{str(field.default).lower()}`", key
+        elif isinstance(field.default, int | float):
             assert default == f"{field.default:g}", key
         elif isinstance(field.default, str) and field.default:
             assert default == f'`"{field.default}"`', key
