@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from daq.control import listening
 from daq.driving import Halt
 from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus, begin_record
 from daq.guards import Trip
@@ -104,18 +105,21 @@ def run_campaign(
     """
     folder = CampaignFolder(out_dir)
     shown = progress or Silent()
-    before = folder.load()
-    try:
-        campaign_file = folder.copy_inputs(plan.campaign.path)
-        for path in seal_orphans(folder.runs):
-            shown.message(f"recovered {path.name}: the program had ended while it was recorded")
-        record = begin_record(plan, before, campaign_file, folder.path)
-        folder.save(record)
-    except OSError as error:
-        raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
     request = stop_request or StopRequest()
-    session = Session(plan, stand, clock, facts, shown, request, settings or RunSettings(), recorder)
-    return _Campaign(plan, folder, record, session, request).run()
+    with listening(folder.path, request):
+        before = folder.load()
+        try:
+            campaign_file = folder.copy_inputs(plan.campaign.path)
+            for path in seal_orphans(folder.runs):
+                shown.message(f"recovered {path.name}: the program had ended while it was recorded")
+            record = begin_record(plan, before, campaign_file, folder.path)
+            folder.save(record)
+        except OSError as error:
+            raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
+        session = Session(
+            plan, stand, clock, facts, shown, request, settings or RunSettings(), recorder, folder.path
+        )
+        return _Campaign(plan, folder, record, session, request).run()
 
 
 class _Campaign:
@@ -153,6 +157,7 @@ class _Campaign:
             self._record, status=status, reason=reason, stopped_by="" if trip is None else trip.guard
         )
         self._save()
+        self._session.take_notes()
         self._session.show_end(status, reason)
         return CampaignOutcome(status, exit_status, tuple(self._runs), reason, report, error)
 

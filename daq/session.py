@@ -15,6 +15,7 @@ from daq.driving import Driver, Halt, Patience
 from daq.guards import Action, Trip
 from daq.limits import guards_for
 from daq.metadata import CampaignFacts, run_document
+from daq.notes import add_note
 from daq.panel import GuardPanel, GuardSet
 from daq.progress import Phase, ProgressSink
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
@@ -80,6 +81,8 @@ class Session:
         Guards, pace, patience.
     recorder : callable
         Makes the recorder of a run.
+    notes : Path
+        The campaign's folder, where the operator's notes go.
     """
 
     def __init__(
@@ -92,6 +95,7 @@ class Session:
         request: StopRequest,
         settings: RunSettings,
         recorder: RecorderMaker,
+        notes: Path,
     ) -> None:
         self._plan = plan
         self._stand = stand
@@ -101,6 +105,8 @@ class Session:
         self._request = request
         self._settings = settings
         self._make_recorder = recorder
+        self._notes = notes
+        self._run_id = ""
         self._alive: _Alive | None = None
 
     @property
@@ -228,6 +234,7 @@ class Session:
             alive.driver.obey()
             if where is not None:
                 alive.acquisition.attach(self._make_recorder(*where, self._document(where[1], step)))
+                self._run_id = where[1]
             alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
             for text in self._expired():
                 alive.acquisition.say("calibration", text)
@@ -274,7 +281,7 @@ class Session:
             if status != "complete":
                 self._watch_rest()
             self._catch_up(stopped=True)  # what led to the stop belongs into the run
-        recorder = alive.acquisition.detach()
+        recorder, self._run_id = alive.acquisition.detach(), ""
         if recorder is None:
             return None
         with ThreadPoolExecutor(1) as pool:
@@ -326,7 +333,19 @@ class Session:
         alive = self._need()
         for trip in alive.acquisition.tick():
             self._showing.trip(trip)
+        self.take_notes()
         self._showing.offer(alive.acquisition, alive.driver)
+
+    def take_notes(self) -> None:
+        """Put what the operator wrote into the run under way and into the campaign's notes."""
+        for text in self._request.take_notes():
+            self._showing.message(f"operator: {text}")
+            if self._alive is not None:
+                self._alive.acquisition.say("operator", text)
+            try:
+                add_note(self._notes, text, step=self._showing.step_index, run=self._run_id)
+            except OSError as error:
+                self._showing.message(f"the note could not be written: {error.strerror}")
 
     def _watch_rest(self) -> None:
         """Keep recording for a moment after a safe stop: the run is to show that the force is gone."""

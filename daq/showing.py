@@ -35,6 +35,11 @@ class Showing:
         self.phase: Phase = "start"
         """What the campaign does at present."""
 
+    @property
+    def step_index(self) -> int:
+        """Return the number of the step under way, 0 before the first."""
+        return self._step.index if self._step else 0
+
     def message(self, text: str) -> None:
         """Show a line that must not be missed."""
         self._sink.message(text)
