@@ -62,7 +62,7 @@ class Pace:
     Parameters
     ----------
     tick_s : float
-        Pause between two passes [s of stand time].
+        From the beginning of a pass to that of the next [s of stand time].
     blocks_per_tick : int
         So many blocks at most in one pass, so that sensors, guards and watchdog always get their turn.
     feed_s : float
@@ -156,6 +156,7 @@ class Acquisition:
         self._fed_s = -np.inf
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
+        self._pass_began_s = clock.now_s()
 
     @property
     def latest(self) -> Latest:
@@ -204,6 +205,7 @@ class Acquisition:
         A fault of the controller or its wire does not come out as an exception: it is latched as a trip
         of the guard ``controller``, like every other reason to stop.
         """
+        self._pass_began_s = self.clock.now_s()
         try:
             self._feed()
             self._read_controller()
@@ -228,8 +230,12 @@ class Acquisition:
         return said
 
     def rest(self) -> None:
-        """Wait until the next pass is due."""
-        self.clock.sleep(self.pace.tick_s)
+        """Wait until the next pass is due: passes begin every ``tick_s``, however long they take.
+
+        A quarter of it is waited in any case, for the threads that read sensors and write the journal.
+        """
+        passed_s = self.clock.now_s() - self._pass_began_s
+        self.clock.sleep(max(0.25 * self.pace.tick_s, self.pace.tick_s - passed_s))
 
     def _feed(self) -> None:
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 
 from daq.clock_guard import LagGuard
 from daq.controller_guard import ControllerGuard
+from daq.frozen_guard import FrozenGuard
 from daq.guards import Action, AgreementGuard, ChannelGuard
 from daq.panel import FORCE_2_STREAM, GuardSet
 from daq.rate_guard import HeatingGuard, SpeedGuard
@@ -24,6 +25,8 @@ ACTIONS = {
 """What a campaign file calls each action."""
 DEFAULT_TILT_MM = 5.0
 """Where neither the campaign nor the stand file states a tilt."""
+MEASURED = ("force", "stroke_1", "stroke_2", "position")
+"""Channels of the controller that must move when the command does."""
 SPEED_FACTOR = 1.25
 """Default trip of the speed guard over the speed limit in force: a motion may overshoot its speed."""
 
@@ -103,11 +106,13 @@ def guards_for(
         for name in facts
         if facts[name].channels[0].quantity == "temperature"
     )
+    measured = {channel.name for channel in stand.controller.facts.channels}
+    watched = stand.controller.facts
     amplified = FORCE_2_STREAM in facts
     return GuardSet(
         channels,
         thermometers,
-        ControllerGuard(own.controller_silence_s, own.gap_stop_s, stand.controller.facts.rate_Hz),
+        ControllerGuard(own.controller_silence_s, own.gap_stop_s, watched.rate_Hz, watched.clock == "device"),
         AgreementGuard(own.agreement_kN, action=does["agreement"]) if amplified else None,
         speeds=(
             SpeedGuard(
@@ -129,6 +134,7 @@ def guards_for(
             if amplified
             else ()
         ),
+        frozen=tuple(FrozenGuard(name, action=does["frozen"]) for name in MEASURED if name in measured),
         lag=LagGuard(own.lag_stop_s),
         disk_stop_s=own.disk_stop_s,
     )

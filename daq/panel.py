@@ -15,6 +15,7 @@ from daq.controller_guard import (
     evaluate_gap,
     evaluate_status,
 )
+from daq.frozen_guard import FrozenGuard, FrozenMemory, evaluate_frozen
 from daq.guards import (
     Action,
     AgreementGuard,
@@ -61,6 +62,7 @@ class GuardSet:
     speeds: tuple[SpeedGuard, ...] = ()
     heating: tuple[HeatingGuard, ...] = ()
     silences: tuple[SilenceGuard, ...] = ()
+    frozen: tuple[FrozenGuard, ...] = ()
     lag: LagGuard | None = None
     disk_stop_s: float = 10.0
 
@@ -72,12 +74,14 @@ class GuardSet:
     def valve_off(self) -> GuardSet:
         """Return the set for a stand that is not switched on: nothing follows a command."""
         kept = tuple(guard for guard in self.channels if guard.signal != "following_error")
-        return replace(self, channels=kept)
+        return replace(self, channels=kept, frozen=())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the guards as data for the run file, actions by name."""
         content: dict[str, Any] = json.loads(json.dumps(asdict(self)))
-        listed = (content[name] for name in ("channels", "temperatures", "speeds", "heating", "silences"))
+        listed = (
+            content[name] for name in ("channels", "temperatures", "speeds", "heating", "silences", "frozen")
+        )
         agreement = [content["agreement"]] if content["agreement"] else []
         for guard in (*(one for guards in listed for one in guards), *agreement):
             for key in {"action", "silence_action"} & guard.keys():
@@ -92,6 +96,7 @@ class _Memories:
     speeds: dict[str, SpeedMemory] = field(default_factory=dict)
     heating: dict[str, HeatingMemory] = field(default_factory=dict)
     silences: dict[str, SilenceMemory] = field(default_factory=dict)
+    frozen: dict[str, FrozenMemory] = field(default_factory=dict)
     clock: DeviceClockMemory = field(default_factory=DeviceClockMemory)
 
 
@@ -193,9 +198,14 @@ class GuardPanel:
             speed = self._memories.speeds.get(quick.name, SpeedMemory())
             self._memories.speeds[quick.name], trip = evaluate_speed(quick, speed, block)
             self._take(trip)
-        rate_Hz = self.guards.controller.rate_Hz
-        self._memories.clock, trip = evaluate_device_clock(self._memories.clock, block, rate_Hz)
-        self._take(trip)
+        for still in self.guards.frozen:
+            stood = self._memories.frozen.get(still.signal, FrozenMemory())
+            self._memories.frozen[still.signal], trip = evaluate_frozen(still, stood, block)
+            self._take(trip)
+        if self.guards.controller.own_clock:
+            rate_Hz = self.guards.controller.rate_Hz
+            self._memories.clock, trip = evaluate_device_clock(self._memories.clock, block, rate_Hz)
+            self._take(trip)
 
     def _observe_heating(self, block: ScaledBlock) -> None:
         for guard in self.guards.heating:

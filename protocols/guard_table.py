@@ -25,6 +25,7 @@ class GuardActions(Settings):
     speed: FirmAction = "stop"
     temperature: Literal["finish-cycle", "stop", "emergency"] = "stop"
     heating: TripAction = "stop"
+    frozen: TripAction = "stop"
     agreement: TripAction = "note"
     ambient_silence: TripAction = "note"
     amplifier_silence: TripAction = "note"

@@ -25,7 +25,7 @@ from protocols.limits import StandLimits, TestLimits, envelope
 from tests.daq.cases import ListRecorder
 from tests.daq.fake_stand import CONTROLLER_FACTS, FakeClock, channel, fake_stand
 
-REST = {"force": 0.0, "stroke": 0.0, "tilt": 0.0, "following_error": 0.0}
+REST = {"command": 0.0, "force": 0.0, "stroke": 0.0, "tilt": 0.0, "following_error": 0.0}
 
 
 class _Silent:
@@ -126,6 +126,14 @@ TABLE: list[tuple[str, Callable[[GuardPanel], None], str, Action, int | None, bo
         False,
     ),
     ("speed", sees(samples(stroke=30.0)), "changes at +1500 mm/s, faster than 1000", Action.STOP, 301, False),
+    (
+        "frozen force",
+        sees(samples(at=0, command=3.0, force=50.0), samples(401, at=0, command=6.5, force=50.0)),
+        "force has shown exactly 50.0000 for 0.80 s while the command moved by 3.5 mm (until sample 800)",
+        Action.STOP,
+        800,
+        True,
+    ),
     ("ring", sees(samples(), samples(401, lost=20)), "counted in the run", Action.NOTE, 421, False),
     ("ring", sees(samples(), samples(401, lost=600)), "the guards were blind", Action.STOP, 1001, True),
     ("clock", sees(samples(), jumping(samples(401), 500_000)), "jumped by +0.500 s", Action.STOP, 401, True),
