@@ -18,9 +18,10 @@ from protocols.estimate import HASH_VERSION, Estimator
 from protocols.estimate import DataRate as DataRate  # noqa: PLC0414 - part of the plan's interface
 from protocols.expansion import Request, expand
 from protocols.limits import Envelope, StandLimits, envelope
-from protocols.prediction import Predictor
-from protocols.steps import PlannedStep
-from protocols.thermal import Surroundings
+from protocols.ordering import Ordering, put_in_order
+from protocols.prediction import CoarsePredictor, Predictor, Temperatures
+from protocols.steps import Hold, PlannedStep, WaitUntilCool
+from protocols.thermal import LONGEST_WAIT_S, Surroundings
 
 SCHEMA = "bufferstand/plan/1"
 HEADER = (
@@ -48,6 +49,8 @@ class Plan:
         In order.
     notes : tuple of str
         What the user should know before starting: expected temperature stops, combinations left out.
+    ordering : Ordering or None
+        What the order "soonest" gains; None where the steps are in the given order.
     """
 
     campaign: Campaign
@@ -56,6 +59,7 @@ class Plan:
     limits: Envelope
     steps: tuple[PlannedStep, ...]
     notes: tuple[str, ...]
+    ordering: Ordering | None = None
 
     @property
     def duration_s(self) -> float:
@@ -115,6 +119,7 @@ class Plan:
                 "max_temperature_C": self.max_temperature_C,
                 "disk_bytes": self.disk_bytes,
             },
+            "ordering": None if self.ordering is None else self.ordering.as_dict(),
             "notes": list(self.notes),
         }
 
@@ -196,15 +201,51 @@ def make_plan(
         return step.most_cycles() * cycle.absorbed_energy_J
 
     requests, notes = _admitted(campaign, expand(campaign, heat_of), judge)
-    around = Surroundings(predictor, bounds, campaign.limits, conditions.ambient_C)
     hashing = {
         "version": HASH_VERSION,
         "specimen": specimen.model_dump(mode="json"),
         "stand_limits": limits.as_dict(),
         "limits": campaign.limits.hashed(),
     }
-    estimator = Estimator(campaign, around, rate or DataRate(), hashing)
-    return Plan(campaign, specimen, limits, bounds, estimator.steps(requests), (*notes, *estimator.notes))
+
+    def estimator(predicted: Predictor) -> Estimator:
+        around = Surroundings(predicted, bounds, campaign.limits, conditions.ambient_C)
+        return Estimator(campaign, around, rate or DataRate(), hashing)
+
+    put = None
+    coarse = CoarsePredictor(predictor)
+    if campaign.content.plan.order == "soonest":
+        start = Temperatures(conditions.start_C(), conditions.start_C())
+        around = Surroundings(coarse, bounds, campaign.limits, conditions.ambient_C)
+        put = put_in_order(requests, campaign, around, start)
+    final = estimator(predictor)
+    steps = final.steps(requests if put is None else put.chosen)
+    ordering = None
+    if put is not None:
+        ordering = Ordering(
+            method=put.method,
+            tried=put.tried,
+            given_s=_with_waits_s(estimator(coarse).steps(requests)),
+            given_paused_s=_with_waits_s(estimator(coarse).steps(put.given)),
+            chosen_s=_with_waits_s(steps),
+            pauses_s=sum(step.duration_s for step in steps if _only_waits(step)),
+        )
+    return Plan(campaign, specimen, limits, bounds, steps, (*notes, *final.notes), ordering)
+
+
+def _only_waits(step: PlannedStep) -> bool:
+    return all(isinstance(motion, Hold | WaitUntilCool) for motion in step.motions)
+
+
+def _with_waits_s(steps: Sequence[PlannedStep]) -> float:
+    """Return how long steps take until all are through, with what a stop that ends one waits for [s]."""
+    total_s = 0.0
+    for step in steps:
+        total_s += step.expected_duration_s
+        if step.stops and step.expected_duration_s < step.duration_s:
+            wait_s = step.stops[-1].wait_s
+            total_s += LONGEST_WAIT_S if wait_s is None else wait_s
+    return total_s
 
 
 def _admitted(

@@ -38,5 +38,7 @@ def show_plan(plan: Plan) -> None:
         f"({duration_text(plan.expected_duration_s)} expected), {plan.heat_J / 1000.0:.0f} kJ of heat, "
         f"up to {plan.max_temperature_C:.1f} °C, at most {plan.disk_bytes / 1e6:.0f} MB"
     )
+    if plan.ordering is not None:
+        click.echo(plan.ordering.sentence())
     for note in plan.notes:
         click.echo(f"note: {note}")
