@@ -38,6 +38,8 @@ class GuardTable(Settings):
     """A buffer cannot pull: more tension than this is a wrong sign or a stuck specimen."""
     stroke_below_mm: Positive = 20.0
     """So far behind first contact the draw wires may read."""
+    zero_force_max_kN: Positive = 5.0
+    """More force than this at rest with the valve off refuses the start; a fifth of it is said."""
     tilt_max_mm: Positive | None = None
     """Largest difference of the two draw wires; the stand file's, else 5 mm, where it is not given."""
     tilt_hold_s: float = Field(default=0.05, ge=0)

@@ -17,6 +17,7 @@ from protocols.campaign import Campaign, HarmonicStep
 from protocols.estimate import HASH_VERSION, Estimator
 from protocols.estimate import DataRate as DataRate  # noqa: PLC0414 - part of the plan's interface
 from protocols.expansion import Request, expand
+from protocols.learning import HeatScale, LearnedPredictor
 from protocols.limits import Envelope, StandLimits, envelope
 from protocols.ordering import Ordering, put_in_order
 from protocols.prediction import CoarsePredictor, Predictor, Temperatures
@@ -162,6 +163,7 @@ def make_plan(
     specimen: Specimen,
     *,
     rate: DataRate | None = None,
+    heating: HeatScale | None = None,
 ) -> Plan:
     """Expand, judge and estimate every step of a campaign.
 
@@ -177,6 +179,8 @@ def make_plan(
         From the specimen file.
     rate : DataRate, optional
         What recording costs on disk.
+    heating : HeatScale, optional
+        What was learned of the specimen's heating from steps already run.
 
     Returns
     -------
@@ -201,6 +205,7 @@ def make_plan(
         return step.most_cycles() * cycle.absorbed_energy_J
 
     requests, notes = _admitted(campaign, expand(campaign, heat_of), judge)
+    thermal = predictor if heating is None else LearnedPredictor(predictor, heating)
     hashing = {
         "version": HASH_VERSION,
         "specimen": specimen.model_dump(mode="json"),
@@ -213,12 +218,12 @@ def make_plan(
         return Estimator(campaign, around, rate or DataRate(), hashing)
 
     put = None
-    coarse = CoarsePredictor(predictor)
+    coarse = CoarsePredictor(thermal)
     if campaign.content.plan.order == "soonest":
         start = Temperatures(conditions.start_C(), conditions.start_C())
         around = Surroundings(coarse, bounds, campaign.limits, conditions.ambient_C)
         put = put_in_order(requests, campaign, around, start)
-    final = estimator(predictor)
+    final = estimator(thermal)
     steps = final.steps(requests if put is None else put.chosen)
     ordering = None
     if put is not None:
