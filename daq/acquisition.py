@@ -157,6 +157,8 @@ class Acquisition:
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
         self._pass_began_s = clock.now_s()
+        self._aside: list[str] = []
+        self._last_aside = ""
 
     @property
     def latest(self) -> Latest:
@@ -188,9 +190,17 @@ class Acquisition:
         return self._drained
 
     def say(self, kind: str, text: str, **data: object) -> None:
-        """Put an event into the run under way, if there is one."""
+        """Put an event into the run under way; where there is none, devices' words are kept to be shown."""
         if self._recorder is not None:
             self._recorder.event(self.clock.now_s(), kind, text, **data)
+        elif kind in ("wire", "sensor") and text != self._last_aside:
+            self._last_aside = text
+            self._aside.append(text)
+
+    def unrecorded(self) -> list[str]:
+        """Return (and forget) what devices said while nothing was recorded."""
+        aside, self._aside = self._aside, []
+        return aside
 
     def tick(self) -> list[Trip]:
         """Make one pass: feed, read, drain, record, judge.

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from typing import Literal
 
 import numpy as np
 
@@ -80,6 +81,11 @@ class Trip:
         if self.stream:
             content["stream"] = self.stream
         return content
+
+
+def run_status(trip: Trip) -> Literal["stopped", "failed"]:
+    """Return how a run ends that a trip stopped: ``failed`` where its last moment may be missing."""
+    return "failed" if trip.guard in ("controller", "recorder", "internal") else "stopped"
 
 
 # --- a channel that must stay between limits ---------------------------------------------------------

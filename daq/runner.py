@@ -11,11 +11,11 @@ from typing import Literal
 from daq.control import listening
 from daq.driving import Halt
 from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus, begin_record
-from daq.guards import Trip
+from daq.guards import Trip, run_status
 from daq.metadata import CampaignFacts
 from daq.progress import ProgressSink, Silent
 from daq.safe_stop import SafeStopReport
-from daq.session import RecorderMaker, RunSettings, Session, run_status
+from daq.session import RecorderMaker, RunSettings, Session
 from daq.signals import StopLevel, StopRequest
 from drivers.interfaces import Stand
 from foundation.clock import Clock
@@ -153,6 +153,8 @@ class _Campaign:
         exit_status = ExitStatus.DONE
         if trip is not None:
             exit_status = ExitStatus.DEVICE_FAULT if trip.device_fault else ExitStatus.STOPPED
+        elif report is not None and not report.safe:  # nobody saw the stand come to rest
+            reason, exit_status = report.line, ExitStatus.DEVICE_FAULT
         self._record = replace(
             self._record, status=status, reason=reason, stopped_by="" if trip is None else trip.guard
         )
@@ -165,7 +167,8 @@ class _Campaign:
         """Do everything; return what stopped it, whether before anything moved, and a fault of our own."""
         refused = True
         try:
-            self._session.open(must_be_cool=self._record.must_cool)
+            left = [step for step in self._plan.steps if not self._record.step(step).over]
+            self._session.open(left, must_be_cool=self._record.must_cool)
             refused = False
             for step in self._plan.steps:
                 self._step(step)

@@ -8,18 +8,19 @@ from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from daq.acquisition import Acquisition, Pace, Recorder
+from daq.before_start import disk_trouble, first_look, specimen_gaps, zero_trouble
 from daq.driving import Driver, Halt, Patience
-from daq.guards import Action, Trip
+from daq.guards import Action, Trip, run_status
 from daq.limits import guards_for
 from daq.metadata import CampaignFacts, run_document
 from daq.notes import add_note
 from daq.panel import GuardPanel, GuardSet
-from daq.progress import Phase, ProgressSink
+from daq.progress import ProgressSink
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
-from daq.showing import Showing
+from daq.showing import Showing, phase_of
 from daq.signals import StopRequest
 from daq.validity import expired_calibrations
 from drivers.interfaces import Identity, Stand
@@ -27,7 +28,7 @@ from foundation.clock import Clock
 from foundation.errors import DeviceFault
 from protocols.guard_table import GuardTable
 from protocols.plan import Plan
-from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, StaticCycles, WaitUntilCool
+from protocols.steps import Motion, PlannedStep
 
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
 """Makes the recorder of a run in a folder, under an id, with its metadata document."""
@@ -36,8 +37,6 @@ AFTER_STOP_S = 1.0
 """So long a run goes on after its safe stop [s of stand time]."""
 CATCH_UP_S = 20.0
 """So long at most the reader may take to come to the end of the ring between two steps [s of the wall]."""
-FIRST_LOOK_S = 0.5
-"""So long at least every device is watched before anything moves [s of stand time]."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +106,7 @@ class Session:
         self._make_recorder = recorder
         self._notes = notes
         self._run_id = ""
+        self._table = settings.guards or plan.campaign.content.guards
         self._alive: _Alive | None = None
 
     @property
@@ -124,11 +124,13 @@ class Session:
 
     # --- before and after --------------------------------------------------------------------------
 
-    def open(self, *, must_be_cool: bool) -> None:
+    def open(self, steps: Sequence[PlannedStep], *, must_be_cool: bool) -> None:
         """Connect, look at every device, and switch on; nothing has moved when it returns.
 
         Parameters
         ----------
+        steps : sequence of PlannedStep
+            What is to be done: the disk must have room for it.
         must_be_cool : bool
             The campaign was stopped by the temperature before: now the resume threshold counts.
 
@@ -147,7 +149,7 @@ class Session:
             self._plan.limits,
             self._stand,
             ambient=self._facts.ambient(),
-            table=self._settings.guards or self._plan.campaign.content.guards,
+            table=self._table,
             stand_tilt_mm=(self._facts.stand.get("stand") or {}).get("tilt_max_mm"),
         )
         panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
@@ -162,24 +164,24 @@ class Session:
             pump=self._tick,
         )
         self._alive = _Alive(identity, guards, panel, acquisition, driver, safe_stop)
-        for text in self._expired():
-            self._showing.message(f"WARNING: {text}")
-        self._first_look(self._alive)
+        self._demand_ready(acquisition, driver, steps)
         if must_be_cool and (why := panel.warmer_than()):
             stream = why.partition(" ")[0]
             raise Halt(self.trip_of(stream, f"still too warm to go on: {why}", device_fault=False))
         self._switch_on()
 
-    def _first_look(self, alive: _Alive) -> None:
-        """Watch until every sensor has spoken; a silent one trips by itself when its grace is over."""
-        began_s = self._clock.now_s()
-        specimen = [guard.stream for guard in alive.guards.temperatures if guard.stop_C is not None]
-        while True:
-            alive.driver.pump()
-            heard = alive.panel.latest_temperatures()
-            spoken = alive.acquisition.latest.samples > 0 and all(name in heard for name in specimen)
-            if spoken and self._clock.now_s() - began_s >= FIRST_LOOK_S:
-                return
+    def _demand_ready(self, acquisition: Acquisition, driver: Driver, steps: Sequence[PlannedStep]) -> None:
+        """Look at everything that can be looked at while nothing moves; say it, or refuse."""
+        for text in (*self._expired(), specimen_gaps(self._plan.specimen)):
+            if text:
+                self._showing.message(f"WARNING: {text}")
+        if why := disk_trouble(self._notes, steps):
+            raise Halt(self.trip_of("disk", why))
+        why, refused = zero_trouble(first_look(acquisition, driver.pump), self._table.zero_force_max_kN)
+        if refused:
+            raise Halt(self.trip_of("zero", why, device_fault=False))
+        if why:
+            self._showing.message(f"WARNING: {why}")
 
     def _switch_on(self) -> None:
         alive = self._need()
@@ -267,7 +269,7 @@ class Session:
     def _motions(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         alive = self._need()
         for motion, estimate in zip(motions, step.estimates, strict=True):
-            self._showing.phase = _phase_of(motion)
+            self._showing.phase = phase_of(motion)
             alive.driver.perform(motion, estimate.duration_s)
 
     def _document(self, run_id: str, step: PlannedStep) -> dict[str, Any]:
@@ -290,9 +292,8 @@ class Session:
                 self._tick_safely()
                 wait_for([sealing], timeout=0.02)
         if failure := sealing.exception():
-            trip = self.trip_of("recorder", f"the run could not be sealed: {failure}")
-            self._showing.message(trip.reason)
-            return trip
+            self._showing.message(f"the run could not be sealed: {failure}")
+            return self.trip_of("recorder", f"the run could not be sealed: {failure}")
         self._showing.message(f"  {status}: {sealing.result().name}" + (f" ({reason})" if reason else ""))
         return None
 
@@ -333,6 +334,8 @@ class Session:
         alive = self._need()
         for trip in alive.acquisition.tick():
             self._showing.trip(trip)
+        for text in alive.acquisition.unrecorded():
+            self._showing.message(f"note: {text}")
         self.take_notes()
         self._showing.offer(alive.acquisition, alive.driver)
 
@@ -394,18 +397,3 @@ class _Alive:
     acquisition: Acquisition
     driver: Driver
     safe_stop: SafeStop
-
-
-def run_status(trip: Trip) -> Literal["stopped", "failed"]:
-    """Return how a run ends that a trip stopped: ``failed`` where its last moment may be missing."""
-    return "failed" if trip.guard in ("controller", "recorder", "internal") else "stopped"
-
-
-def _phase_of(motion: Motion) -> Phase:
-    if isinstance(motion, Harmonic | StaticCycles):
-        return "motion"
-    if isinstance(motion, Release):
-        return "release"
-    if isinstance(motion, WaitUntilCool):
-        return "cool-down"
-    return "wait" if isinstance(motion, Hold) else "ramp"

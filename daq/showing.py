@@ -8,7 +8,7 @@ from daq.guards import Action, Trip
 from daq.progress import Phase, Progress, ProgressSink, Throttle
 from foundation.clock import Clock
 from protocols.plan import Plan
-from protocols.steps import PlannedStep
+from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, StaticCycles, WaitUntilCool
 
 
 class Showing:
@@ -93,3 +93,14 @@ class Showing:
             durable=recorder.durable if recorder else 0,
             warnings=tuple(self._warnings),
         )
+
+
+def phase_of(motion: Motion) -> Phase:
+    """Return what the campaign does while a motion lasts."""
+    if isinstance(motion, Harmonic | StaticCycles):
+        return "motion"
+    if isinstance(motion, Release):
+        return "release"
+    if isinstance(motion, WaitUntilCool):
+        return "cool-down"
+    return "wait" if isinstance(motion, Hold) else "ramp"
