@@ -158,6 +158,8 @@ class Acquisition:
         self._anchor_due_s = -np.inf
         self._pass_began_s = clock.now_s()
         self._aside: list[str] = []
+        self.listener: Callable[[ScaledBlock], object] | None = None
+        """Gets every block of the controller, scaled; it must be quick."""
         self._last_aside = ""
 
     @property
@@ -293,6 +295,8 @@ class Acquisition:
         if block.stream == CONTROLLER_STREAM:
             for trip in self._plausibility.look(block, scaled):
                 self.panel.latch(trip)
+            if self.listener is not None:
+                self.listener(scaled)
             self._samples += len(scaled)
             self._lost += block.lost
             self._keep_anchor(scaled)

@@ -217,7 +217,8 @@ class _Campaign:
                     self._note(step, status="skipped")
                     return
             else:
-                done = 0 if step.cycles is None else step.cycles
+                ended_early = step.steady is not None
+                done = done + self._session.cycles_done if ended_early else step.cycles or 0
                 break
         self._note(step, status="complete", cycles_done=done, reason="", stopped_by="", too_warm=False)
 

@@ -270,7 +270,7 @@ class Session:
         alive = self._need()
         for motion, estimate in zip(motions, step.estimates, strict=True):
             self._showing.phase = phase_of(motion)
-            alive.driver.perform(motion, estimate.duration_s)
+            alive.driver.perform(motion, estimate.duration_s, step.steady)
 
     def _document(self, run_id: str, step: PlannedStep) -> dict[str, Any]:
         alive = self._need()
