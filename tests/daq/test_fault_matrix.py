@@ -68,7 +68,8 @@ def expected(fault: tuple[str, str, Mapping[str, Any]], phase: str) -> tuple[set
     target, kind, settings = fault
     statuses, words = FAULTS[f"{target}={kind}"]
     if settings.get("register") == "force":
-        statuses, words = {0}, ""  # a register for display only; figures and guards use samples
+        # A register that figures and guards do not use; but the safe stop sees no zero force in it.
+        statuses, words = {0, 4}, r"\A(?!.)|NOT SAFE|safe stop: force -?[01]\.\d kN"
     if phase == "before start":
         if kind == "clock-jump":
             statuses, words = {0}, ""  # before the first sample there is nothing that it could jump from
@@ -76,7 +77,7 @@ def expected(fault: tuple[str, str, Mapping[str, Any]], phase: str) -> tuple[set
             statuses, words = {0}, ""  # nothing is switched on that it could switch off
     if phase == "cool-down":
         at_rest = kind == "stuck" and target != "controller"
-        if statuses == {0} or at_rest or kind == "nan":
+        if 0 in statuses or at_rest or kind == "nan":
             statuses = {3}  # at rest a steady value is true; the wait for cooling has its own end
             words = words if words and not at_rest else "not cool after 8 s"
     return statuses, words
