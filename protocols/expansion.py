@@ -68,7 +68,7 @@ def _own_name(step: SingleStep) -> str:  # noqa: PLR0911 - one for each kind
             where = f"{step.force_kN:g} kN"
         return f"hold at {where}"
     if isinstance(step, ConditioningStep):
-        return f"conditioning: {step.cycles} × {_own_name(step.as_step())}"
+        return f"conditioning: {_own_name(step.as_step())}"
     if isinstance(step, InnerLoopsStep):
         means = f"{step.mean_mm[0]:g} … {step.mean_mm[-1]:g}" if len(step.mean_mm) > 1 else step.mean_mm[0]
         return f"inner loops about {means} mm"

@@ -95,6 +95,8 @@ def test_conditioning_moves_like_the_test_and_is_no_run(plan: MakePlan) -> None:
     assert second.motions[1] == Harmonic(50.0, 20.0, 0.5, 3)
     assert [step.run_kind for step in (first, second, third)] == [None, None, "harmonic"]
     assert {step.kind for step in (first, second, third)} == {"conditioning"}
+    assert first.name == "conditioning: static, 3 × at 5 mm/s"
+    assert second.name == "conditioning: 50 ± 20 mm, 0.5 Hz"
 
 
 def test_conditioning_keeps_limits_and_is_of_one_sort(plan: MakePlan) -> None:
