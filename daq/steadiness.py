@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
@@ -17,10 +17,12 @@ KEPT_PERIODS = 2.6
 """The last whole cycle lies within so many periods of the end, wherever the count of cycles changes."""
 MOST_SAMPLES = 2000
 """Samples that are evaluated at most, evenly chosen: damping and stiffness of a cycle need no more."""
+WAIT_S = 0.2
+"""So long at most the loop waits for the cycle before [s]."""
 
 
 class SteadinessWatch:
-    """Keeps the last cycles of a harmonic motion, and judges each as it ends; the loop never waits for it.
+    """Keeps the last cycles of a harmonic motion, and judges each as it ends; at a stand the loop never waits.
 
     Parameters
     ----------
@@ -57,6 +59,8 @@ class SteadinessWatch:
         """Return whether the cycles judged so far have settled; hands over the one that has just ended."""
         if cycles_done > self._cycles and self._blocks:
             self._cycles = cycles_done
+            # The cycle before had a whole cycle's time: there is something to wait for in virtual time only.
+            wait(self._waiting, timeout=WAIT_S)
             time_s = np.concatenate([block.time_us for block in self._blocks]) / 1e6
             stroke = np.concatenate([block.values["stroke"] for block in self._blocks])
             force = np.concatenate([block.values["force"] for block in self._blocks])
