@@ -22,7 +22,7 @@ WAIT_S = 0.2
 
 
 class SteadinessWatch:
-    """Keeps the last cycles of a harmonic motion, and judges each as it ends; at a stand the loop never waits.
+    """Keeps the last cycles of a harmonic motion and judges each as it ends; the loop of a stand never waits.
 
     Parameters
     ----------
