@@ -18,6 +18,8 @@ COMMANDS = {
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
+    "stop": "Stop a running campaign: now, after the cycle, or after the step.",
+    "note": "Add an operator's note to a campaign, before, during or after it.",
     "check": "Read every device of a stand once; say what is stale or out of range.",
     "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
     "fault": "Let a device of a simulated stand that is being served fail, or mend it.",

@@ -10,6 +10,7 @@ from pathlib import Path
 from cli.campaigns import Prepared
 from cli.options import warn
 from cli.simulation import simulated_stand
+from daq.keys import keys_from
 from daq.metadata import CampaignFacts
 from daq.runner import CampaignOutcome, run_campaign
 from daq.signals import StopRequest, stop_on_signals
@@ -57,7 +58,12 @@ def perform(
         operator=prepared.campaign.content.campaign.operator,
         test=prepared.specimen_file.test.model_dump(mode="json", exclude_defaults=True),
     )
-    with stop_on_signals(StopRequest()) as request, source as stand_file, progress_on(sys.stderr) as progress:
+    with (
+        stop_on_signals(StopRequest()) as request,
+        source as stand_file,
+        progress_on(sys.stderr) as progress,
+        keys_from(sys.stdin, request, progress.message),
+    ):
         clock = WallClock(speed)
         stand = Stand(build_controller(stand_file, clock), build_sensors(stand_file, clock))
         try:

@@ -5,6 +5,7 @@ Sensors read in threads of their own; here they are only drained, so that no slo
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.blocks import join_blocks
+from daq.clock_guard import HostMemory, evaluate_host
 from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
+from daq.recorder_guard import RecorderGuard, Recording
 from daq.scaling import ScaledBlock, scale
 from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand
 from foundation.channel import Branch
@@ -25,7 +28,7 @@ from foundation.clock import Clock
 from foundation.errors import DeviceFault
 
 
-class Recorder(Protocol):
+class Recorder(Recording, Protocol):
     """Where the raw blocks of a run go (:class:`recording.writer.RunRecorder`)."""
 
     def append(
@@ -47,26 +50,6 @@ class Recorder(Protocol):
         """Queue an event."""
         ...
 
-    @property
-    def written(self) -> int:
-        """Samples of the controller handed to the file."""
-        ...
-
-    @property
-    def durable(self) -> int:
-        """Samples of the controller known to be on the disk."""
-        ...
-
-    @property
-    def failure(self) -> Exception | None:
-        """Why it can no longer record, None while it can."""
-        ...
-
-    @property
-    def disk_warning(self) -> str | None:
-        """Why the disk will soon be full, None while it will not: stop while there is room."""
-        ...
-
     def close(self, status: str, reason: str = "") -> Path:
         """End and seal the run; return its file."""
         ...
@@ -79,7 +62,7 @@ class Pace:
     Parameters
     ----------
     tick_s : float
-        Pause between two passes [s of stand time].
+        From the beginning of a pass to that of the next [s of stand time].
     blocks_per_tick : int
         So many blocks at most in one pass, so that sensors, guards and watchdog always get their turn.
     feed_s : float
@@ -135,6 +118,8 @@ class Acquisition:
         How often.
     utc : callable
         Gives the civil time of an anchor (ISO 8601).
+    civil_s : callable
+        The civil time [s], to say when it was set.
     """
 
     def __init__(
@@ -145,6 +130,7 @@ class Acquisition:
         *,
         pace: Pace | None = None,
         utc: Callable[[], str] = lambda: datetime.now(UTC).isoformat(),
+        civil_s: Callable[[], float] = time.time,
     ) -> None:
         self.stand = stand
         self.clock = clock
@@ -159,6 +145,9 @@ class Acquisition:
         }
         self._plausibility = PlausibilityGuard(stand.controller.facts)
         self._recorder: Recorder | None = None
+        self._recording = RecorderGuard(panel.guards.disk_stop_s)
+        self._civil_s = civil_s
+        self._host = HostMemory(civil_s(), time.monotonic())
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
         self._device_us: int | None = None
@@ -167,6 +156,11 @@ class Acquisition:
         self._fed_s = -np.inf
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
+        self._pass_began_s = clock.now_s()
+        self._aside: list[str] = []
+        self.listener: Callable[[ScaledBlock], object] | None = None
+        """Gets every block of the controller, scaled; it must be quick."""
+        self._last_aside = ""
 
     @property
     def latest(self) -> Latest:
@@ -179,6 +173,7 @@ class Acquisition:
     def attach(self, recorder: Recorder) -> None:
         """Record from now on, beginning with a clock anchor."""
         self._recorder = recorder
+        self._recording.begin()
         self._anchor, self._anchor_due_s = None, -np.inf
 
     def detach(self) -> Recorder | None:
@@ -197,9 +192,17 @@ class Acquisition:
         return self._drained
 
     def say(self, kind: str, text: str, **data: object) -> None:
-        """Put an event into the run under way, if there is one."""
+        """Put an event into the run under way; where there is none, devices' words are kept to be shown."""
         if self._recorder is not None:
             self._recorder.event(self.clock.now_s(), kind, text, **data)
+        elif kind in ("wire", "sensor") and text != self._last_aside:
+            self._last_aside = text
+            self._aside.append(text)
+
+    def unrecorded(self) -> list[str]:
+        """Return (and forget) what devices said while nothing was recorded."""
+        aside, self._aside = self._aside, []
+        return aside
 
     def tick(self) -> list[Trip]:
         """Make one pass: feed, read, drain, record, judge.
@@ -214,6 +217,7 @@ class Acquisition:
         A fault of the controller or its wire does not come out as an exception: it is latched as a trip
         of the guard ``controller``, like every other reason to stop.
         """
+        self._pass_began_s = self.clock.now_s()
         try:
             self._feed()
             self._read_controller()
@@ -230,6 +234,7 @@ class Acquisition:
             )
         self._drain_sensors()
         self._check_recorder()
+        self._look_at_host()
         self.panel.listen(self.clock.now_s(), self.clock.wall_s())
         said = self.panel.said()
         for trip in said:
@@ -237,8 +242,12 @@ class Acquisition:
         return said
 
     def rest(self) -> None:
-        """Wait until the next pass is due."""
-        self.clock.sleep(self.pace.tick_s)
+        """Wait until the next pass is due: passes begin every ``tick_s``, however long they take.
+
+        A quarter of it is waited in any case, for the threads that read sensors and write the journal.
+        """
+        passed_s = self.clock.now_s() - self._pass_began_s
+        self.clock.sleep(max(0.25 * self.pace.tick_s, self.pace.tick_s - passed_s))
 
     def _feed(self) -> None:
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
@@ -257,6 +266,7 @@ class Acquisition:
                     self._drained = True
                     break
                 blocks.append(block)
+            self.panel.keep_up(drained=self._drained, at_s=self.clock.now_s(), wall_s=self.clock.wall_s())
         finally:
             for joined in join_blocks(blocks):  # what was read before a fault is kept, too
                 self._take(joined)
@@ -285,6 +295,8 @@ class Acquisition:
         if block.stream == CONTROLLER_STREAM:
             for trip in self._plausibility.look(block, scaled):
                 self.panel.latch(trip)
+            if self.listener is not None:
+                self.listener(scaled)
             self._samples += len(scaled)
             self._lost += block.lost
             self._keep_anchor(scaled)
@@ -311,21 +323,13 @@ class Acquisition:
     def _check_recorder(self) -> None:
         if self._recorder is None:
             return
-        why = ""
-        if self._recorder.failure is not None:
-            why = f"recording failed: {self._recorder.failure}; what was on the disk before is kept"
-        elif self._recorder.disk_warning:
-            why = f"the disk is nearly full: {self._recorder.disk_warning}"
-        if why:
-            self.panel.latch(
-                Trip(
-                    "recorder",
-                    Action.STOP,
-                    why,
-                    self.clock.now_s(),
-                    device_fault=True,
-                )
-            )
+        for trip in self._recording.look(self._recorder, self.clock.now_s()):
+            self.panel.latch(trip)
+
+    def _look_at_host(self) -> None:
+        self._host, said = evaluate_host(self._host, self._civil_s(), time.monotonic(), self.clock.now_s())
+        for trip in said:
+            self.panel.latch(trip)
 
 
 def _delay_s(pair: tuple[int, float]) -> float:

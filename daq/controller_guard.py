@@ -25,11 +25,14 @@ class ControllerGuard:
         A gap in the samples shorter than this [s] is a note; a longer one left the guards blind: stop.
     rate_Hz : float
         Sample rate, to turn lost samples into time.
+    own_clock : bool
+        The device stamps its samples itself: a clock that does not count with them has jumped.
     """
 
     silence_s: float
     gap_stop_s: float
     rate_Hz: float
+    own_clock: bool = True
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from daq.acquisition import Acquisition
 from daq.guards import Action, Trip
 from daq.signals import StopLevel, StopRequest
+from daq.steadiness import SteadinessWatch
 from drivers.interfaces import ControllerStatus, EndReason
 from foundation.errors import CommandRejected
 from protocols.steps import (
@@ -15,8 +16,10 @@ from protocols.steps import (
     Hold,
     Motion,
     RampTo,
+    RampToForce,
     Release,
     StaticCycles,
+    Steadiness,
     WaitUntilCool,
 )
 
@@ -72,12 +75,13 @@ class Driver:
         self._patience = patience or Patience()
         self._cyclic = False
         self._last_cycle: int | None = None
+        self._cycles_before = 0
         self.cycles_done = 0
-        """Full cycles of the last cyclic motion."""
+        """Full cycles of all cyclic motions of the step so far."""
 
     def begin_step(self) -> None:
         """Forget the cycles of the step before."""
-        self.cycles_done = 0
+        self.cycles_done = self._cycles_before = 0
 
     def pump(self) -> None:
         """Make one pass, wait for the next, and see whether to stop.
@@ -90,7 +94,7 @@ class Driver:
         self._tick()
         status = self._acquisition.latest.status
         if self._cyclic and status is not None:
-            self.cycles_done = status.cycles_done
+            self.cycles_done = self._cycles_before + status.cycles_done
         self.obey()
         self._acquisition.rest()
 
@@ -113,7 +117,7 @@ class Driver:
                 return
         raise Halt(panel.trip)
 
-    def perform(self, motion: Motion, expected_s: float) -> None:
+    def perform(self, motion: Motion, expected_s: float, steady: Steadiness | None = None) -> None:
         """Perform one motion to its end.
 
         Parameters
@@ -122,6 +126,8 @@ class Driver:
             What to do.
         expected_s : float
             How long the plan expects it to take [s].
+        steady : Steadiness, optional
+            A harmonic motion ends when its cycles have settled by this.
 
         Raises
         ------
@@ -136,13 +142,64 @@ class Driver:
         if isinstance(motion, WaitUntilCool):
             self.cool(motion.temperature_C, motion.timeout_s)
             return
+        if isinstance(motion, RampToForce):
+            self._ramp_to_force(motion, expected_s)
+            return
         self._last_cycle = None
+        self._cycles_before = self.cycles_done
         sequence = self._start(motion)
         self._cyclic = isinstance(motion, Harmonic | StaticCycles)
+        limit_s = self._patience.limit_s(expected_s)
         try:
-            self._until_done(motion, sequence, self._patience.limit_s(expected_s))
+            if steady is not None and isinstance(motion, Harmonic):
+                self._until_settled(motion, sequence, limit_s, steady)
+            else:
+                self._until_done(motion, sequence, limit_s)
         finally:
             self._cyclic = False
+
+    def _until_settled(self, motion: Harmonic, sequence: int, limit_s: float, steady: Steadiness) -> None:
+        """Let a harmonic motion go on until its cycles have settled, or to its own end."""
+        acquisition, watch = self._acquisition, SteadinessWatch(steady, motion)
+        began_s, acquisition.listener = self._device_s(), watch.take
+        try:
+            while not self._ended(motion, sequence):
+                self.pump()
+                if watch.settled(self.cycles_done - self._cycles_before):
+                    acquisition.say(
+                        "step",
+                        f"settled after {self.cycles_done - self._cycles_before} cycles: damping "
+                        f"{watch.damping[-1]:.4f}, stiffness {watch.stiffness[-1]:.4f} kN/mm",
+                    )
+                    self._cyclic = False  # the hold counts no cycles, and would begin at none
+                    self._until_done(motion, acquisition.stand.controller.start_hold(), limit_s)
+                    return
+                if self._device_s() - began_s > limit_s:
+                    self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
+            acquisition.say("step", f"not settled after {motion.cycles} cycles, the most that were planned")
+            self.obey()
+        finally:
+            acquisition.listener = None
+            watch.close()
+
+    def _ramp_to_force(self, motion: RampToForce, expected_s: float) -> None:
+        """Ramp towards the stroke limit and hold at the first sample that shows the force."""
+        acquisition = self._acquisition
+        limit_s, began_s = self._patience.limit_s(expected_s), self._device_s()
+        sequence = self._start(RampTo(motion.stroke_limit_mm, motion.speed_mm_per_s))
+        while not self._ended(motion, sequence):
+            self.pump()
+            if acquisition.latest.values.get("force", 0.0) >= motion.force_kN:
+                hold = acquisition.stand.controller.start_hold()
+                self._until_done(motion, hold, limit_s)
+                return
+            if self._device_s() - began_s > limit_s:
+                self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
+        acquisition.say(
+            "step",
+            f"{motion.force_kN:g} kN were not reached at the stroke limit of {motion.stroke_limit_mm:g} mm",
+        )
+        self.obey()
 
     def wait(self, duration_s: float) -> None:
         """Stand still for a time of the device.

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from typing import Literal
 
 import numpy as np
 
@@ -80,6 +81,11 @@ class Trip:
         if self.stream:
             content["stream"] = self.stream
         return content
+
+
+def run_status(trip: Trip) -> Literal["stopped", "failed"]:
+    """Return how a run ends that a trip stopped: ``failed`` where its last moment may be missing."""
+    return "failed" if trip.guard in ("controller", "recorder", "internal") else "stopped"
 
 
 # --- a channel that must stay between limits ---------------------------------------------------------
@@ -208,11 +214,14 @@ class AgreementGuard:
         Length of a window [s of stand time].
     windows : int
         So many windows in a row must disagree, all in the same direction.
+    action : Action
+        What that leads to.
     """
 
     tolerance_kN: float
     window_s: float = 5.0
     windows: int = 3
+    action: Action = Action.NOTE
 
 
 @dataclass(frozen=True)
@@ -251,7 +260,7 @@ def evaluate_agreement(
     Returns
     -------
     tuple of AgreementMemory and Trip or None
-        A note when ``windows`` windows in a row have disagreed (then again after as many).
+        A trip when ``windows`` windows in a row have disagreed (then again after as many).
     """
     signal = "force" if "force" in block.values else "force_2"
     if signal not in block.values or not len(block):
@@ -300,7 +309,7 @@ def _compare_windows(
 def _disagreement(guard: AgreementGuard, difference_kN: float, block: ScaledBlock) -> Trip:
     return Trip(
         "agreement",
-        Action.NOTE,
+        guard.action,
         f"force and force_2 (its own amplifier) differ by {difference_kN:+.2f} kN in the mean of "
         f"{guard.window_s:g} s, {guard.windows} times in a row (tolerance {guard.tolerance_kN:g} kN): "
         "check both calibrations and zeros",

@@ -2,46 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
 
+from daq.clock_guard import LagGuard
 from daq.controller_guard import ControllerGuard
+from daq.frozen_guard import FrozenGuard
 from daq.guards import Action, AgreementGuard, ChannelGuard
 from daq.panel import FORCE_2_STREAM, GuardSet
+from daq.rate_guard import HeatingGuard, SpeedGuard
+from daq.silence_guard import SilenceGuard
 from daq.temperature_guard import TemperatureGuard
 from drivers.interfaces import Stand
+from protocols.guard_table import GuardTable
 from protocols.limits import Envelope, TestLimits
 
-
-@dataclass(frozen=True)
-class GuardSettings:
-    """What no campaign file states: how the guards judge the stand itself.
-
-    Parameters
-    ----------
-    force_below_kN : float
-        A buffer cannot pull: more tension than this [kN] is a wrong sign or a stuck specimen.
-    stroke_below_mm : float
-        So far behind first contact the draw wires may read [mm].
-    tilt_mm : float
-        Largest difference of the two draw wires [mm].
-    hold_s : float
-        A tilt must last this long [s]: one bad sample of a draw wire is none.
-    silence_s : float
-        The controller may be silent this long [s of the wall].
-    gap_stop_s : float
-        A longer gap in the samples [s] stops: the guards were blind.
-    agreement_kN : float
-        Tolerance between the force and its second way [kN].
-    """
-
-    force_below_kN: float = 10.0
-    stroke_below_mm: float = 20.0
-    tilt_mm: float = 5.0
-    hold_s: float = 0.05
-    silence_s: float = 2.0
-    gap_stop_s: float = 0.5
-    agreement_kN: float = 6.0
+ACTIONS = {
+    "note": Action.NOTE,
+    "finish-cycle": Action.STOP_AFTER_CYCLE,
+    "stop": Action.STOP,
+    "emergency": Action.EMERGENCY,
+}
+"""What a campaign file calls each action."""
+DEFAULT_TILT_MM = 5.0
+"""Where neither the campaign nor the stand file states a tilt."""
+MEASURED = ("force", "stroke_1", "stroke_2", "position")
+"""Channels of the controller that must move when the command does."""
+SPEED_FACTOR = 1.25
+"""Default trip of the speed guard over the speed limit in force: a motion may overshoot its speed."""
 
 
 def guards_for(
@@ -50,7 +37,8 @@ def guards_for(
     stand: Stand,
     *,
     ambient: Collection[str] = (),
-    settings: GuardSettings | None = None,
+    table: GuardTable | None = None,
+    stand_tilt_mm: float | None = None,
 ) -> GuardSet:
     """Return the guards of a campaign on a stand.
 
@@ -64,10 +52,14 @@ def guards_for(
         Its sensors are guarded: every temperature stream, and the agreement if there is an amplifier.
     ambient : collection of str
         Streams that do not touch the specimen: their silence is noted, their value stops nothing.
-    settings : GuardSettings, optional
-        What no campaign file states.
+    table : GuardTable, optional
+        ``[guards]`` of the campaign.
+    stand_tilt_mm : float, optional
+        The tilt that the stand file allows; the campaign's own goes before.
     """
-    own = settings or GuardSettings()
+    own = table or GuardTable()
+    does = {name: ACTIONS[value] for name, value in own.action.model_dump().items()}
+    tilt_mm = own.tilt_max_mm or stand_tilt_mm or DEFAULT_TILT_MM
     channels = (
         ChannelGuard(
             "force",
@@ -76,7 +68,7 @@ def guards_for(
             -own.force_below_kN,
             "kN",
             "force (transducer of the controller)",
-            Action.EMERGENCY,
+            does["force"],
         ),
         ChannelGuard(
             "stroke",
@@ -85,17 +77,17 @@ def guards_for(
             -own.stroke_below_mm,
             "mm",
             "stroke (mean of the draw wires on the specimen)",
-            Action.EMERGENCY,
+            does["stroke"],
         ),
         ChannelGuard(
             "tilt",
             "tilt",
-            own.tilt_mm,
-            -own.tilt_mm,
+            tilt_mm,
+            -tilt_mm,
             "mm",
             "tilt (stroke_1 − stroke_2)",
-            Action.EMERGENCY,
-            own.hold_s,
+            does["tilt"],
+            own.tilt_hold_s,
         ),
         ChannelGuard(
             "following error",
@@ -104,29 +96,59 @@ def guards_for(
             -limits.following_error_max_mm,
             "mm",
             "following error (command − position)",
-            Action.STOP,
+            does["following_error"],
             limits.following_error_grace_s,
         ),
     )
     facts = {sensor.facts.name: sensor.facts for sensor in stand.sensors}
+    thermometers = tuple(
+        _thermometer(limits, name, facts[name].channels[0].place, name in ambient, does)
+        for name in facts
+        if facts[name].channels[0].quantity == "temperature"
+    )
+    measured = {channel.name for channel in stand.controller.facts.channels}
+    watched = stand.controller.facts
+    amplified = FORCE_2_STREAM in facts
     return GuardSet(
         channels,
-        tuple(
-            _thermometer(limits, name, facts[name].channels[0].place, name in ambient)
-            for name in facts
-            if facts[name].channels[0].quantity == "temperature"
+        thermometers,
+        ControllerGuard(own.controller_silence_s, own.gap_stop_s, watched.rate_Hz, watched.clock == "device"),
+        AgreementGuard(own.agreement_kN, action=does["agreement"]) if amplified else None,
+        speeds=(
+            SpeedGuard(
+                "speed",
+                "stroke",
+                own.speed_trip_mm_per_s or SPEED_FACTOR * envelope.speed.value,
+                "mm/s",
+                "stroke (mean of the draw wires on the specimen)",
+                does["speed"],
+            ),
         ),
-        ControllerGuard(own.silence_s, own.gap_stop_s, stand.controller.facts.rate_Hz),
-        AgreementGuard(own.agreement_kN) if FORCE_2_STREAM in facts else None,
+        heating=tuple(
+            HeatingGuard(one.stream, one.label, own.heating_max_K_per_min, does["heating"])
+            for one in thermometers
+            if one.stop_C is not None
+        ),
+        silences=(
+            (SilenceGuard(FORCE_2_STREAM, own.amplifier_silence_s, does["amplifier_silence"]),)
+            if amplified
+            else ()
+        ),
+        frozen=tuple(FrozenGuard(name, action=does["frozen"]) for name in MEASURED if name in measured),
+        lag=LagGuard(own.lag_stop_s),
+        disk_stop_s=own.disk_stop_s,
     )
 
 
-def _thermometer(limits: TestLimits, stream: str, place: str, ambient: bool) -> TemperatureGuard:
+def _thermometer(
+    limits: TestLimits, stream: str, place: str, ambient: bool, does: Mapping[str, Action]
+) -> TemperatureGuard:
     return TemperatureGuard(
         stream,
         place,
         None if ambient else limits.temperature_stop_C,
         None if ambient else limits.temperature_resume_C,
         limits.temperature_stale_s,
-        silence_action=Action.NOTE if ambient else Action.STOP,
+        action=does["temperature"],
+        silence_action=does["ambient_silence"] if ambient else Action.STOP,
     )

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+from daq.clock_guard import DeviceClockMemory, LagGuard, LagMemory, evaluate_device_clock, evaluate_lag
 from daq.controller_guard import (
     ControllerGuard,
     ControllerMemory,
@@ -14,6 +15,7 @@ from daq.controller_guard import (
     evaluate_gap,
     evaluate_status,
 )
+from daq.frozen_guard import FrozenGuard, FrozenMemory, evaluate_frozen
 from daq.guards import (
     Action,
     AgreementGuard,
@@ -24,7 +26,16 @@ from daq.guards import (
     evaluate_agreement,
     evaluate_channel,
 )
+from daq.rate_guard import (
+    HeatingGuard,
+    HeatingMemory,
+    SpeedGuard,
+    SpeedMemory,
+    evaluate_heating,
+    evaluate_speed,
+)
 from daq.scaling import ScaledBlock
+from daq.silence_guard import SilenceGuard, SilenceMemory, evaluate_stream_silence
 from daq.temperature_guard import (
     TemperatureGuard,
     TemperatureMemory,
@@ -48,24 +59,33 @@ class GuardSet:
     temperatures: tuple[TemperatureGuard, ...]
     controller: ControllerGuard
     agreement: AgreementGuard | None = None
+    speeds: tuple[SpeedGuard, ...] = ()
+    heating: tuple[HeatingGuard, ...] = ()
+    silences: tuple[SilenceGuard, ...] = ()
+    frozen: tuple[FrozenGuard, ...] = ()
+    lag: LagGuard | None = None
+    disk_stop_s: float = 10.0
 
     def cooling(self) -> GuardSet:
         """Return the set for waiting at zero force: a warm specimen does not trip, a silent sensor does."""
         watched = tuple(replace(guard, stop_C=None) for guard in self.temperatures)
-        return replace(self, temperatures=watched)
+        return replace(self, temperatures=watched, heating=())
 
     def valve_off(self) -> GuardSet:
         """Return the set for a stand that is not switched on: nothing follows a command."""
         kept = tuple(guard for guard in self.channels if guard.signal != "following_error")
-        return replace(self, channels=kept)
+        return replace(self, channels=kept, frozen=())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the guards as data for the run file, actions by name."""
         content: dict[str, Any] = json.loads(json.dumps(asdict(self)))
-        for guard in (*content["channels"], *content["temperatures"]):
-            guard["action"] = Action(guard["action"]).name.lower()
-        for guard in content["temperatures"]:
-            guard["silence_action"] = Action(guard["silence_action"]).name.lower()
+        listed = (
+            content[name] for name in ("channels", "temperatures", "speeds", "heating", "silences", "frozen")
+        )
+        agreement = [content["agreement"]] if content["agreement"] else []
+        for guard in (*(one for guards in listed for one in guards), *agreement):
+            for key in {"action", "silence_action"} & guard.keys():
+                guard[key] = Action(guard[key]).name.lower()
         return content
 
 
@@ -73,6 +93,11 @@ class GuardSet:
 class _Memories:
     channels: dict[str, ChannelMemory] = field(default_factory=dict)
     temperatures: dict[str, TemperatureMemory] = field(default_factory=dict)
+    speeds: dict[str, SpeedMemory] = field(default_factory=dict)
+    heating: dict[str, HeatingMemory] = field(default_factory=dict)
+    silences: dict[str, SilenceMemory] = field(default_factory=dict)
+    frozen: dict[str, FrozenMemory] = field(default_factory=dict)
+    clock: DeviceClockMemory = field(default_factory=DeviceClockMemory)
 
 
 class GuardPanel:
@@ -96,6 +121,7 @@ class GuardPanel:
         self._memories = _Memories()
         self._controller = ControllerMemory(wall_s, wall_s)
         self._agreement = AgreementMemory()
+        self._lag = LagMemory(wall_s)
 
     @property
     def trip(self) -> Trip | None:
@@ -146,6 +172,10 @@ class GuardPanel:
                 memory, trip = evaluate_reading(guard, self._heard(guard), block, wall_s)
                 self._memories.temperatures[guard.stream] = memory
                 self._take(trip)
+        self._observe_heating(block)
+        for silence in self.guards.silences:
+            if silence.stream == block.stream and len(block):
+                self._memories.silences[silence.stream] = SilenceMemory(wall_s)
         if self.guards.agreement and block.stream in (CONTROLLER_STREAM, FORCE_2_STREAM):
             self._agreement, trip = evaluate_agreement(
                 self.guards.agreement,
@@ -164,8 +194,33 @@ class GuardPanel:
             self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
             self._take(trip)
 
+        for quick in self.guards.speeds:
+            speed = self._memories.speeds.get(quick.name, SpeedMemory())
+            self._memories.speeds[quick.name], trip = evaluate_speed(quick, speed, block)
+            self._take(trip)
+        for still in self.guards.frozen:
+            stood = self._memories.frozen.get(still.signal, FrozenMemory())
+            self._memories.frozen[still.signal], trip = evaluate_frozen(still, stood, block)
+            self._take(trip)
+        if self.guards.controller.own_clock:
+            rate_Hz = self.guards.controller.rate_Hz
+            self._memories.clock, trip = evaluate_device_clock(self._memories.clock, block, rate_Hz)
+            self._take(trip)
+
+    def _observe_heating(self, block: ScaledBlock) -> None:
+        for guard in self.guards.heating:
+            if guard.stream == block.stream:
+                memory = self._memories.heating.get(guard.stream, ())
+                true_C = self.latest_temperatures().get(guard.stream)
+                self._memories.heating[guard.stream], trip = evaluate_heating(guard, memory, block, true_C)
+                self._take(trip)
+
     def complain(self, fault: SensorFault) -> None:
         """Take a reading that could not be had: it explains the silence, should it last."""
+        for silence in self.guards.silences:
+            if silence.stream == fault.stream:
+                memory = self._memories.silences.get(fault.stream, SilenceMemory(self._wall_s))
+                self._memories.silences[fault.stream] = replace(memory, complaint=fault.what)
         for guard in self.guards.temperatures:
             if guard.stream == fault.stream:
                 self._memories.temperatures[guard.stream] = evaluate_fault(self._heard(guard), fault)
@@ -177,11 +232,25 @@ class GuardPanel:
 
     def listen(self, at_s: float, wall_s: float) -> None:
         """Judge every silence; called in each pass, after all that came in was observed."""
+        for silence in self.guards.silences:
+            heard = self._memories.silences.get(silence.stream, SilenceMemory(self._wall_s))
+            self._memories.silences[silence.stream], trip = evaluate_stream_silence(
+                silence, heard, at_s, wall_s
+            )
+            self._take(trip)
         for guard in self.guards.temperatures:
             memory, trip = evaluate_silence(guard, self._heard(guard), at_s, wall_s)
             self._memories.temperatures[guard.stream] = memory
             self._take(trip)
         self._take(evaluate_controller_silence(self.guards.controller, self._controller, at_s, wall_s))
+
+    def keep_up(self, *, drained: bool, at_s: float, wall_s: float) -> None:
+        """Judge whether the reader keeps up with the stand; called in each pass that read the ring."""
+        if self.guards.lag is not None:
+            self._lag, trip = evaluate_lag(
+                self.guards.lag, self._lag, drained=drained, at_s=at_s, wall_s=wall_s
+            )
+            self._take(trip)
 
     def latest_temperatures(self) -> Mapping[str, float]:
         """Return the last true reading of every sensor that gave one [°C]."""

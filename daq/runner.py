@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from daq.control import listening
 from daq.driving import Halt
 from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus, begin_record
-from daq.guards import Trip
+from daq.guards import Trip, run_status
 from daq.metadata import CampaignFacts
 from daq.progress import ProgressSink, Silent
 from daq.safe_stop import SafeStopReport
-from daq.session import RecorderMaker, RunSettings, Session, run_status
+from daq.session import RecorderMaker, RunSettings, Session
 from daq.signals import StopLevel, StopRequest
 from drivers.interfaces import Stand
 from foundation.clock import Clock
@@ -104,18 +105,21 @@ def run_campaign(
     """
     folder = CampaignFolder(out_dir)
     shown = progress or Silent()
-    before = folder.load()
-    try:
-        campaign_file = folder.copy_inputs(plan.campaign.path)
-        for path in seal_orphans(folder.runs):
-            shown.message(f"recovered {path.name}: the program had ended while it was recorded")
-        record = begin_record(plan, before, campaign_file, folder.path)
-        folder.save(record)
-    except OSError as error:
-        raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
     request = stop_request or StopRequest()
-    session = Session(plan, stand, clock, facts, shown, request, settings or RunSettings(), recorder)
-    return _Campaign(plan, folder, record, session, request).run()
+    with listening(folder.path, request):
+        before = folder.load()
+        try:
+            campaign_file = folder.copy_inputs(plan.campaign.path)
+            for path in seal_orphans(folder.runs):
+                shown.message(f"recovered {path.name}: the program had ended while it was recorded")
+            record = begin_record(plan, before, campaign_file, folder.path)
+            folder.save(record)
+        except OSError as error:
+            raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
+        session = Session(
+            plan, stand, clock, facts, shown, request, settings or RunSettings(), recorder, folder.path
+        )
+        return _Campaign(plan, folder, record, session, request).run()
 
 
 class _Campaign:
@@ -149,10 +153,13 @@ class _Campaign:
         exit_status = ExitStatus.DONE
         if trip is not None:
             exit_status = ExitStatus.DEVICE_FAULT if trip.device_fault else ExitStatus.STOPPED
+        elif report is not None and not report.safe:  # nobody saw the stand come to rest
+            reason, exit_status = report.line, ExitStatus.DEVICE_FAULT
         self._record = replace(
             self._record, status=status, reason=reason, stopped_by="" if trip is None else trip.guard
         )
         self._save()
+        self._session.take_notes()
         self._session.show_end(status, reason)
         return CampaignOutcome(status, exit_status, tuple(self._runs), reason, report, error)
 
@@ -160,7 +167,8 @@ class _Campaign:
         """Do everything; return what stopped it, whether before anything moved, and a fault of our own."""
         refused = True
         try:
-            self._session.open(must_be_cool=self._record.must_cool)
+            left = [step for step in self._plan.steps if not self._record.step(step).over]
+            self._session.open(left, must_be_cool=self._record.must_cool)
             refused = False
             for step in self._plan.steps:
                 self._step(step)
@@ -209,7 +217,8 @@ class _Campaign:
                     self._note(step, status="skipped")
                     return
             else:
-                done = 0 if step.cycles is None else step.cycles
+                ended_early = step.steady is not None
+                done = done + self._session.cycles_done if ended_early else step.cycles or 0
                 break
         self._note(step, status="complete", cycles_done=done, reason="", stopped_by="", too_warm=False)
 

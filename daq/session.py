@@ -5,26 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from daq.acquisition import Acquisition, Pace, Recorder
+from daq.before_start import disk_trouble, first_look, specimen_gaps, zero_trouble
 from daq.driving import Driver, Halt, Patience
-from daq.guards import Action, Trip
-from daq.limits import GuardSettings, guards_for
+from daq.guards import Action, Trip, run_status
+from daq.limits import guards_for
 from daq.metadata import CampaignFacts, run_document
+from daq.notes import add_note
 from daq.panel import GuardPanel, GuardSet
-from daq.progress import Phase, Progress, ProgressSink, Throttle
+from daq.progress import ProgressSink
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from daq.showing import Showing, phase_of
 from daq.signals import StopRequest
 from daq.validity import expired_calibrations
 from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
 from foundation.errors import DeviceFault
+from protocols.guard_table import GuardTable
 from protocols.plan import Plan
-from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, StaticCycles, WaitUntilCool
+from protocols.steps import Motion, PlannedStep
 
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
 """Makes the recorder of a run in a folder, under an id, with its metadata document."""
@@ -33,8 +37,6 @@ AFTER_STOP_S = 1.0
 """So long a run goes on after its safe stop [s of stand time]."""
 CATCH_UP_S = 20.0
 """So long at most the reader may take to come to the end of the ring between two steps [s of the wall]."""
-FIRST_LOOK_S = 0.5
-"""So long at least every device is watched before anything moves [s of stand time]."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,8 @@ class RunSettings:
 
     Parameters
     ----------
-    guards : GuardSettings
-        How the guards judge the stand itself.
+    guards : GuardTable or None
+        How the guards judge the stand itself; ``[guards]`` of the campaign if not given.
     pace : Pace
         Of the acquisition.
     patience : Patience
@@ -53,7 +55,7 @@ class RunSettings:
         So long at most a specimen may take to cool to the resume threshold after a temperature stop [s].
     """
 
-    guards: GuardSettings = field(default_factory=GuardSettings)
+    guards: GuardTable | None = None
     pace: Pace = field(default_factory=Pace)
     patience: Patience = field(default_factory=Patience)
     cool_limit_s: float = 4.0 * 3600.0
@@ -78,6 +80,8 @@ class Session:
         Guards, pace, patience.
     recorder : callable
         Makes the recorder of a run.
+    notes : Path
+        The campaign's folder, where the operator's notes go.
     """
 
     def __init__(
@@ -90,21 +94,19 @@ class Session:
         request: StopRequest,
         settings: RunSettings,
         recorder: RecorderMaker,
+        notes: Path,
     ) -> None:
         self._plan = plan
         self._stand = stand
         self._clock = clock
         self._facts = facts
-        self._progress = progress
-        self._throttle = Throttle(progress, clock.wall_s)
+        self._showing = Showing(plan, clock, progress)
         self._request = request
         self._settings = settings
         self._make_recorder = recorder
-        self._began_s = clock.now_s()
-        self._step: PlannedStep | None = None
-        self._step_began_s = self._began_s
-        self._phase: Phase = "start"
-        self._warnings: list[str] = []
+        self._notes = notes
+        self._run_id = ""
+        self._table = settings.guards or plan.campaign.content.guards
         self._alive: _Alive | None = None
 
     @property
@@ -118,15 +120,17 @@ class Session:
 
     def say_aloud(self, text: str) -> None:
         """Show a line that must not be missed."""
-        self._progress.message(text)
+        self._showing.message(text)
 
     # --- before and after --------------------------------------------------------------------------
 
-    def open(self, *, must_be_cool: bool) -> None:
+    def open(self, steps: Sequence[PlannedStep], *, must_be_cool: bool) -> None:
         """Connect, look at every device, and switch on; nothing has moved when it returns.
 
         Parameters
         ----------
+        steps : sequence of PlannedStep
+            What is to be done: the disk must have room for it.
         must_be_cool : bool
             The campaign was stopped by the temperature before: now the resume threshold counts.
 
@@ -145,7 +149,8 @@ class Session:
             self._plan.limits,
             self._stand,
             ambient=self._facts.ambient(),
-            settings=self._guard_settings(),
+            table=self._table,
+            stand_tilt_mm=(self._facts.stand.get("stand") or {}).get("tilt_max_mm"),
         )
         panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
         acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
@@ -159,30 +164,24 @@ class Session:
             pump=self._tick,
         )
         self._alive = _Alive(identity, guards, panel, acquisition, driver, safe_stop)
-        for text in self._expired():
-            self._progress.message(f"WARNING: {text}")
-        self._first_look(self._alive)
+        self._demand_ready(acquisition, driver, steps)
         if must_be_cool and (why := panel.warmer_than()):
             stream = why.partition(" ")[0]
             raise Halt(self.trip_of(stream, f"still too warm to go on: {why}", device_fault=False))
         self._switch_on()
 
-    def _guard_settings(self) -> GuardSettings:
-        """Return how the guards judge the stand, with the tilt that its own file allows."""
-        tilt_mm = (self._facts.stand.get("stand") or {}).get("tilt_max_mm")
-        guards = self._settings.guards
-        return guards if tilt_mm is None else replace(guards, tilt_mm=float(tilt_mm))
-
-    def _first_look(self, alive: _Alive) -> None:
-        """Watch until every sensor has spoken; a silent one trips by itself when its grace is over."""
-        began_s = self._clock.now_s()
-        specimen = [guard.stream for guard in alive.guards.temperatures if guard.stop_C is not None]
-        while True:
-            alive.driver.pump()
-            heard = alive.panel.latest_temperatures()
-            spoken = alive.acquisition.latest.samples > 0 and all(name in heard for name in specimen)
-            if spoken and self._clock.now_s() - began_s >= FIRST_LOOK_S:
-                return
+    def _demand_ready(self, acquisition: Acquisition, driver: Driver, steps: Sequence[PlannedStep]) -> None:
+        """Look at everything that can be looked at while nothing moves; say it, or refuse."""
+        for text in (*self._expired(), specimen_gaps(self._plan.specimen)):
+            if text:
+                self._showing.message(f"WARNING: {text}")
+        if why := disk_trouble(self._notes, steps):
+            raise Halt(self.trip_of("disk", why))
+        why, refused = zero_trouble(first_look(acquisition, driver.pump), self._table.zero_force_max_kN)
+        if refused:
+            raise Halt(self.trip_of("zero", why, device_fault=False))
+        if why:
+            self._showing.message(f"WARNING: {why}")
 
     def _switch_on(self) -> None:
         alive = self._need()
@@ -202,13 +201,13 @@ class Session:
 
     def show_end(self, status: str, reason: str) -> None:
         """Show how the campaign ended."""
-        self._phase = "done"
+        self._showing.phase = "done"
         report = self._alive.safe_stop.report if self._alive else None
-        self._progress.message(f"campaign {status}" + (f": {reason}" if reason else ""))
+        self._showing.message(f"campaign {status}" + (f": {reason}" if reason else ""))
         if report is not None:
-            self._progress.message(report.line)
+            self._showing.message(report.line)
         if self._alive is not None:
-            self._progress.update(self._snapshot())
+            self._showing.now(self._alive.acquisition, self._alive.driver)
 
     # --- steps -------------------------------------------------------------------------------------
 
@@ -230,15 +229,14 @@ class Session:
             If it was stopped; the stand is at zero force with the valve off then, and the run is closed.
         """
         alive = self._need()
-        self._step, self._step_began_s, self._warnings = step, self._clock.now_s(), []
         alive.driver.begin_step()
-        steps = len(self._plan.steps)
-        self._progress.message(f"step {step.index} of {steps}: {step.name} (about {step.duration_s:.0f} s)")
+        self._showing.begin_step(step)
         try:
             self._catch_up()  # what was sampled before belongs to no run, or to the one before
             alive.driver.obey()
             if where is not None:
                 alive.acquisition.attach(self._make_recorder(*where, self._document(where[1], step)))
+                self._run_id = where[1]
             alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
             for text in self._expired():
                 alive.acquisition.say("calibration", text)
@@ -271,8 +269,8 @@ class Session:
     def _motions(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         alive = self._need()
         for motion, estimate in zip(motions, step.estimates, strict=True):
-            self._phase = _phase_of(motion)
-            alive.driver.perform(motion, estimate.duration_s)
+            self._showing.phase = phase_of(motion)
+            alive.driver.perform(motion, estimate.duration_s, step.steady)
 
     def _document(self, run_id: str, step: PlannedStep) -> dict[str, Any]:
         alive = self._need()
@@ -285,7 +283,7 @@ class Session:
             if status != "complete":
                 self._watch_rest()
             self._catch_up(stopped=True)  # what led to the stop belongs into the run
-        recorder = alive.acquisition.detach()
+        recorder, self._run_id = alive.acquisition.detach(), ""
         if recorder is None:
             return None
         with ThreadPoolExecutor(1) as pool:
@@ -294,10 +292,9 @@ class Session:
                 self._tick_safely()
                 wait_for([sealing], timeout=0.02)
         if failure := sealing.exception():
-            trip = self.trip_of("recorder", f"the run could not be sealed: {failure}")
-            self._progress.message(trip.reason)
-            return trip
-        self._progress.message(f"  {status}: {sealing.result().name}" + (f" ({reason})" if reason else ""))
+            self._showing.message(f"the run could not be sealed: {failure}")
+            return self.trip_of("recorder", f"the run could not be sealed: {failure}")
+        self._showing.message(f"  {status}: {sealing.result().name}" + (f" ({reason})" if reason else ""))
         return None
 
     # --- safe stop and cooling ---------------------------------------------------------------------
@@ -305,7 +302,7 @@ class Session:
     def _stop(self, emergency: bool) -> SafeStopReport:
         alive = self._need()
         first = alive.safe_stop.report is None
-        self._phase = "safe stop"
+        self._showing.phase = "safe stop"
         alive.panel.change(alive.guards.valve_off())
         report = alive.safe_stop.run(emergency=emergency)
         if first:
@@ -323,22 +320,35 @@ class Session:
             If the actuator cannot be switched on again.
         """
         alive = self._need()
-        self._phase = "cool-down"
-        self._progress.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
+        self._showing.phase = "cool-down"
+        self._showing.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
         alive.panel.change(alive.guards.valve_off().cooling())
         alive.panel.reset()
         alive.driver.cool(None, self._settings.cool_limit_s)
-        self._progress.message("cool enough: going on")
+        self._showing.message("cool enough: going on")
         self._switch_on()
 
-    # --- what is shown -----------------------------------------------------------------------------
+    # --- passes of the loop ------------------------------------------------------------------------
 
     def _tick(self) -> None:
         alive = self._need()
         for trip in alive.acquisition.tick():
-            self._warnings.append(trip.reason)
-            self._progress.message(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
-        self._throttle.offer(self._snapshot)
+            self._showing.trip(trip)
+        for text in alive.acquisition.unrecorded():
+            self._showing.message(f"note: {text}")
+        self.take_notes()
+        self._showing.offer(alive.acquisition, alive.driver)
+
+    def take_notes(self) -> None:
+        """Put what the operator wrote into the run under way and into the campaign's notes."""
+        for text in self._request.take_notes():
+            self._showing.message(f"operator: {text}")
+            if self._alive is not None:
+                self._alive.acquisition.say("operator", text)
+            try:
+                add_note(self._notes, text, step=self._showing.step_index, run=self._run_id)
+            except OSError as error:
+                self._showing.message(f"the note could not be written: {error.strerror}")
 
     def _watch_rest(self) -> None:
         """Keep recording for a moment after a safe stop: the run is to show that the force is gone."""
@@ -369,35 +379,7 @@ class Session:
         try:
             self._tick()
         except Exception as error:  # noqa: BLE001 - sealing must come to its end; the next pass says it again
-            self._warnings.append(repr(error))
-
-    def _snapshot(self) -> Progress:
-        alive = self._need()
-        latest, step = alive.acquisition.latest, self._step
-        elapsed_s = self._clock.now_s() - self._began_s
-        later = sum(s.expected_duration_s for s in self._plan.steps if step is None or s.index > step.index)
-        here = 0.0
-        if step is not None and self._phase != "done":
-            here = max(0.0, step.expected_duration_s - (self._clock.now_s() - self._step_began_s))
-        recorder = alive.acquisition.recorder
-        return Progress(
-            step=step.index if step else 0,
-            steps=len(self._plan.steps),
-            name=step.name if step else "",
-            phase=self._phase,
-            cycle=alive.driver.cycles_done,
-            cycles=(step.cycles or 0) if step else 0,
-            force_kN=latest.values.get("force"),
-            stroke_mm=latest.values.get("stroke"),
-            temperatures_C=alive.panel.latest_temperatures(),
-            temperature_limit_C=self._plan.campaign.limits.temperature_stop_C,
-            elapsed_s=elapsed_s,
-            remaining_s=here + (0.0 if self._phase == "done" else later),
-            lost=latest.lost,
-            written=recorder.written if recorder else 0,
-            durable=recorder.durable if recorder else 0,
-            warnings=tuple(self._warnings),
-        )
+            self._showing.warn(repr(error))
 
     def _need(self) -> _Alive:
         if self._alive is None:
@@ -415,18 +397,3 @@ class _Alive:
     acquisition: Acquisition
     driver: Driver
     safe_stop: SafeStop
-
-
-def run_status(trip: Trip) -> Literal["stopped", "failed"]:
-    """Return how a run ends that a trip stopped: ``failed`` where its last moment may be missing."""
-    return "failed" if trip.guard in ("controller", "recorder", "internal") else "stopped"
-
-
-def _phase_of(motion: Motion) -> Phase:
-    if isinstance(motion, Harmonic | StaticCycles):
-        return "motion"
-    if isinstance(motion, Release):
-        return "release"
-    if isinstance(motion, WaitUntilCool):
-        return "cool-down"
-    return "wait" if isinstance(motion, Hold) else "ramp"

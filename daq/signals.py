@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import IntEnum
@@ -25,12 +26,20 @@ class StopLevel(IntEnum):
     NOW = 3
 
 
+LATER_SIGNALS = {
+    signal.SIGUSR1: (StopLevel.AFTER_CYCLE, "SIGUSR1 (after the cycle)"),
+    signal.SIGUSR2: (StopLevel.AFTER_STEP, "SIGUSR2 (after the step)"),
+}
+"""They let what is under way come to its end first."""
+
+
 class StopRequest:
     """A wish to stop that can be raised, never lowered; safe to set from a signal handler."""
 
     def __init__(self) -> None:
         self._level = StopLevel.NONE
         self._reason = ""
+        self._notes: deque[str] = deque()
 
     def ask(self, level: StopLevel, reason: str) -> None:
         """Ask for a stop; the strongest wish counts, and its first reason is kept."""
@@ -48,12 +57,24 @@ class StopRequest:
         """Return who or what asked, for a person."""
         return self._reason
 
+    def note(self, text: str) -> None:
+        """Hand over a note of the operator's."""
+        self._notes.append(text)
+
+    def take_notes(self) -> list[str]:
+        """Return (and forget) the notes that were handed over."""
+        taken: list[str] = []
+        while self._notes:
+            taken.append(self._notes.popleft())
+        return taken
+
 
 @contextmanager
 def stop_on_signals(request: StopRequest) -> Iterator[StopRequest]:
-    """While inside, SIGINT, SIGTERM and SIGHUP ask for a stop now; the handlers before are put back.
+    """While inside, SIGINT, SIGTERM and SIGHUP ask for a stop now, SIGUSR1 and SIGUSR2 for a later one.
 
-    Must be entered in the main thread. Further signals change nothing: the safe stop runs to its end.
+    The handlers before are put back. Must be entered in the main thread. Further signals change
+    nothing: the safe stop runs to its end.
 
     Raises
     ------
@@ -63,9 +84,12 @@ def stop_on_signals(request: StopRequest) -> Iterator[StopRequest]:
 
     def handler(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - Python's signature
         name = signal.Signals(number).name
+        if later := LATER_SIGNALS.get(signal.Signals(number)):
+            request.ask(*later)
+            return
         request.ask(StopLevel.NOW, "Ctrl-C (SIGINT)" if name == "SIGINT" else name)
 
-    before = {number: signal.signal(number, handler) for number in STOP_SIGNALS}
+    before = {number: signal.signal(number, handler) for number in (*STOP_SIGNALS, *LATER_SIGNALS)}
     try:
         yield request
     finally:

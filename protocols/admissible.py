@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from protocols.campaign import CoolDownStep, HarmonicStep, HoldStep, MotionSettings, StaticStep
-from protocols.expansion import SingleStep
+from protocols.campaign import MotionSettings
+from protocols.kinds import (
+    ConditioningStep,
+    CoolDownStep,
+    HarmonicPiece,
+    HarmonicStep,
+    HoldStep,
+    InnerLoopsStep,
+    MotionStep,
+    RampPiece,
+    ReleasePiece,
+    SingleStep,
+    StaticStep,
+)
 from protocols.limits import TOLERANCE, Bound, Envelope
 from protocols.prediction import Predictor, force_at, peak_force
 
@@ -66,14 +78,21 @@ class Judge:
     ramp_speed_mm_per_s: float
     coldest_C: float
 
-    def breach(self, step: SingleStep) -> Breach | None:
+    def breach(self, step: SingleStep) -> Breach | None:  # noqa: PLR0911 - one for each kind
         """Return the first limit that a step breaks, with the nearest admissible values, or None."""
-        if isinstance(step, HarmonicStep):
-            return self._harmonic(step)
-        if isinstance(step, StaticStep):
-            return self._static(step)
-        if isinstance(step, HoldStep):
-            return self._hold(step)
+        match step:
+            case HarmonicStep():
+                return self._harmonic(step)
+            case StaticStep():
+                return self._static(step)
+            case HoldStep():
+                return self._hold(step)
+            case ConditioningStep():
+                return self.breach(step.as_step())
+            case InnerLoopsStep():
+                return self._loops(step)
+            case MotionStep():
+                return self._composed(step)
         return None
 
     def motion_breach(self, motion: MotionSettings) -> Breach | None:
@@ -178,25 +197,71 @@ class Judge:
                 return found
         return None
 
+    def _loops(self, step: InnerLoopsStep) -> Breach | None:
+        for loop in step.loops():
+            if found := self._harmonic(loop):
+                which = f"loop {loop.prestress_mm:g} ± {loop.amplitude_mm:g} mm"
+                return _within(which, found, {"prestress_mm": "mean_mm"})
+        return None
+
+    def _composed(self, step: MotionStep) -> Breach | None:
+        at_mm = 0.0
+        for number, piece in enumerate(step.piece, start=1):
+            found: Breach | None = None
+            if isinstance(piece, HarmonicPiece):
+                found = self._harmonic(piece.about(at_mm))
+                if found and "prestress_mm" in found.nearest:
+                    found = Breach(found.limit, found.problem, {})  # that is the piece's before it
+            elif isinstance(piece, RampPiece):
+                found = self._ramp(piece)
+                at_mm = piece.to_mm if piece.to_mm is not None else self.limits.stroke.value
+            elif isinstance(piece, ReleasePiece):
+                if piece.speed_mm_per_s is not None:
+                    found = _over("speed_mm_per_s", piece.speed_mm_per_s, self.limits.speed)
+                at_mm = 0.0
+            if found:
+                return _within(f"piece {number}", found, {})
+        return None
+
+    def _ramp(self, piece: RampPiece) -> Breach | None:
+        if found := _over("speed_mm_per_s", piece.speed_mm_per_s, self.limits.speed):
+            return found
+        if piece.to_kN is not None:
+            return _over("to_kN", piece.to_kN, self.limits.force)
+        return self._stroke("to_mm", piece.to_mm or 0.0, piece.speed_mm_per_s)
+
     def _hold(self, step: HoldStep) -> Breach | None:
-        if step.stroke_mm is None:
+        if step.force_kN is not None:
+            found = _over("approach_speed_mm_per_s", step.approach_speed_mm_per_s, self.limits.speed)
+            return found or _over("force_kN", step.force_kN, self.limits.force)
+        return self._stroke("stroke_mm", step.stroke_mm or 0.0, self.ramp_speed_mm_per_s)
+
+    def _stroke(self, key: str, asked_mm: float, speed_mm_per_s: float) -> Breach | None:
+        """Judge a compression to a stroke by stroke and force."""
+        if asked_mm <= 0.0:
             return None
-        stroke = min(step.stroke_mm, self.limits.stroke.value)
+        stroke = min(asked_mm, self.limits.stroke.value)
+
+        def force_at_mm(stroke_mm: float) -> float:
+            return force_at(self.predictor, stroke_mm, speed_mm_per_s, self.coldest_C)
 
         def keeps(share: float) -> bool:
-            return self.limits.force.allows(self._force_at(_down(stroke * share)))
+            return self.limits.force.allows(force_at_mm(_down(stroke * share)))
 
-        if self.limits.force.allows(self._force_at(stroke)):
-            return _over("stroke_mm", step.stroke_mm, self.limits.stroke)
+        if self.limits.force.allows(force_at_mm(stroke)):
+            return _over(key, asked_mm, self.limits.stroke)
         share = _greatest_share(keeps, stroke)
-        nearest = {"stroke_mm": _down(stroke * share)} if share > 0.0 else {}
-        if not self.limits.stroke.allows(step.stroke_mm):
-            return Breach(*_said("stroke_mm", step.stroke_mm, self.limits.stroke), nearest)
-        what = f"the expected force at {step.stroke_mm:g} mm and {self.coldest_C:g} °C"
-        return Breach(*_said(what, self._force_at(step.stroke_mm), self.limits.force), nearest)
+        nearest = {key: _down(stroke * share)} if share > 0.0 else {}
+        if not self.limits.stroke.allows(asked_mm):
+            return Breach(*_said(key, asked_mm, self.limits.stroke), nearest)
+        what = f"the expected force at {asked_mm:g} mm and {self.coldest_C:g} °C"
+        return Breach(*_said(what, force_at_mm(asked_mm), self.limits.force), nearest)
 
-    def _force_at(self, stroke_mm: float) -> float:
-        return force_at(self.predictor, stroke_mm, self.ramp_speed_mm_per_s, self.coldest_C)
+
+def _within(part: str, found: Breach, keys: Mapping[str, str]) -> Breach:
+    """Return a breach of one part of a step, named, with the keys as the step has them."""
+    nearest = {f"{keys.get(key, key)} ({part})": value for key, value in found.nearest.items()}
+    return Breach(found.limit, f"{part}: {found.problem}", nearest)
 
 
 def cool_down_note(step: CoolDownStep, ambient_C: float) -> str | None:

@@ -3,151 +3,23 @@
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from foundation.canonical import file_hash
-from foundation.settings import Numbers, Settings, parse_settings, read_text
+from foundation.settings import Settings, parse_settings, read_text
+from protocols.guard_table import GuardTable
+from protocols.kinds import KINDS, Positive, Step, as_tuple
+from protocols.kinds import CoolDownStep as CoolDownStep  # noqa: PLC0414 - part of the schema
+from protocols.kinds import HarmonicStep as HarmonicStep  # noqa: PLC0414
+from protocols.kinds import HoldStep as HoldStep  # noqa: PLC0414
+from protocols.kinds import StaticStep as StaticStep  # noqa: PLC0414
+from protocols.kinds import SweepStep as SweepStep  # noqa: PLC0414
 from protocols.limits import TestLimits
-
-Positive = Annotated[float, Field(gt=0)]
-KINDS = ("static", "harmonic", "sweep", "hold", "cool-down")
-"""Kinds of ``[[step]]``."""
-
-
-def _tuple(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
-
-
-class StaticStep(Settings):
-    """Compress at constant speed to a force or stroke, whichever comes first; unload at once; repeat."""
-
-    kind: Literal["static"]
-    name: str = ""
-    speed_mm_per_s: Positive = 5.0
-    force_limit_kN: Positive | None = None
-    stroke_limit_mm: Positive | None = None
-    cycles: int = Field(default=1, gt=0)
-    pause_s: float = Field(default=0.0, ge=0)
-    proof_load: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$")] | None = None
-    """Which proof load this step applies (F1 …); it is recorded and judged as a proof run."""
-
-    @model_validator(mode="after")
-    def _proof_load_has_a_force(self) -> Self:
-        if self.proof_load is not None and self.force_limit_kN is None:
-            raise ValueError(
-                f"a step with proof_load = “{self.proof_load}” needs the force: add force_limit_kN"
-            )
-        return self
-
-
-class _Rated(Settings):
-    """How fast a harmonic motion is: one of frequency and peak speed, v = 2π f A."""
-
-    @staticmethod
-    def exactly_one(frequency: object, speed: object) -> None:
-        if (frequency is None) == (speed is None):
-            raise ValueError("give exactly one of frequency_Hz and peak_speed_mm_per_s")
-
-
-class HarmonicStep(_Rated):
-    """A sine about ``prestress_mm`` with ``amplitude_mm`` (half the range)."""
-
-    kind: Literal["harmonic"]
-    name: str = ""
-    prestress_mm: float = Field(ge=0)
-    amplitude_mm: Positive
-    frequency_Hz: Positive | None = None
-    peak_speed_mm_per_s: Positive | None = None
-    cycles: int = Field(default=5, gt=0)
-
-    @model_validator(mode="after")
-    def _one_rate(self) -> Self:
-        self.exactly_one(self.frequency_Hz, self.peak_speed_mm_per_s)
-        return self
-
-    def rate(self) -> tuple[float, float]:
-        """Return frequency [Hz] and peak speed [mm/s]; v = 2π f A."""
-        per_Hz = 2.0 * math.pi * self.amplitude_mm
-        if self.frequency_Hz is not None:
-            return self.frequency_Hz, per_Hz * self.frequency_Hz
-        speed = self.peak_speed_mm_per_s or 0.0
-        return speed / per_Hz, speed
-
-
-def _one_or_more(value: object) -> object:
-    """Take a single number for a list of one."""
-    return (value,) if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-SweepNumbers = Annotated[Numbers, Field(min_length=1), BeforeValidator(_one_or_more)]
-
-
-class SweepStep(_Rated):
-    """Every combination of prestress, amplitude and frequency (or peak speed), as harmonic steps."""
-
-    kind: Literal["sweep"]
-    name: str = ""
-    prestress_mm: SweepNumbers
-    amplitude_mm: SweepNumbers
-    frequency_Hz: SweepNumbers | None = None
-    peak_speed_mm_per_s: SweepNumbers | None = None
-    cycles: Annotated[int | tuple[int, ...], BeforeValidator(_tuple)] = 5
-    order: Literal["given", "heat", "random"] = "given"
-    seed: int | None = None
-    beyond_limits: Literal["refuse", "leave-out"] = "refuse"
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
-        self.exactly_one(self.frequency_Hz, self.peak_speed_mm_per_s)
-        for name in ("amplitude_mm", "frequency_Hz", "peak_speed_mm_per_s"):
-            if any(not value > 0.0 for value in getattr(self, name) or ()):
-                raise ValueError(f"every value of {name} must be positive")
-        if any(value < 0.0 for value in self.prestress_mm):
-            raise ValueError("no value of prestress_mm may be below zero")
-        if any(count < 1 for count in self.cycle_counts()):
-            raise ValueError("every value of cycles must be at least 1")
-        if len(self.cycle_counts()) != len(self.rates()):
-            raise ValueError(
-                f"cycles lists {len(self.cycle_counts())} values for {len(self.rates())} frequencies or "
-                "peak speeds: give one number, or one for each of them"
-            )
-        if self.order == "random" and self.seed is None:
-            raise ValueError("order = “random” needs a seed, so that the plan is the same each time")
-        if self.order != "random" and self.seed is not None:
-            raise ValueError("seed has a meaning with order = “random” only")
-        return self
-
-    def rates(self) -> tuple[float, ...]:
-        """Return the frequencies [Hz] or peak speeds [mm/s], whichever are given."""
-        return self.frequency_Hz or self.peak_speed_mm_per_s or ()
-
-    def cycle_counts(self) -> tuple[int, ...]:
-        """Return the number of cycles at each frequency or peak speed."""
-        return self.cycles if isinstance(self.cycles, tuple) else (self.cycles,) * len(self.rates())
-
-
-class HoldStep(Settings):
-    """Stand still: at a stroke, or (without ``stroke_mm``) at zero force."""
-
-    kind: Literal["hold"]
-    name: str = ""
-    stroke_mm: Positive | None = None
-    duration_s: Positive
-
-
-class CoolDownStep(Settings):
-    """Wait at zero force until every specimen sensor is at or below ``temperature_C``."""
-
-    kind: Literal["cool-down"]
-    name: str = ""
-    temperature_C: float
-    timeout_s: Positive = 7200.0
 
 
 def _known_kind(value: object) -> object:
@@ -162,7 +34,6 @@ def _known_kind(value: object) -> object:
     return value
 
 
-Step = StaticStep | HarmonicStep | SweepStep | HoldStep | CoolDownStep
 _TaggedStep = Annotated[Annotated[Step, Field(discriminator="kind")], BeforeValidator(_known_kind)]
 
 
@@ -196,14 +67,26 @@ class MotionSettings(Settings):
     release_speed_mm_per_s: Positive = 20.0
 
 
+class PlanSettings(Settings):
+    """``[plan]``: in which order the steps are run, and how warm they may begin."""
+
+    order: Literal["given", "soonest"] = "given"
+    margin_C: float = Field(default=1.0, ge=0)
+    """So far below ``temperature_stop_C`` the planner keeps the sensor with its pauses [K]."""
+    start_max_C: float | None = None
+    """No step that may be moved begins warmer than this [°C]; None: as warm as the limit allows."""
+
+
 class CampaignFile(Settings):
     """A campaign file."""
 
     campaign: CampaignFacts
     limits: TestLimits = TestLimits()
+    guards: GuardTable = GuardTable()
     conditions: Conditions = Conditions()
     motion: MotionSettings = MotionSettings()
-    step: Annotated[tuple[_TaggedStep, ...], BeforeValidator(_tuple), Field(min_length=1)]
+    plan: PlanSettings = PlanSettings()
+    step: Annotated[tuple[_TaggedStep, ...], BeforeValidator(as_tuple), Field(min_length=1)]
 
 
 @dataclass(frozen=True)

@@ -5,53 +5,31 @@ Dry run, progress and execution read the same list of steps.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from foundation.canonical import content_hash
 from foundation.durations import duration_text
 from foundation.errors import BadInput
-from foundation.specimen import Kind, Specimen
-from protocols.admissible import Breach, Judge, cool_down_note
-from protocols.campaign import Campaign, CoolDownStep, HarmonicStep, HoldStep, StaticStep
-from protocols.expansion import Request, SingleStep, expand, motions_of
+from foundation.specimen import Specimen
+from protocols.admissible import Breach, Judge
+from protocols.campaign import Campaign, HarmonicStep
+from protocols.estimate import HASH_VERSION, Estimator
+from protocols.estimate import DataRate as DataRate  # noqa: PLC0414 - part of the plan's interface
+from protocols.expansion import Request, expand
+from protocols.learning import HeatScale, LearnedPredictor
 from protocols.limits import Envelope, StandLimits, envelope
-from protocols.prediction import Predictor, Temperatures, force_at, peak_force
-from protocols.steps import Motion, PlannedStep, motion_dict
-from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
+from protocols.ordering import Ordering, put_in_order
+from protocols.prediction import CoarsePredictor, Predictor, Temperatures
+from protocols.steps import Hold, PlannedStep, WaitUntilCool
+from protocols.thermal import LONGEST_WAIT_S, Surroundings
 
 SCHEMA = "bufferstand/plan/1"
-HASH_VERSION = 1
-"""Raised when the meaning of a motion changes, so that no old run passes for a new one."""
-
 HEADER = (
     "step", "name", "prestress mm", "amplitude mm", "frequency Hz", "peak speed mm/s", "cycles",
     "peak force kN", "heat kJ", "spring °C", "sensor °C", "duration", "disk MB",
 )  # fmt: skip
 """Column heads of :meth:`Plan.rows`; temperatures are those at the step's end."""
-
-
-@dataclass(frozen=True)
-class DataRate:
-    """What recording costs, before compression.
-
-    Parameters
-    ----------
-    bytes_per_s : float
-        Default: 20 bytes for each of 1000 controller samples, 12 for each of 250 of the amplifier, and the
-        temperatures.
-    bytes_per_run : float
-        Metadata and the container.
-    """
-
-    bytes_per_s: float = 23_100.0
-    bytes_per_run: float = 65_536.0
-
-    def of_run(self, duration_s: float) -> int:
-        """Return the bytes of one run of ``duration_s``."""
-        return round(self.bytes_per_s * duration_s + self.bytes_per_run)
 
 
 @dataclass(frozen=True)
@@ -72,6 +50,8 @@ class Plan:
         In order.
     notes : tuple of str
         What the user should know before starting: expected temperature stops, combinations left out.
+    ordering : Ordering or None
+        What the order "soonest" gains; None where the steps are in the given order.
     """
 
     campaign: Campaign
@@ -80,6 +60,7 @@ class Plan:
     limits: Envelope
     steps: tuple[PlannedStep, ...]
     notes: tuple[str, ...]
+    ordering: Ordering | None = None
 
     @property
     def duration_s(self) -> float:
@@ -139,6 +120,7 @@ class Plan:
                 "max_temperature_C": self.max_temperature_C,
                 "disk_bytes": self.disk_bytes,
             },
+            "ordering": None if self.ordering is None else self.ordering.as_dict(),
             "notes": list(self.notes),
         }
 
@@ -158,7 +140,7 @@ def _row(step: PlannedStep) -> tuple[str, ...]:
         number(step.amplitude_mm, "g"),
         number(step.frequency_Hz, ".3g"),
         number(step.peak_speed_mm_per_s, ".4g"),
-        number(step.cycles, "d"),
+        _cycles_text(step),
         number(step.expected_peak_force_kN, ".0f"),
         f"{step.expected_heat_J / 1000.0:.1f}",
         f"{step.end_temperature_C:.1f}",
@@ -168,6 +150,12 @@ def _row(step: PlannedStep) -> tuple[str, ...]:
     )
 
 
+def _cycles_text(step: PlannedStep) -> str:
+    if step.cycles is None:
+        return ""
+    return str(step.cycles) if step.steady is None else f"{step.steady.min_cycles}…{step.cycles}"
+
+
 def make_plan(
     campaign: Campaign,
     limits: StandLimits,
@@ -175,6 +163,7 @@ def make_plan(
     specimen: Specimen,
     *,
     rate: DataRate | None = None,
+    heating: HeatScale | None = None,
 ) -> Plan:
     """Expand, judge and estimate every step of a campaign.
 
@@ -190,6 +179,8 @@ def make_plan(
         From the specimen file.
     rate : DataRate, optional
         What recording costs on disk.
+    heating : HeatScale, optional
+        What was learned of the specimen's heating from steps already run.
 
     Returns
     -------
@@ -211,18 +202,55 @@ def make_plan(
     def heat_of(step: HarmonicStep) -> float:
         frequency, _ = step.rate()
         cycle = predictor.harmonic(step.prestress_mm, step.amplitude_mm, frequency, conditions.start_C())
-        return step.cycles * cycle.absorbed_energy_J
+        return step.most_cycles() * cycle.absorbed_energy_J
 
     requests, notes = _admitted(campaign, expand(campaign, heat_of), judge)
-    around = Surroundings(predictor, bounds, campaign.limits, conditions.ambient_C)
+    thermal = predictor if heating is None else LearnedPredictor(predictor, heating)
     hashing = {
         "version": HASH_VERSION,
         "specimen": specimen.model_dump(mode="json"),
         "stand_limits": limits.as_dict(),
         "limits": campaign.limits.hashed(),
     }
-    estimator = _Estimator(campaign, around, rate or DataRate(), hashing)
-    return Plan(campaign, specimen, limits, bounds, estimator.steps(requests), (*notes, *estimator.notes))
+
+    def estimator(predicted: Predictor) -> Estimator:
+        around = Surroundings(predicted, bounds, campaign.limits, conditions.ambient_C)
+        return Estimator(campaign, around, rate or DataRate(), hashing)
+
+    put = None
+    coarse = CoarsePredictor(thermal)
+    if campaign.content.plan.order == "soonest":
+        start = Temperatures(conditions.start_C(), conditions.start_C())
+        around = Surroundings(coarse, bounds, campaign.limits, conditions.ambient_C)
+        put = put_in_order(requests, campaign, around, start)
+    final = estimator(thermal)
+    steps = final.steps(requests if put is None else put.chosen)
+    ordering = None
+    if put is not None:
+        ordering = Ordering(
+            method=put.method,
+            tried=put.tried,
+            given_s=_with_waits_s(estimator(coarse).steps(requests)),
+            given_paused_s=_with_waits_s(estimator(coarse).steps(put.given)),
+            chosen_s=_with_waits_s(steps),
+            pauses_s=sum(step.duration_s for step in steps if _only_waits(step)),
+        )
+    return Plan(campaign, specimen, limits, bounds, steps, (*notes, *final.notes), ordering)
+
+
+def _only_waits(step: PlannedStep) -> bool:
+    return all(isinstance(motion, Hold | WaitUntilCool) for motion in step.motions)
+
+
+def _with_waits_s(steps: Sequence[PlannedStep]) -> float:
+    """Return how long steps take until all are through, with what a stop that ends one waits for [s]."""
+    total_s = 0.0
+    for step in steps:
+        total_s += step.expected_duration_s
+        if step.stops and step.expected_duration_s < step.duration_s:
+            wait_s = step.stops[-1].wait_s
+            total_s += LONGEST_WAIT_S if wait_s is None else wait_s
+    return total_s
 
 
 def _admitted(
@@ -254,127 +282,3 @@ def _admitted(
             "every step was left out as beyond the limits", file=campaign.path, remedy="check the limits"
         )
     return admitted, notes
-
-
-class _Estimator:
-    """Turns admitted requests into planned steps: each begins as warm as the last ended."""
-
-    def __init__(
-        self, campaign: Campaign, around: Surroundings, rate: DataRate, hashing: dict[str, Any]
-    ) -> None:
-        self._campaign = campaign
-        self._around = around
-        self._rate = rate
-        self._hashing = hashing
-        self._seen: Counter[str] = Counter()
-        self.notes: list[str] = []
-
-    def steps(self, requests: Sequence[Request]) -> tuple[PlannedStep, ...]:
-        around = self._around
-        start_C = self._campaign.content.conditions.start_C()
-        now = Temperatures(start_C, start_C)
-        planned = []
-        for index, request in enumerate(requests, start=1):
-            motions = motions_of(request.step, self._campaign.content.motion, around.limits)
-            walk = Walker(around, now).walk(motions)
-            planned.append(self._step(index, request, motions, walk, now.mass_C))
-            now = walk.end
-            if walk.ended:  # the next starts when the specimen has cooled; if it cannot, at the air's
-                wait_s = walk.stops[-1].wait_s
-                rest_s = LONGEST_WAIT_S if wait_s is None else wait_s
-                now = around.predictor.temperatures_after(now, around.ambient_C, 0.0, rest_s)
-        return tuple(planned)
-
-    def _step(
-        self, index: int, request: Request, motions: tuple[Motion, ...], walk: Walk, start_C: float
-    ) -> PlannedStep:
-        step = request.step
-        run_kind: Kind | None = None
-        prestress = amplitude = frequency = speed = None
-        if isinstance(step, HarmonicStep):
-            run_kind = "harmonic"
-            prestress, amplitude = step.prestress_mm, step.amplitude_mm
-            frequency, speed = step.rate()
-        elif isinstance(step, StaticStep):
-            run_kind, speed = "static" if step.proof_load is None else "proof", step.speed_mm_per_s
-        proof_load = step.proof_load if isinstance(step, StaticStep) else None
-        duration_s = sum(estimate.duration_s for estimate in walk.estimates)
-        self._note(index, request, walk)
-        return PlannedStep(
-            index=index,
-            name=request.name,
-            kind=step.kind,
-            run_kind=run_kind,
-            place=self._campaign.place(request.number),
-            motions=motions,
-            estimates=walk.estimates,
-            prestress_mm=prestress,
-            amplitude_mm=amplitude,
-            frequency_Hz=frequency,
-            peak_speed_mm_per_s=speed,
-            cycles=step.cycles if isinstance(step, StaticStep | HarmonicStep) else None,
-            expected_peak_force_kN=self._peak_force(step, start_C),
-            expected_heat_J=walk.heat_J,
-            start_temperature_C=start_C,
-            end_temperature_C=walk.end.mass_C,
-            max_temperature_C=walk.highest.mass_C,
-            sensor_end_temperature_C=walk.end.sensor_C,
-            sensor_max_temperature_C=walk.highest.sensor_C,
-            duration_s=duration_s,
-            expected_duration_s=walk.expected_duration_s,
-            disk_bytes=0 if run_kind is None else self._rate.of_run(duration_s),
-            stops=walk.stops,
-            plan_hash=self._hash(motions, proof_load),
-            proof_load=proof_load,
-        )
-
-    def _peak_force(self, step: SingleStep, temperature_C: float) -> float | None:
-        predictor, limits = self._around.predictor, self._around.limits
-        ramp_speed = self._campaign.content.motion.ramp_speed_mm_per_s
-        if isinstance(step, HarmonicStep):
-            frequency, _ = step.rate()
-            return peak_force(
-                predictor, step.prestress_mm, step.amplitude_mm, frequency, ramp_speed, temperature_C
-            )
-        if isinstance(step, StaticStep):
-            force = limits.force.value if step.force_limit_kN is None else step.force_limit_kN
-            stroke = limits.stroke.value if step.stroke_limit_mm is None else step.stroke_limit_mm
-            return predictor.static(force, stroke, step.speed_mm_per_s, temperature_C).peak_force_kN
-        if isinstance(step, HoldStep) and step.stroke_mm is not None:
-            return force_at(predictor, step.stroke_mm, ramp_speed, temperature_C)
-        return None
-
-    def _hash(self, motions: Sequence[Motion], proof_load: str | None) -> str:
-        content = self._hashing | {"motions": [motion_dict(motion) for motion in motions]}
-        if proof_load is not None:  # else as ever: hashes of recorded runs must stay
-            content |= {"proof_load": proof_load}
-        same = content_hash(content)
-        self._seen[same] += 1
-        return content_hash({"content": same, "occurrence": self._seen[same]})
-
-    def _note(self, index: int, request: Request, walk: Walk) -> None:
-        test = self._around.test
-        if isinstance(request.step, CoolDownStep):
-            note = cool_down_note(request.step, self._around.ambient_C)
-            if note and walk.estimates[0].duration_s > 0.0:
-                self.notes.append(f"step {index} “{request.name}”: {note}")
-        for stop in walk.stops:
-            text = (
-                f"step {index} “{request.name}”: the {test.temperature_stop_C:g} °C stop is expected "
-                f"{duration_text(stop.at_s)} after its start, after {stop.cycles_done:.1f} cycles; "
-            )
-            if stop.wait_s is None:
-                text += (
-                    f"in air of {self._around.ambient_C:g} °C the specimen will not cool to "
-                    f"{test.temperature_resume_C:g} °C, so the campaign ends there"
-                )
-            else:
-                cooling = (
-                    f"cooling to {test.temperature_resume_C:g} °C takes about {duration_text(stop.wait_s)}"
-                )
-                text += {
-                    "stop": f"the campaign ends there, to be resumed ({cooling})",
-                    "skip": f"the rest of the step is left out ({cooling} before the next)",
-                    "wait-and-continue": f"{cooling}, then the cycles left are run",
-                }[test.on_temperature_stop]
-            self.notes.append(text)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from model.prediction import heat_step, predict_harmonic, predict_static
@@ -148,3 +149,75 @@ class ModelPredictor:
             heat_step(heat, start.mass_C, ambient_C, power_W, duration_s),
             sensor_after(heat, start, ambient_C, power_W, duration_s),
         )
+
+
+@dataclass
+class CoarsePredictor:
+    """A predictor that is asked at every eighth kelvin only and interpolates between, for the planner.
+
+    What a cycle absorbs is smooth in temperature, so that this errs by far less than the model itself.
+
+    Parameters
+    ----------
+    fine : Predictor
+        Who knows.
+    step_C : float
+        Distance of the temperatures at which it is asked [K].
+    """
+
+    fine: Predictor
+    step_C: float = 8.0
+    _known: dict[tuple[float, ...], _Cycle] = field(default_factory=dict)
+
+    def harmonic(
+        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
+    ) -> CycleEstimate:
+        """Return the settled harmonic cycle."""
+
+        def ask(at_C: float) -> _Cycle:
+            cycle = self.fine.harmonic(prestress_mm, amplitude_mm, frequency_Hz, at_C)
+            return _Cycle(cycle.peak_force_kN, cycle.absorbed_energy_J, 0.0)
+
+        return self._between((prestress_mm, amplitude_mm, frequency_Hz), ask, temperature_C)
+
+    def static(
+        self, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float, temperature_C: float
+    ) -> StaticEstimate:
+        """Return the slow cycle."""
+
+        def ask(at_C: float) -> _Cycle:
+            cycle = self.fine.static(force_limit_kN, stroke_limit_mm, speed_mm_per_s, at_C)
+            return _Cycle(cycle.peak_force_kN, cycle.absorbed_energy_J, cycle.end_stroke_mm)
+
+        return self._between((force_limit_kN, stroke_limit_mm, speed_mm_per_s, 0.0), ask, temperature_C)
+
+    def temperatures_after(
+        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+    ) -> Temperatures:
+        """Return the temperatures, as exact as they are."""
+        return self.fine.temperatures_after(start, ambient_C, power_W, duration_s)
+
+    def _between(
+        self, what: tuple[float, ...], ask: Callable[[float], _Cycle], temperature_C: float
+    ) -> _Cycle:
+        low_C = math.floor(temperature_C / self.step_C) * self.step_C
+        ends = []
+        for at_C in (low_C, low_C + self.step_C):
+            key = (*what, at_C)
+            if key not in self._known:
+                self._known[key] = ask(at_C)
+            ends.append(self._known[key])
+        share = (temperature_C - low_C) / self.step_C
+        low, high = ends
+        return _Cycle(
+            low.peak_force_kN + share * (high.peak_force_kN - low.peak_force_kN),
+            low.absorbed_energy_J + share * (high.absorbed_energy_J - low.absorbed_energy_J),
+            low.end_stroke_mm + share * (high.end_stroke_mm - low.end_stroke_mm),
+        )
+
+
+@dataclass(frozen=True)
+class _Cycle:
+    peak_force_kN: float
+    absorbed_energy_J: float
+    end_stroke_mm: float

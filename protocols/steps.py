@@ -116,13 +116,82 @@ class StaticCycles:
         return 0.0
 
 
-Motion = RampTo | Release | Hold | WaitUntilCool | Harmonic | StaticCycles
-"""What the runner executes. How long a wait for cooling or a static cycle takes only the model can say."""
+@dataclass(frozen=True)
+class RampToForce:
+    """Move at constant speed until a force is reached, or a stroke, whichever comes first; stand there."""
+
+    name: ClassVar[str] = "ramp-to-force"
+    force_kN: float
+    stroke_limit_mm: float
+    speed_mm_per_s: float
+
+    def end_mm(self, from_mm: float) -> float:  # noqa: ARG002
+        """Return the greatest stroke at its end [mm]; where the force is reached only the model can say."""
+        return self.stroke_limit_mm
+
+
+Motion = RampTo | RampToForce | Release | Hold | WaitUntilCool | Harmonic | StaticCycles
+"""What the runner executes. How long a wait for cooling, a static cycle or a ramp to a force takes only the
+model can say."""
 
 
 def motion_dict(motion: Motion) -> dict[str, Any]:
     """Return a motion as data: its name under ``motion``, and its parameters."""
     return {"motion": motion.name, **asdict(motion)}
+
+
+@dataclass(frozen=True)
+class Steadiness:
+    """When a harmonic step has settled: damping and stiffness of its last cycles hardly differ.
+
+    Parameters
+    ----------
+    damping_percent, stiffness_percent : float
+        Greatest spread (largest less smallest, relative to their mean) over the window [%].
+    window : int
+        Over how many cycles, at least 2.
+    min_cycles, max_cycles : int
+        Not before the first; at the second it ends in any case.
+    """
+
+    damping_percent: float
+    stiffness_percent: float
+    window: int
+    min_cycles: int
+    max_cycles: int
+
+    def reached(self, damping: Sequence[float], stiffness: Sequence[float]) -> bool:
+        """Return whether the cycles so far have settled.
+
+        Parameters
+        ----------
+        damping, stiffness : sequence of float
+            Of every full-amplitude cycle so far, in order; a value that is not finite is not steady.
+
+        Raises
+        ------
+        ValueError
+            If they are not equally many.
+        """
+        if len(damping) != len(stiffness):
+            raise ValueError(f"{len(damping)} values of damping for {len(stiffness)} of stiffness")
+        if len(damping) < self.min_cycles:
+            return False
+        return (
+            _spread(damping[-self.window :]) * 100.0 <= self.damping_percent
+            and _spread(stiffness[-self.window :]) * 100.0 <= self.stiffness_percent
+        )
+
+
+def _spread(values: Sequence[float]) -> float:
+    """Return largest less smallest, relative to the mean's size; infinite where that says nothing."""
+    mean = abs(sum(values)) / len(values)
+    spread = max(values) - min(values)
+    if not math.isfinite(mean) or not math.isfinite(spread):
+        return math.inf
+    if spread == 0.0:
+        return 0.0
+    return spread / mean if mean > 0.0 else math.inf
 
 
 @dataclass(frozen=True)
@@ -164,7 +233,7 @@ class PlannedStep:
     name : str
         What the user calls it, or what it does.
     kind : str
-        ``static``, ``harmonic``, ``hold`` or ``cool-down``.
+        ``static``, ``harmonic``, ``hold``, ``conditioning``, ``inner-loops``, ``motion`` or ``cool-down``.
     run_kind : Kind or None
         Kind of the recorded run; None for a step that is not recorded.
     place : str
@@ -176,7 +245,7 @@ class PlannedStep:
     prestress_mm, amplitude_mm, frequency_Hz, peak_speed_mm_per_s : float or None
         Parameters of the motion, where it has them.
     cycles : int or None
-        Full cycles required.
+        Full cycles required, of all motions together; at most so many where it ends when ``steady``.
     expected_peak_force_kN : float or None
         By the model, at the temperature at the step's start; of the first loading, where that is more than
         the settled loop.
@@ -198,6 +267,8 @@ class PlannedStep:
         SHA-256 of motions, specimen and limits, and of how many like it came before (for ``resume``).
     proof_load : str or None
         Which proof load the step applies (F1 …); None for any other step.
+    steady : Steadiness or None
+        When it ends before ``cycles``; None: never.
     """
 
     index: int
@@ -225,6 +296,7 @@ class PlannedStep:
     stops: tuple[ExpectedStop, ...]
     plan_hash: str
     proof_load: str | None = None
+    steady: Steadiness | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the step as JSON-ready data, for run files and ``plan --json``."""
@@ -238,7 +310,9 @@ class PlannedStep:
 def motions_after(motions: Sequence[Motion], cycles_done: int) -> tuple[Motion, ...]:
     """Return the motions of a step that was interrupted after ``cycles_done`` cycles, for its continuation.
 
-    Only the cycles that are left remain; the ramps to and from them stay. Empty if none are left.
+    Cycles count through all of the step's cyclic motions in order. Only those that are left remain; the ramps
+    to and from them stay, so that the path is the same, and a cyclic motion that is over becomes a hold of no
+    time, so that the estimates still belong to the motions. Empty if no cycles are left.
 
     Raises
     ------
@@ -248,12 +322,12 @@ def motions_after(motions: Sequence[Motion], cycles_done: int) -> tuple[Motion, 
     if cycles_done < 0:
         raise ValueError(f"cycles_done must not be negative, got {cycles_done}")
     rest: list[Motion] = []
+    total = 0
     for motion in motions:
         if isinstance(motion, Harmonic | StaticCycles):
-            left = motion.cycles - cycles_done
-            if left <= 0:
-                return ()
-            rest.append(replace(motion, cycles=left))
+            left = motion.cycles - max(0, cycles_done - total)
+            total += motion.cycles
+            rest.append(replace(motion, cycles=left) if left > 0 else Hold(0.0))
         else:
             rest.append(motion)
-    return tuple(rest)
+    return () if 0 < total <= cycles_done else tuple(rest)

@@ -14,9 +14,11 @@ from protocols.prediction import Predictor, Temperatures
 from protocols.steps import (
     ExpectedStop,
     Harmonic,
+    Hold,
     Motion,
     MotionEstimate,
     RampTo,
+    RampToForce,
     Release,
     StaticCycles,
     WaitUntilCool,
@@ -92,6 +94,10 @@ def _first(happened: Callable[[float], bool], longest_s: float) -> float:
     return high
 
 
+_Expected = RampTo | Release | Hold | WaitUntilCool | Harmonic | StaticCycles
+"""A motion whose end is known: a ramp to a force has become the ramp to where the force is expected."""
+
+
 class Walker:
     """Walks through the motions of one step.
 
@@ -119,8 +125,9 @@ class Walker:
         stroke_mm = 0.0
         for motion in motions:
             heat_before_J = self._heat_J
-            duration_s = self._one(motion, stroke_mm)
-            stroke_mm = motion.end_mm(stroke_mm)
+            expected = self._ramp_to(motion, stroke_mm) if isinstance(motion, RampToForce) else motion
+            duration_s = self._one(expected, stroke_mm)
+            stroke_mm = expected.end_mm(stroke_mm)
             estimates.append(MotionEstimate(duration_s, self._heat_J - heat_before_J, self._now.mass_C))
         return Walk(
             tuple(estimates),
@@ -132,7 +139,7 @@ class Walker:
             self._ended,
         )
 
-    def _one(self, motion: Motion, stroke_mm: float) -> float:
+    def _one(self, motion: _Expected, stroke_mm: float) -> float:
         if isinstance(motion, Harmonic):
             return self._harmonic(motion)
         if isinstance(motion, StaticCycles):
@@ -145,6 +152,13 @@ class Walker:
             heat_J = self._ramp_heat(stroke_mm, motion.end_mm(stroke_mm), motion.speed_mm_per_s)
         self._advance(duration_s, heat_J)
         return duration_s
+
+    def _ramp_to(self, motion: RampToForce, stroke_mm: float) -> RampTo:
+        """Return the ramp to where the force is expected, from rest; never back."""
+        end_mm = self._around.predictor.static(
+            motion.force_kN, motion.stroke_limit_mm, motion.speed_mm_per_s, self._now.mass_C
+        ).end_stroke_mm
+        return RampTo(max(stroke_mm, end_mm), motion.speed_mm_per_s)
 
     def _ramp_heat(self, from_mm: float, to_mm: float, speed_mm_per_s: float) -> float:
         """Half of what a slow cycle would absorb: there and back make a whole one."""

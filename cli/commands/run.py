@@ -45,6 +45,8 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
     kept = f"{len(outcome.runs)} run file{'' if len(outcome.runs) == 1 else 's'} in {out / 'runs'}"
     if outcome.status == "complete":
         click.echo(f"campaign complete: {kept}; next: bufferstand report {out} --out {out / 'report'}")
+        if outcome.exit_status:
+            click.echo(f"bufferstand: {outcome.reason}", err=True)
     else:
         safe = outcome.safe_stop.line if outcome.safe_stop is not None else "the stand was not touched"
         told = (

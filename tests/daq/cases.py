@@ -77,6 +77,7 @@ class ListRecorder:
     durable: int = 0
     failure: Exception | None = None
     disk_warning: str | None = None
+    renewals: tuple[str, ...] = ()
     closed: tuple[str, str] | None = None
 
     def append(

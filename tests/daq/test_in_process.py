@@ -201,3 +201,22 @@ def test_a_signal_to_a_running_campaign_ends_it_safe_with_whole_files(
     assert found.status == "stopped"
     assert found.reason.startswith("stopped by the operator: ")
     assert [finding for finding in verify(files[0]) if finding.level not in ("ok", "note")] == []
+
+
+HOLD_AT_FORCE = """
+[[step]]
+kind = "hold"
+force_kN = 100.0
+duration_s = 3.0
+record = true
+"""
+
+
+def test_a_hold_at_a_force_stands_where_the_force_is_reached(tmp_path: Path) -> None:
+    outcome, _, _ = run(tmp_path, HOLD_AT_FORCE)
+    assert (outcome.status, outcome.exit_status) == ("complete", 0), outcome.reason
+    force = open_run(outcome.runs[0]).series("force").value
+    assert 100.0 <= force.max() < 101.5  # 1 mm/s, about 5 kN/mm, and a pass of the loop late
+    command = open_run(outcome.runs[0]).series("command").value
+    top = command.max()
+    assert np.count_nonzero(command == top) >= 3000, "it stands there for three seconds"

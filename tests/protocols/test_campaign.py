@@ -18,10 +18,12 @@ from protocols.campaign import (
     HarmonicStep,
     HoldStep,
     MotionSettings,
+    PlanSettings,
     StaticStep,
     SweepStep,
     load_campaign,
 )
+from protocols.kinds import ConditioningStep, InnerLoopsStep, MotionStep, UntilSteady
 from protocols.limits import TestLimits
 from tests.protocols.conftest import HEAD, Load, harmonic
 
@@ -160,11 +162,16 @@ DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
         ("## `[limits]`", TestLimits),
         ("## `[conditions]`", Conditions),
         ("## `[motion]`", MotionSettings),
+        ("## `[plan]`", PlanSettings),
         ('### `kind = "static"`', StaticStep),
         ('### `kind = "harmonic"`', HarmonicStep),
         ('### `kind = "sweep"`', SweepStep),
         ('### `kind = "hold"`', HoldStep),
         ('### `kind = "cool-down"`', CoolDownStep),
+        ('### `kind = "conditioning"`', ConditioningStep),
+        ('### `kind = "inner-loops"`', InnerLoopsStep),
+        ('### `kind = "motion"`', MotionStep),
+        ("### `[step.until_steady]`", UntilSteady),
     ],
 )
 def test_every_key_is_documented_with_its_default(heading: str, schema: type[Settings]) -> None:
@@ -175,7 +182,9 @@ def test_every_key_is_documented_with_its_default(heading: str, schema: type[Set
         rows = [line for line in section.splitlines() if line.startswith("|") and f"`{key}`" in line]
         assert rows, key
         default = rows[0].split("|")[3].strip()
-        if isinstance(field.default, int | float):
+        if isinstance(field.default, bool):
+            assert default == f"`{str(field.default).lower()}`", key
+        elif isinstance(field.default, int | float):
             assert default == f"{field.default:g}", key
         elif isinstance(field.default, str) and field.default:
             assert default == f'`"{field.default}"`', key

@@ -36,7 +36,7 @@ def demo() -> Plan:
     return plan_of("demo.toml")
 
 
-@pytest.mark.parametrize("name", CAMPAIGNS)
+@pytest.mark.parametrize("name", [*CAMPAIGNS, pytest.param("paper-full.toml", marks=pytest.mark.long)])
 def test_shipped_campaigns_keep_every_limit(name: str) -> None:
     made = plan_of(name)
     for step in made.steps:

@@ -1,0 +1,173 @@
+"""How long from the sample that exceeds a limit to the stop command on the wire, over many trips.
+
+    .venv/bin/python -m benchmarks.reaction [--trips 1000] [--only in-process|tcp]
+
+The piston is moved up and down; in each trip it crosses a limit at a random place, the guard judges the
+sample, the driver halts, and the safe stop gives its first command (hold), which the controller obeys.
+Measured is from the time stamp of the first sample beyond the limit to the controller's acknowledgement of
+the command, so the command's way on the wire is in it, there and back. Bound: p99 ≤ 1.5 × the block period
++ 5 ms; blocks are read in every pass of the loop, every 20 ms.
+
+In process the time is the stand's own (virtual): what the loop's pacing costs, without the processor. Over
+TCP it is the wall's, with the simulated stand in a process of its own; the device's clock is mapped to the
+host's by the least delay seen, so that this least delay of a reply is not in the figure.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daq.acquisition import Acquisition, Pace
+from daq.controller_guard import ControllerGuard
+from daq.driving import Driver, Halt
+from daq.guards import Action, ChannelGuard
+from daq.panel import GuardPanel, GuardSet
+from daq.safe_stop import SafeStop, SafeStopSettings
+from daq.signals import StopRequest
+from drivers.connect import build_controller, build_sensors
+from drivers.interfaces import Controller, SampleBlock, Stand
+from drivers.simulated.inprocess import open_in_process
+from drivers.simulated.process import start_process
+from drivers.stand_file import load_stand, with_endpoints
+from foundation.clock import Clock, WallClock
+
+SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
+TOP_MM = 10.0
+SPEED_MM_PER_S = 60.0
+
+
+class Stopped(BaseException):
+    """The first stop command was acknowledged: the rest of the safe stop is not measured."""
+
+
+class Timed:
+    """A controller that notes when its hold was acknowledged, ends the trip, and knows the least delay."""
+
+    def __init__(self, controller: Controller, clock: Clock) -> None:
+        self._controller = controller
+        self._clock = clock
+        self.acknowledged_s = 0.0
+        self.hold = 0
+        self.least_s = float("inf")
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._controller, name)
+
+    def read_block(self) -> SampleBlock | None:
+        """Read, and note the delay of the newest sample."""
+        block = self._controller.read_block()
+        if block is not None:
+            self.least_s = min(self.least_s, block.received_s - int(block.time_us[-1]) / 1e6)
+        return block
+
+    def start_hold(self) -> int:
+        """Hold, note the time, and end the trip."""
+        self.hold = self._controller.start_hold()
+        self.acknowledged_s = self._clock.now_s()
+        raise Stopped
+
+
+def reactions(stand: Stand, clock: Clock, trips: int) -> np.ndarray:
+    """Return the reaction of each trip [s of the clock], shape (trips,)."""
+    random_, controller = random.Random(1), Timed(stand.controller, clock)
+    controller.connect()
+    rate_Hz = controller.facts.rate_Hz
+    for sensor in stand.sensors:
+        sensor.start()
+    panel = GuardPanel(GuardSet((), (), ControllerGuard(5.0, 5.0, rate_Hz)), wall_s=clock.wall_s())
+    timed = Stand(controller, stand.sensors)  # type: ignore[arg-type]
+    acquisition = Acquisition(timed, clock, panel)
+    driver = Driver(acquisition, StopRequest(), acquisition.tick)
+    safe_stop = SafeStop(timed.controller, clock, SafeStopSettings(20.0, 2.0))
+    while not acquisition.drained:
+        driver.pump()
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=2000)
+    found: list[float] = []
+    for trip in range(trips):
+        up = trip % 2 == 0
+        limit_mm = random_.uniform(0.3, 0.7) * TOP_MM
+        panel.reset()
+        panel.change(_guards(limit_mm, up, rate_Hz))
+        controller.start_ramp(target_mm=TOP_MM if up else 0.0, speed_mm_per_s=SPEED_MM_PER_S)
+        try:
+            while True:
+                driver.pump()
+        except Halt as halt:
+            safe_stop.arm()
+            try:
+                safe_stop.run()
+            except Stopped:
+                found.append(controller.acknowledged_s - (halt.trip.time_us or 0) / 1e6)
+        panel.change(GuardSet((), (), ControllerGuard(5.0, 5.0, rate_Hz)))
+        panel.reset()
+        _until(driver, acquisition, controller.hold)
+        target_mm = TOP_MM if up else 0.0
+        _until(driver, acquisition, controller.start_ramp(target_mm=target_mm, speed_mm_per_s=200.0))
+    controller.disable()
+    return np.array(found) - controller.least_s
+
+
+def _until(driver: Driver, acquisition: Acquisition, sequence: int) -> None:
+    while (status := acquisition.latest.status) is None or status.done_sequence != sequence:
+        driver.pump()
+
+
+def _guards(limit_mm: float, up: bool, rate_Hz: float) -> GuardSet:
+    upper, lower = (limit_mm, None) if up else (None, limit_mm)
+    guard = ChannelGuard("position", "position", upper, lower, "mm", "piston", Action.STOP)
+    return GuardSet((guard,), (), ControllerGuard(5.0, 5.0, rate_Hz))
+
+
+def in_process(trips: int) -> np.ndarray:
+    """Return the reactions on the stand in virtual time."""
+    opened = open_in_process(load_stand(SAMPLE_STAND), log_truth=False)
+    return reactions(opened.stand, opened.clock, trips)
+
+
+def over_tcp(trips: int) -> np.ndarray:
+    """Return the reactions on the simulated stand in a process of its own, in real time."""
+    stand_file = load_stand(SAMPLE_STAND)
+    with (
+        tempfile.TemporaryDirectory(prefix="bufferstand-") as name,
+        start_process(SAMPLE_STAND, directory=Path(name), speed=1.0) as process,
+    ):
+        wired, clock = with_endpoints(stand_file, process.served.endpoints()), WallClock(1.0)
+        stand = Stand(build_controller(wired, clock), build_sensors(wired, clock))
+        try:
+            return reactions(stand, clock, trips)
+        finally:
+            stand.close()
+
+
+WAYS: dict[str, Callable[[int], np.ndarray]] = {"in-process": in_process, "tcp": over_tcp}
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trips", type=int, default=1000)
+    parser.add_argument("--only", choices=WAYS)
+    given = parser.parse_args()
+    bound_ms = 1.5e3 * Pace().tick_s + 5.0
+    for name, measure in WAYS.items():
+        if given.only in (None, name):
+            began_s = time.perf_counter()
+            ms = measure(given.trips) * 1e3
+            p50, p99 = np.percentile(ms, (50, 99))
+            print(
+                f"{name}: {len(ms)} trips, p50 {p50:.1f} ms, p99 {p99:.1f} ms, worst {ms.max():.1f} ms "
+                f"(p99 at most {bound_ms:.0f} ms: {'yes' if p99 <= bound_ms else 'NO'}; "
+                f"{time.perf_counter() - began_s:.0f} s)"
+            )
+
+
+if __name__ == "__main__":
+    main()

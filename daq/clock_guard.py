@@ -1,0 +1,131 @@
+"""Guards of time itself: the device's clock, this computer's civil time, and passes that come too late."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from daq.guards import Action, Trip
+from daq.scaling import ScaledBlock
+
+DEVICE_JUMP_S = 0.1
+"""So much the time stamps may differ from what the count of samples says, from block to block [s]."""
+CIVIL_JUMP_S = 2.0
+"""So much the civil time may be set while a campaign runs before it is said [s]."""
+PAUSE_S = 1.0
+"""A pass that comes so much later than the one before is said [s of the wall]."""
+
+
+@dataclass(frozen=True)
+class DeviceClockMemory:
+    """Sequence number and time stamp [µs] of the last sample."""
+
+    sequence: int | None = None
+    time_us: int = 0
+
+
+def evaluate_device_clock(
+    memory: DeviceClockMemory, block: ScaledBlock, rate_Hz: float
+) -> tuple[DeviceClockMemory, Trip | None]:
+    """Compare the time that passed since the block before with the samples that passed; a jump stops."""
+    if not len(block):
+        return memory, None
+    last = block.first_sequence + len(block) - 1
+    after = DeviceClockMemory(last, int(block.time_us[-1]))
+    if memory.sequence is None:
+        return after, None
+    passed_s = (int(block.time_us[0]) - memory.time_us) / 1e6
+    counted_s = (block.first_sequence - memory.sequence) / rate_Hz
+    jump_s = passed_s - counted_s
+    # A device that is polled is late by whole polls: only what no poll explains is a jump.
+    if abs(jump_s) <= DEVICE_JUMP_S + 2.0 / rate_Hz and passed_s >= 0.0:
+        return after, None
+    return after, Trip(
+        "clock",
+        Action.STOP,
+        f"the controller's clock jumped by {jump_s:+.3f} s before sample {block.first_sequence} "
+        f"(at {int(block.time_us[0]) / 1e6:.3f} s of it): what was measured cannot be placed in time; "
+        "look at the controller for a restart",
+        block.received_s,
+        value=jump_s,
+        limit=DEVICE_JUMP_S,
+        unit="s",
+        stream=block.stream,
+        sequence=block.first_sequence,
+        time_us=int(block.time_us[0]),
+        device_fault=True,
+    )
+
+
+@dataclass(frozen=True)
+class HostMemory:
+    """What the computer's clocks showed in the pass before [s]."""
+
+    civil_s: float
+    steady_s: float
+
+
+def evaluate_host(
+    memory: HostMemory, civil_s: float, steady_s: float, at_s: float
+) -> tuple[HostMemory, list[Trip]]:
+    """Say when the civil time was set, or this program stood still; neither alters a recorded time."""
+    said: list[Trip] = []
+    pause_s = steady_s - memory.steady_s
+    jump_s = civil_s - memory.civil_s - pause_s
+    note = Trip("", Action.NOTE, "", at_s, unit="s")
+    if abs(jump_s) > CIVIL_JUMP_S:
+        text = (
+            f"this computer's civil time was set by {jump_s:+.1f} s: samples keep their own clock, "
+            "only the times of day of this run jump"
+        )
+        said.append(replace(note, guard="clock", reason=text, value=jump_s, limit=CIVIL_JUMP_S))
+    if pause_s > PAUSE_S:
+        text = (
+            f"this program stood still for {pause_s:.1f} s (stopped, or the computer is overloaded): "
+            "meanwhile no guard looked"
+        )
+        said.append(replace(note, guard="pause", reason=text, value=pause_s, limit=PAUSE_S))
+    return HostMemory(civil_s, steady_s), said
+
+
+@dataclass(frozen=True)
+class LagGuard:
+    """The reader must come to the end of the ring now and then, else the guards see old samples.
+
+    Parameters
+    ----------
+    stop_s : float
+        Behind for so long without a break [s of the wall] stops; a tenth of it is noted.
+    """
+
+    stop_s: float
+
+
+@dataclass(frozen=True)
+class LagMemory:
+    """When the ring was drained last [s of the wall], and whether the lag was noted since."""
+
+    drained_s: float
+    noted: bool = False
+
+
+def evaluate_lag(
+    guard: LagGuard, memory: LagMemory, *, drained: bool, at_s: float, wall_s: float
+) -> tuple[LagMemory, Trip | None]:
+    """Judge a pass: a note when the reader falls behind, a stop when it stays behind."""
+    if drained:
+        return LagMemory(wall_s), None
+    behind_s = wall_s - memory.drained_s
+    stops = behind_s > guard.stop_s
+    if not stops and (memory.noted or behind_s <= 0.1 * guard.stop_s):
+        return memory, None
+    return replace(memory, noted=True), Trip(
+        "lag",
+        Action.STOP if stops else Action.NOTE,
+        f"the reader has been behind the stand for {behind_s:.1f} s (stop at {guard.stop_s:g} s): the guards "
+        "see samples late; relieve this computer or the network",
+        at_s,
+        value=behind_s,
+        limit=guard.stop_s,
+        unit="s",
+        device_fault=stops,
+    )

@@ -1,0 +1,155 @@
+"""The socket of a running campaign: its operator stops it, or adds a note, from another terminal.
+
+One request and one reply a connection, each a line of JSON: ``{"stop": "now"}`` (or ``cycle``, ``step``),
+``{"note": "…"}``; ``{"ok": true, "text": "…"}``. Only the user who runs the campaign is heard.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import struct
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from daq.notes import clean_note
+from daq.signals import StopLevel, StopRequest
+from foundation.errors import BadInput
+
+SOCKET_NAME = "control"
+WAIT_S = 5.0
+"""Longest wait for the other side [s]."""
+LEVELS = {"now": StopLevel.NOW, "cycle": StopLevel.AFTER_CYCLE, "step": StopLevel.AFTER_STEP}
+_SAID = {"now": "stopping now", "cycle": "stopping after the cycle", "step": "stopping after the step"}
+_LINE = 16384
+_LONGEST = 100
+_POLL_S = 0.2
+
+
+@contextmanager
+def listening(folder: Path, request: StopRequest) -> Iterator[None]:
+    """While inside, take requests at the socket of a campaign's folder.
+
+    Raises
+    ------
+    BadInput
+        If a campaign that is running answers there already.
+    """
+    path = folder / SOCKET_NAME
+    if path.exists() and _answers(path):
+        raise BadInput(
+            "a campaign is running in this folder already",
+            file=folder,
+            remedy="wait for its end, stop it (bufferstand stop), or choose another folder",
+        )
+    with suppress(OSError):
+        path.unlink(missing_ok=True)
+    server, ending = socket.socket(socket.AF_UNIX), threading.Event()
+    try:
+        with _short(path) as address:
+            before = os.umask(0o177)  # nobody else may even connect
+            try:
+                server.bind(address)
+            finally:
+                os.umask(before)
+        server.listen(4)
+        server.settimeout(_POLL_S)
+    except OSError:  # a folder that takes no sockets: keys and signals are there still
+        server.close()
+        yield
+        return
+    thread = threading.Thread(target=_serve, args=(server, request, ending), name="control", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ending.set()
+        thread.join()
+        server.close()
+        with suppress(OSError):
+            path.unlink()
+
+
+def ask(folder: Path, message: dict[str, str]) -> str | None:
+    """Send a request to the campaign that runs in a folder; return its answer, None if none runs.
+
+    Raises
+    ------
+    BadInput
+        If it refuses.
+    """
+    try:
+        with _short(folder / SOCKET_NAME) as address, socket.socket(socket.AF_UNIX) as wire:
+            wire.settimeout(WAIT_S)
+            wire.connect(address)
+            wire.sendall(json.dumps(message).encode() + b"\n")
+            with wire.makefile("rb") as lines:
+                reply = json.loads(lines.readline(_LINE))
+    except (OSError, ValueError):
+        return None
+    if not reply["ok"]:
+        raise BadInput(reply["text"])
+    return str(reply["text"])
+
+
+def _answers(path: Path) -> bool:
+    with suppress(OSError), _short(path) as address, socket.socket(socket.AF_UNIX) as wire:
+        wire.settimeout(WAIT_S)
+        wire.connect(address)
+        return True
+    return False
+
+
+def _serve(server: socket.socket, request: StopRequest, ending: threading.Event) -> None:
+    while not ending.is_set():
+        try:
+            wire, _ = server.accept()
+        except TimeoutError:
+            continue
+        except OSError:
+            return
+        with wire, suppress(OSError):
+            wire.settimeout(WAIT_S)
+            reply = _reply(wire, request)
+            wire.sendall(json.dumps(reply).encode() + b"\n")
+
+
+def _reply(wire: socket.socket, request: StopRequest) -> dict[str, Any]:
+    if _user_of(wire) not in (os.getuid(), 0):
+        return {"ok": False, "text": "only the user who runs the campaign is heard"}
+    try:
+        with wire.makefile("rb") as lines:
+            message = json.loads(lines.readline(_LINE))
+        if "note" in message:
+            request.note(clean_note(str(message["note"])))
+            return {"ok": True, "text": "noted"}
+        after = message["stop"]
+        request.ask(LEVELS[after], f"bufferstand stop ({after})")
+        return {"ok": True, "text": _SAID[after]}
+    except BadInput as error:
+        return {"ok": False, "text": error.problem}
+    except (ValueError, KeyError, TypeError) as error:
+        return {"ok": False, "text": f"this is no request ({error})"}
+
+
+def _user_of(wire: socket.socket) -> int:
+    """Return the user id of the other side (the kernel says it)."""
+    _, user, _ = struct.unpack("3i", wire.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+    return int(user)
+
+
+@contextmanager
+def _short(path: Path) -> Iterator[str]:
+    """Give an address of a socket that fits into the 108 bytes that the system has for it."""
+    if len(str(path)) <= _LONGEST:
+        yield str(path)
+        return
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        yield f"/proc/self/fd/{folder}/{path.name}"
+    finally:
+        os.close(folder)

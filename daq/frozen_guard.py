@@ -1,0 +1,77 @@
+"""The guard of a transducer that stands still while the piston moves: every sample looks true, none is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.guards import Action, Trip
+from daq.scaling import ScaledBlock
+
+
+@dataclass(frozen=True)
+class FrozenGuard:
+    """A channel that must change when the command does: noise alone alters the last digit.
+
+    Parameters
+    ----------
+    signal : str
+        Channel of the controller.
+    travel_mm : float
+        So far the command may move while the channel shows exactly one value.
+    hold_s : float
+        And for so long at least [s of device time]: a coarse converter may skip a few samples.
+    action : Action
+        What the trip leads to.
+    """
+
+    signal: str
+    travel_mm: float = 3.0
+    hold_s: float = 0.25
+    action: Action = Action.STOP
+
+
+@dataclass(frozen=True)
+class FrozenMemory:
+    """The value, since when it stands [µs], and between which commands [mm]."""
+
+    value: float | None = None
+    since_us: int = 0
+    low_mm: float = 0.0
+    high_mm: float = 0.0
+
+
+def evaluate_frozen(
+    guard: FrozenGuard, memory: FrozenMemory, block: ScaledBlock
+) -> tuple[FrozenMemory, Trip | None]:
+    """Judge a block of any size by the value that it ends with."""
+    value, command = block.values.get(guard.signal), block.values.get("command")
+    if value is None or command is None or not len(value):
+        return memory, None
+    changed = np.flatnonzero(value != value[-1])
+    first = int(changed[-1]) + 1 if len(changed) else 0
+    if first == len(value):  # it ends with no number, which differs from itself: the channel's guard says it
+        return FrozenMemory(), None
+    low, high = float(command[first:].min()), float(command[first:].max())
+    since_us = int(block.time_us[first])
+    if first == 0 and memory.value == value[-1] and not block.lost:
+        low, high, since_us = min(low, memory.low_mm), max(high, memory.high_mm), memory.since_us
+    after = FrozenMemory(float(value[-1]), since_us, low, high)
+    stood_s = (int(block.time_us[-1]) - since_us) / 1e6
+    if high - low <= guard.travel_mm or stood_s < guard.hold_s:
+        return after, None
+    sequence = block.first_sequence + len(value) - 1
+    return after, Trip(
+        f"frozen {guard.signal}",
+        guard.action,
+        f"{guard.signal} has shown exactly {value[-1]:.4f} for {stood_s:.2f} s while the command moved by "
+        f"{high - low:.1f} mm (until sample {sequence}): its transducer, converter or register stands still; "
+        "look at its cable and supply",
+        block.received_s,
+        value=float(value[-1]),
+        stream=block.stream,
+        sequence=sequence,
+        time_us=int(block.time_us[-1]),
+        device_fault=True,
+    )

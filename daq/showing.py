@@ -1,0 +1,106 @@
+"""What is shown of a running campaign: where it is, the newest values, and lines that must not be missed."""
+
+from __future__ import annotations
+
+from daq.acquisition import Acquisition
+from daq.driving import Driver
+from daq.guards import Action, Trip
+from daq.progress import Phase, Progress, ProgressSink, Throttle
+from foundation.clock import Clock
+from protocols.plan import Plan
+from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, StaticCycles, WaitUntilCool
+
+
+class Showing:
+    """Keeps what a snapshot needs beside the newest values, and passes everything on.
+
+    Parameters
+    ----------
+    plan : Plan
+        Its steps and how long they should take.
+    clock : Clock
+        Stand time.
+    sink : ProgressSink
+        Who shows it.
+    """
+
+    def __init__(self, plan: Plan, clock: Clock, sink: ProgressSink) -> None:
+        self._plan = plan
+        self._clock = clock
+        self._sink = sink
+        self._throttle = Throttle(sink, clock.wall_s)
+        self._began_s = self._step_began_s = clock.now_s()
+        self._step: PlannedStep | None = None
+        self._warnings: list[str] = []
+        self.phase: Phase = "start"
+        """What the campaign does at present."""
+
+    @property
+    def step_index(self) -> int:
+        """Return the number of the step under way, 0 before the first."""
+        return self._step.index if self._step else 0
+
+    def message(self, text: str) -> None:
+        """Show a line that must not be missed."""
+        self._sink.message(text)
+
+    def begin_step(self, step: PlannedStep) -> None:
+        """Say that a step begins; warnings of the one before are forgotten."""
+        self._step, self._step_began_s, self._warnings = step, self._clock.now_s(), []
+        self.message(
+            f"step {step.index} of {len(self._plan.steps)}: {step.name} (about {step.duration_s:.0f} s)"
+        )
+
+    def trip(self, trip: Trip) -> None:
+        """Say what a guard said."""
+        self._warnings.append(trip.reason)
+        self.message(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
+
+    def warn(self, text: str) -> None:
+        """Keep a warning for the snapshots of this step."""
+        self._warnings.append(text)
+
+    def offer(self, acquisition: Acquisition, driver: Driver) -> None:
+        """Show a snapshot if it is time for one."""
+        self._throttle.offer(lambda: self._snapshot(acquisition, driver))
+
+    def now(self, acquisition: Acquisition, driver: Driver) -> None:
+        """Show a snapshot in any case."""
+        self._sink.update(self._snapshot(acquisition, driver))
+
+    def _snapshot(self, acquisition: Acquisition, driver: Driver) -> Progress:
+        latest, step, done = acquisition.latest, self._step, self.phase == "done"
+        later_s = sum(s.expected_duration_s for s in self._plan.steps if step is None or s.index > step.index)
+        here_s = 0.0
+        if step is not None and not done:
+            here_s = max(0.0, step.expected_duration_s - (self._clock.now_s() - self._step_began_s))
+        recorder = acquisition.recorder
+        return Progress(
+            step=step.index if step else 0,
+            steps=len(self._plan.steps),
+            name=step.name if step else "",
+            phase=self.phase,
+            cycle=driver.cycles_done,
+            cycles=(step.cycles or 0) if step else 0,
+            force_kN=latest.values.get("force"),
+            stroke_mm=latest.values.get("stroke"),
+            temperatures_C=acquisition.panel.latest_temperatures(),
+            temperature_limit_C=self._plan.campaign.limits.temperature_stop_C,
+            elapsed_s=self._clock.now_s() - self._began_s,
+            remaining_s=here_s + (0.0 if done else later_s),
+            lost=latest.lost,
+            written=recorder.written if recorder else 0,
+            durable=recorder.durable if recorder else 0,
+            warnings=tuple(self._warnings),
+        )
+
+
+def phase_of(motion: Motion) -> Phase:
+    """Return what the campaign does while a motion lasts."""
+    if isinstance(motion, Harmonic | StaticCycles):
+        return "motion"
+    if isinstance(motion, Release):
+        return "release"
+    if isinstance(motion, WaitUntilCool):
+        return "cool-down"
+    return "wait" if isinstance(motion, Hold) else "ramp"

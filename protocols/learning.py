@@ -1,0 +1,192 @@
+"""Learning the specimen's heating from the steps already run: two factors on the model's heat law.
+
+``heating`` scales the heat that stays in the spring (absorbed energy, or inversely C), ``cooling`` the loss
+to the air (λ). Both are found from the temperatures measured at the beginning and end of steps and pauses,
+and held near 1 as long as little has been measured: one step of half a kelvin must not throw a plan about.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from foundation.errors import BadInput
+from protocols.prediction import CycleEstimate, Predictor, StaticEstimate, Temperatures
+
+SENSOR_DOUBT_K = 0.3
+"""Standard uncertainty of a measured rise [K]: resolution and place of the sensor."""
+PRIOR_DOUBT = math.log(1.5)
+"""Standard uncertainty of the factors' logarithms before anything is measured: a factor of 1.5."""
+BOUNDS = (0.2, 5.0)
+"""No factor is believed beyond these: the model or a sensor would be wrong in another way."""
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What was expected of a step or pause, and what the sensor showed.
+
+    Parameters
+    ----------
+    name : str
+        Of the step.
+    start_C, end_C : float
+        Measured by the warmest specimen sensor at its beginning and end [°C].
+    ambient_C : float
+        Measured air temperature [°C].
+    heat_J : float
+        Absorbed by the model: :attr:`protocols.steps.PlannedStep.expected_heat_J`, or that of the cycles run.
+    duration_s : float
+        From beginning to end [s].
+    start_mass_C : float or None
+        Of the spring's mass at the beginning, where it is known better than by the sensor.
+    """
+
+    name: str
+    start_C: float
+    end_C: float
+    ambient_C: float
+    heat_J: float
+    duration_s: float
+    start_mass_C: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.duration_s > 0.0 or self.heat_J < 0.0:
+            raise ValueError(f"{self.name}: a step lasts longer than 0 s and absorbs no less than 0 J")
+
+
+@dataclass(frozen=True)
+class HeatScale:
+    """Factors on the model's heating and cooling; 1 and 1 is the model as it is.
+
+    Parameters
+    ----------
+    heating, cooling : float
+        Of the absorbed heat, and of the loss to the air.
+    steps : int
+        From how many observations.
+    """
+
+    heating: float = 1.0
+    cooling: float = 1.0
+    steps: int = 0
+
+    def __post_init__(self) -> None:
+        if not (self.heating > 0.0 and self.cooling > 0.0):
+            raise ValueError(f"the factors must be positive, got {self.heating} and {self.cooling}")
+
+    def as_dict(self) -> dict[str, float | int]:
+        """Return it as JSON-ready data, for ``campaign.json``."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class LearnedPredictor:
+    """A predictor whose heat law is scaled; forces and energies stay.
+
+    ``C dT/dt = h P − c λ (T − T_0)`` is the model's own law in a time that runs ``c`` times as fast, with the
+    power ``h P / c``: exact for the mass. The sensor's lag is scaled along with it.
+    """
+
+    model: Predictor
+    scale: HeatScale
+
+    def harmonic(
+        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
+    ) -> CycleEstimate:
+        """Return the settled harmonic cycle of the model."""
+        return self.model.harmonic(prestress_mm, amplitude_mm, frequency_Hz, temperature_C)
+
+    def static(
+        self, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float, temperature_C: float
+    ) -> StaticEstimate:
+        """Return the slow cycle of the model."""
+        return self.model.static(force_limit_kN, stroke_limit_mm, speed_mm_per_s, temperature_C)
+
+    def temperatures_after(
+        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+    ) -> Temperatures:
+        """Return the temperatures with the learned heating and cooling."""
+        heating, cooling = self.scale.heating, self.scale.cooling
+        return self.model.temperatures_after(
+            start, ambient_C, power_W * heating / cooling, duration_s * cooling
+        )
+
+
+def expected_end_C(  # noqa: N802 - the unit keeps its capital
+    seen: Observation, predictor: Predictor, scale: HeatScale | None = None
+) -> float:
+    """Return what the sensor should show at the end of a step by the scaled model [°C]."""
+    mass_C = seen.start_C if seen.start_mass_C is None else seen.start_mass_C
+    learned = LearnedPredictor(predictor, scale or HeatScale())
+    start = Temperatures(mass_C, seen.start_C)
+    return learned.temperatures_after(
+        start, seen.ambient_C, seen.heat_J / seen.duration_s, seen.duration_s
+    ).sensor_C
+
+
+def learn_heating(observations: Sequence[Observation], predictor: Predictor) -> HeatScale:
+    """Return the factors that explain the measured temperatures best.
+
+    Least squares over the observations' end temperatures (:data:`SENSOR_DOUBT_K` each) and over the factors'
+    logarithms (:data:`PRIOR_DOUBT`), so that what the data do not tell stays at 1.
+
+    Parameters
+    ----------
+    observations : sequence of Observation
+        Of steps and pauses, in any order; none gives factors of 1.
+    predictor : Predictor
+        The model, not yet scaled.
+
+    Raises
+    ------
+    BadInput
+        If a measured temperature is no number.
+    """
+    if not observations:
+        return HeatScale()
+    for seen in observations:
+        if not all(math.isfinite(value) for value in (seen.start_C, seen.end_C, seen.ambient_C)):
+            raise BadInput(f"step “{seen.name}”: a temperature is missing", remedy="leave this step out")
+
+    def misfit(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+        scale = HeatScale(math.exp(logs[0]), math.exp(logs[1]))
+        apart = [
+            (expected_end_C(seen, predictor, scale) - seen.end_C) / SENSOR_DOUBT_K for seen in observations
+        ]
+        return np.array([*apart, *(logs / PRIOR_DOUBT)])
+
+    low, high = (math.log(bound) for bound in BOUNDS)
+    found = least_squares(misfit, np.zeros(2), bounds=([low, low], [high, high]))
+    heating, cooling = np.exp(found.x)
+    return HeatScale(float(heating), float(cooling), len(observations))
+
+
+def heating_report(
+    observations: Sequence[Observation], predictor: Predictor, scale: HeatScale
+) -> list[tuple[str, ...]]:
+    """Return what was expected against what happened, a row a step: name, and temperatures at its end [°C].
+
+    Returns
+    -------
+    list of tuple of str
+        Columns of :data:`REPORT_HEADER`.
+    """
+    return [
+        (
+            seen.name,
+            f"{seen.start_C:.1f}",
+            f"{expected_end_C(seen, predictor):.1f}",
+            f"{expected_end_C(seen, predictor, scale):.1f}",
+            f"{seen.end_C:.1f}",
+        )
+        for seen in observations
+    ]
+
+
+REPORT_HEADER = ("step", "start °C", "expected °C", "as learned °C", "measured °C")
+"""Columns of :func:`heating_report`."""

@@ -1,0 +1,50 @@
+"""``bufferstand plan``: what it prints, and the picture it draws."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from cli.commands.plan import command
+from foundation.errors import BadInput
+
+SAMPLES = Path(__file__).parents[2] / "sample_runs"
+
+
+@pytest.mark.parametrize("ending", ["svg", "png"])
+def test_the_picture_is_drawn_for_every_step(tmp_path: Path, ending: str) -> None:
+    target = tmp_path / "pictures" / f"plan.{ending}"
+    done = CliRunner().invoke(command, [str(SAMPLES / "demo.toml"), "--picture", str(target)])
+    assert done.exit_code == 0, done.output
+    assert f"{target} written" in done.output
+    content = target.read_bytes()
+    assert content.startswith(b"\x89PNG" if ending == "png" else b"<?xml")
+    assert len(content) > 20_000
+
+
+def test_a_picture_of_another_kind_is_refused(tmp_path: Path) -> None:
+    done = CliRunner().invoke(command, [str(SAMPLES / "demo.toml"), "--picture", str(tmp_path / "a.jpg")])
+    assert isinstance(done.exception, BadInput)
+    assert "png or .svg" in str(done.exception)
+
+
+def test_order_and_missed_conditions_are_told(tmp_path: Path) -> None:
+    text = (SAMPLES / "demo.toml").read_text("utf-8").replace("cycles = 3\npause_s", "cycles = 2\npause_s")
+    for name in ("stand.toml", "specimens/category-a-elastomer.toml"):
+        text = text.replace(f'"{name}"', f'"{(SAMPLES / name).as_posix()}"')
+    campaign = tmp_path / "campaign.toml"
+    campaign.write_text(text + '\n[plan]\norder = "soonest"\n', "utf-8")
+    done = CliRunner().invoke(command, [str(campaign)])
+    assert done.exit_code == 0, done.output
+    assert re.search(r"order “soonest” \(best of \d+ tried\): .* pauses; as given .* less\)", done.output)
+    assert (
+        "warning: step 1 “quasi-static, three cycles” is no test by EN 15551: 2 cycles (3 needed)"
+        in done.output
+    )
+    document = json.loads(CliRunner().invoke(command, [str(campaign), "--json"]).stdout)
+    assert document["ordering"]["given_s"] >= document["ordering"]["chosen_s"]
+    assert document["warnings"][0].startswith("step 1")

@@ -1,0 +1,47 @@
+"""What is looked at before anything moves: refused, or said, each with its remedy."""
+
+from __future__ import annotations
+
+import shutil
+from collections import namedtuple
+from pathlib import Path
+
+import pytest
+
+from daq.before_start import specimen_gaps, zero_trouble
+from foundation.specimen import Specimen
+from tests.daq.fake_stand import Orders
+from tests.daq.test_runner import Case
+
+Usage = namedtuple("Usage", "total used free")
+
+
+def test_a_force_at_rest_refuses_and_a_small_one_is_said(tmp_path: Path) -> None:
+    case = Case(tmp_path, orders=Orders(add={"force": lambda _: 7.0}))
+    outcome = case.run()
+    assert (outcome.status, outcome.exit_status) == ("refused", 3)
+    assert "reads +7.00 kN, more than zero_force_max_kN = 5 kN: unload the specimen" in outcome.reason
+    assert "enable" not in case.controller.calls
+    small = Case(tmp_path / "small", orders=Orders(add={"force": lambda _: -2.0}))
+    assert small.run().status == "complete"
+    assert any("WARNING: at rest with the valve off the force reads -2.00 kN" in x for x in small.shown.lines)
+    assert zero_trouble(0.9, 5.0) == ("", False)
+
+
+def test_a_disk_that_cannot_take_the_plan_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    case = Case(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(10**9, 10**9 - 10**6, 10**6))
+    outcome = case.run()
+    assert (outcome.status, outcome.exit_status) == ("refused", 4)
+    assert "has 1 MB free, the plan needs" in outcome.reason
+    assert "--out" in outcome.reason
+    assert "enable" not in case.controller.calls
+
+
+def test_what_the_specimen_file_lacks_is_said() -> None:
+    assert "lacks category, max_stroke_mm, elastic_system, maker, serial" in specimen_gaps(Specimen(id="x"))
+    whole = Specimen(
+        id="x", category="A", max_stroke_mm=105.0, elastic_system="elastomer", maker="m", serial="1"
+    )
+    assert specimen_gaps(whole) == ""
+    assert "category" not in specimen_gaps(Specimen(id="x", kind="draw-gear"))
