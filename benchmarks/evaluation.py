@@ -22,7 +22,7 @@ from evaluation.record import make_record
 from evaluation.results import Options, RunFacts
 from evaluation.run import evaluate_run
 from foundation.channel import ChannelUncertainty
-from foundation.specimen import Kind
+from foundation.kind import Kind
 
 Floats = NDArray[np.float64]
 RATE_HZ = 5000.0

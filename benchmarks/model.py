@@ -28,7 +28,6 @@ from model.file import load_model
 from model.fleet import SpringFleet, factors_of, law_of, rest_of
 from model.isothermal import isothermal_force
 from model.spring import SpringModel, ViscousBranch
-from model.stepper import cells_of
 
 Floats = NDArray[np.float64]
 STEP_S = 1e-3
@@ -71,7 +70,7 @@ def best(tasks: Sequence[Callable[[], object]], rounds: int) -> list[float]:
 def isothermal(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: int) -> float:
     """Measure numpy beside C for the force at one temperature; return the ratio of their speeds."""
     bare = replace(model, viscous=ViscousBranch())
-    cells, law = np.array(cells_of(bare.tables)), np.array(law_of(bare))
+    cells, law = bare.tables.rows(), np.array(law_of(bare))
     soft, e = float(bare.temperature.softening(WARM_C)), float(bare.width_scale(WARM_C))
     force = np.empty_like(strokes)
 
@@ -95,7 +94,7 @@ def isothermal(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: 
 
 def stepwise(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: int) -> float:
     """Measure numba beside C for the whole step; return the ratio of their speeds."""
-    cells, law = np.array(cells_of(model.tables)).ravel(), np.array(law_of(model))
+    cells, law = model.tables.rows().ravel(), np.array(law_of(model))
     factors, places = np.array(factors_of(model, STEP_S)), np.zeros(4 * len(strokes), dtype=np.int64)
     outputs, expected = np.zeros((2, kernels.READ * len(strokes)))
 

@@ -17,7 +17,7 @@ from protocols.prediction import ModelPredictor
 
 @dataclass(frozen=True)
 class Prepared:
-    """A campaign, its stand, its specimen with the spring model's path, and the plan made of them.
+    """A campaign, its stand, its specimen with the spring model and its path, and the plan made of them.
 
     ``stand_file`` is the one to record, ``wired`` the one to open: they differ in where the devices lie when
     the campaign goes on from a copy of its files.
@@ -29,6 +29,7 @@ class Prepared:
     specimen_file: SpecimenFile
     model_path: Path
     plan: Plan
+    predictor: ModelPredictor
 
 
 def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
@@ -59,6 +60,7 @@ def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
         )
     model_path = campaign.specimen_path.parent / specimen.model
     limits = stand_file.limits
+    predictor = ModelPredictor(load_model(model_path))
     plan = make_plan(
         campaign,
         StandLimits(
@@ -67,8 +69,8 @@ def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
             frequency_max_Hz=limits.frequency_max_Hz,
             speed_max_mm_per_s=limits.speed_max_mm_per_s,
         ),
-        ModelPredictor(load_model(model_path)),
+        predictor,
         specimen,
     )
     wired = stand_file if devices_from is None else wires_from(stand_file, devices_from)
-    return Prepared(campaign, stand_file, wired, specimen_file, model_path, plan)
+    return Prepared(campaign, stand_file, wired, specimen_file, model_path, plan, predictor)

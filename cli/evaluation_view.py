@@ -30,15 +30,20 @@ def show_evaluation(document: Mapping[str, Any], *, warnings: bool = True) -> No
     for entry in document["runs"]:
         if entry["requirements"]:
             _show_requirements(entry)
-    for trend in document["trends"]:
-        _show_trend(trend)
-    for comparison in document["temperature_comparisons"]:
-        _show_temperatures(comparison)
+    show_together(document)
     _show_evidence(document["runs"])
     if warnings:
         for entry in document["runs"]:
             for text in entry["warnings"]:
                 click.echo(f"warning: {entry['run']['id']}: {text}")
+
+
+def show_together(document: Mapping[str, Any]) -> None:
+    """Print what runs say together: trends, and runs of one step at different temperature."""
+    for trend in document["trends"]:
+        _show_trend(trend)
+    for comparison in document["temperature_comparisons"]:
+        _show_temperatures(comparison)
 
 
 def _row(entry: Mapping[str, Any]) -> tuple[str, ...]:

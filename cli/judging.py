@@ -6,33 +6,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
 from cli.options import FILE, warn
-from evaluation.inertia import ForceCell
-from evaluation.requirements.checklist import asked_items
-from evaluation.requirements.inspection import Inspection, load_inspection, unused
-from evaluation.requirements.limit_set import LimitSet, find_limit_set, shipped_limit_set
-from evaluation.results import DecisionRule
+from evaluation.choices import DecisionRule, ForceCell
 from foundation.errors import BadInput
+
+if TYPE_CHECKING:
+    from evaluation.requirements.limit_set import LimitSet
+    from evaluation.results import Options
 
 
 @dataclass(frozen=True)
 class Judging:
     """What the options say; limit set and inspectors' files are read."""
 
-    decision_rule: DecisionRule
+    options: Options
     limit_set: LimitSet
-    moving_mass_kg: float | None
-    moving_mass_accuracy_percent: float | None
-    force_cell: ForceCell | None
-    inspections: tuple[Inspection, ...]
 
     def warn_of_unused(self, runs: Sequence[Mapping[str, Any]]) -> None:
         """Say which inspector's file goes with none of the runs (``run`` of each entry of the document)."""
-        for inspection in unused(self.inspections, runs):
+        from evaluation.requirements.inspection import unused
+
+        for inspection in unused(self.options.inspections, runs):
             facts = inspection.inspection
             of = f"specimen “{facts.specimen}”" + (f", run “{facts.run}”" if facts.run else "")
             warn(f"--inspection: {facts.inspector}'s file is of {of}; no run here is of it: it was not used")
@@ -95,16 +93,20 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
         force_cell: ForceCell | None,
         **others: Any,
     ) -> Any:
+        from evaluation.requirements.checklist import asked_items
+        from evaluation.requirements.inspection import load_inspection
+        from evaluation.requirements.limit_set import find_limit_set, shipped_limit_set
+        from evaluation.results import Options
+
         limit_set = shipped_limit_set() if limits is None else find_limit_set(limits)
-        judging = Judging(
+        options = Options(
             decision_rule=decision_rule,
-            limit_set=limit_set,
             moving_mass_kg=_mass(moving_mass),
             moving_mass_accuracy_percent=moving_mass_accuracy,
             force_cell=force_cell,
             inspections=tuple(load_inspection(file, asked_items(limit_set)) for file in inspections),
         )
-        return function(*args, judging=judging, **others)
+        return function(*args, judging=Judging(options, limit_set), **others)
 
     decorated: Callable[..., Any] = with_judging
     for option in reversed(_OPTIONS):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import keyword
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import click
@@ -26,14 +26,22 @@ class LazyGroup(click.Group):
         Name → module.
     summaries : mapping
         Name → what it does, in the order in which they are listed.
+    sections : mapping, optional
+        Title → names, for a list in parts; names that no part has come last.
     """
 
     def __init__(
-        self, *args: Any, modules: Mapping[str, str], summaries: Mapping[str, str], **options: Any
+        self,
+        *args: Any,
+        modules: Mapping[str, str],
+        summaries: Mapping[str, str],
+        sections: Mapping[str, Sequence[str]] | None = None,
+        **options: Any,
     ) -> None:
         super().__init__(*args, **options)
         self._modules = dict(modules)
         self._summaries = dict(summaries)
+        self._sections = dict(sections or {})
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
         """Return the names in their own order, not of the alphabet."""
@@ -57,6 +65,10 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
-        """Write the list of commands without importing any."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(self._summaries.items()))
+        """Write the list of commands, part by part, without importing any."""
+        named = {name for names in self._sections.values() for name in names}
+        rest = [name for name in self._summaries if name not in named]
+        for title, names in [*self._sections.items(), ("More" if named else "Commands", rest)]:
+            if names:
+                with formatter.section(title):
+                    formatter.write_dl([(name, self._summaries[name]) for name in names])

@@ -11,17 +11,15 @@ import numpy as np
 
 from cli.options import warn
 from evaluation.load import load_run
+from evaluation.model_check import AT_CONTACT_MM, KINDS, drive_of
 from evaluation.record import Record
 from evaluation.results import RunFacts
 from foundation.errors import BadInput
-from model.identification.drive import Drive, join, reduce_run
+from model.identification.drive import Drive, join
 from recording.catalogue import list_runs
 
 LONGEST_GAP_S = 3600.0
 """Runs further apart are not taken to follow each other."""
-RESTED_K = 0.5
-"""A specimen no further from the air than this has rested."""
-_AT_CONTACT_MM = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,33 +66,8 @@ def read_run(path: Path, ambient_C: float | None = None) -> MeasuredRun:
         If it has no usable samples.
     """
     record, facts = load_run(path)
-    specimen = [t for t in record.temperatures if t.role == "specimen" and t.time_s.size > 1]
-    air = [t for t in record.temperatures if t.role == "ambient" and t.time_s.size > 0]
-    sensor_s = np.empty(0)
-    sensor_C = np.empty(0)
-    if specimen:
-        first = specimen[0]
-        readings = np.array([np.interp(first.time_s, t.time_s, t.temperature_C) for t in specimen])
-        good = np.all(np.isfinite(readings), axis=0) & np.isfinite(first.time_s)
-        sensor_s, sensor_C = first.time_s[good], readings.mean(axis=0)[good]
-    if ambient_C is None and air:
-        ambient_C = float(np.nanmean(np.concatenate([t.temperature_C for t in air])))
-    if ambient_C is None:
-        ambient_C = float(sensor_C[0]) if sensor_C.size else 20.0
-    inside = (
-        (sensor_s >= record.time_s[0]) & (sensor_s <= record.time_s[-1]) if record.time_s.size else sensor_s
-    )
     try:
-        drive = reduce_run(
-            record.time_s,
-            record.stroke_mm,
-            record.force_kN,
-            sensor_s=sensor_s[inside],
-            sensor_C=sensor_C[inside],
-            ambient_C=ambient_C,
-            rested=bool(sensor_C.size and abs(float(sensor_C[0]) - ambient_C) <= RESTED_K),
-            name=path.stem,
-        )
+        drive = drive_of(record, path.stem, ambient_C)
     except BadInput as error:
         raise BadInput(error.problem, file=path, remedy="leave this run out") from None
     return MeasuredRun(path, record, facts, drive)
@@ -105,9 +78,9 @@ def read_runs(paths: Sequence[Path], ambient_C: float | None = None) -> list[Mea
     runs = []
     for path in find_runs(paths):
         run = read_run(path, ambient_C)
-        if run.facts.kind not in ("static", "harmonic"):
+        if run.facts.kind not in KINDS:
             warn(f"{path.name}: left out, a run of kind “{run.facts.kind}” does not show the spring alone")
-        elif float(np.max(run.drive.stroke_mm)) < _AT_CONTACT_MM:
+        elif float(np.max(run.drive.stroke_mm)) < AT_CONTACT_MM:
             warn(f"{path.name}: left out, nothing was compressed")
         else:
             runs.append(run)
@@ -150,7 +123,7 @@ def _started(run: MeasuredRun) -> datetime:
 def _follows(before: MeasuredRun, after: MeasuredRun) -> bool:
     gap = (_started(after) - _started(before)).total_seconds() - float(before.drive.time_s[-1])
     at_contact = (
-        abs(before.drive.stroke_mm[-1]) < _AT_CONTACT_MM and abs(after.drive.stroke_mm[0]) < _AT_CONTACT_MM
+        abs(before.drive.stroke_mm[-1]) < AT_CONTACT_MM and abs(after.drive.stroke_mm[0]) < AT_CONTACT_MM
     )
     return bool(at_contact and 0.0 < gap + float(after.drive.time_s[0]) <= LONGEST_GAP_S)
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import click
 
 from cli.options import show_table, warn
-from foundation.errors import BadInput
 from model.identification.fitting import Estimate
 from model.identification.identify import Identification
-from model.identification.parameters import LAWS, NAMES
+from model.identification.laws import LAWS, NAMES
 from model.identification.validation import CycleCheck
 
 _MOST_CYCLES = 12
@@ -144,17 +142,3 @@ def show_cycles(title: str, cycles: Sequence[CycleCheck]) -> None:
 
 def _rms(check: CycleCheck) -> float:
     return check.rms_kN
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be written.
-    """
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot be written: {error.strerror}", file=path) from None

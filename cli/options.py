@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TextIO, TypeVar
 
 import click
 
@@ -22,6 +23,34 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 def out_option(help_text: str, *, required: bool = True) -> Callable[[Function], Function]:
     """Return the option ``--out DIR``."""
     return click.option("--out", metavar="DIR", type=FOLDER, required=required, help=help_text)
+
+
+def monitor_address(context: click.Context, parameter: click.Parameter, value: str | None) -> Any:  # noqa: ARG001
+    """Return where a page is served (:class:`daq.monitor.process.Address`), None where none is wanted.
+
+    Raises
+    ------
+    BadInput
+        If it is no HOST:PORT.
+    """
+    if value is None:
+        return None
+    from daq.monitor.process import parse_address  # noqa: PLC0415 - only where a page is wanted
+
+    return parse_address(value)
+
+
+def monitor_option(function: Function) -> Function:
+    """Add the option ``--monitor [HOST:PORT]``."""
+    return click.option(
+        "--monitor",
+        metavar="[HOST:PORT]",
+        is_flag=False,
+        flag_value="",
+        default=None,
+        callback=monitor_address,
+        help="Live page in the browser (default 127.0.0.1:8420); write it behind the file's name.",
+    )(function)
 
 
 def key_values(pairs: Sequence[str], option: str, form: str) -> dict[str, str]:
@@ -43,6 +72,27 @@ def key_values(pairs: Sequence[str], option: str, form: str) -> dict[str, str]:
     return result
 
 
+@contextmanager
+def open_output(target: str) -> Iterator[TextIO]:
+    """Open a text file for writing, or standard output (``-``).
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be written.
+    """
+    if target == "-":
+        yield sys.stdout
+        return
+    try:
+        with Path(target).open("w", encoding="utf-8") as stream:
+            yield stream
+    except OSError as error:
+        raise BadInput(
+            f"cannot be written: {error.strerror}", file=target, remedy="name a file in an existing folder"
+        ) from None
+
+
 def write_json(content: Any, target: str) -> None:
     """Write JSON to a file, or to standard output with nothing else on it (``-``).
 
@@ -51,16 +101,8 @@ def write_json(content: Any, target: str) -> None:
     BadInput
         If the file cannot be written.
     """
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    if target == "-":
-        sys.stdout.write(text)
-        return
-    try:
-        Path(target).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(
-            f"cannot be written: {error.strerror}", file=target, remedy="name a file in an existing folder"
-        ) from None
+    with open_output(target) as stream:
+        stream.write(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def warn(message: str) -> None:

@@ -12,6 +12,7 @@ from cli.options import warn
 from cli.simulation import simulated_stand
 from daq.keys import keys_from
 from daq.metadata import CampaignFacts
+from daq.monitor.process import Address, web_process
 from daq.runner import CampaignOutcome, run_campaign
 from daq.signals import StopRequest, stop_on_signals
 from daq.terminal import progress_on
@@ -23,7 +24,13 @@ from foundation.errors import BadInput
 
 
 def perform(
-    prepared: Prepared, out: Path, *, simulate: bool, speed: float, truth: Path | None = None
+    prepared: Prepared,
+    out: Path,
+    *,
+    simulate: bool,
+    speed: float,
+    truth: Path | None = None,
+    monitor: Address | None = None,
 ) -> CampaignOutcome:
     """Run (or go on with) a campaign on the real stand, or on a simulated one made for it.
 
@@ -39,6 +46,8 @@ def perform(
         Stand time in multiples of real time; only a simulated stand can be faster than 1.
     truth : Path, optional
         Where the simulated stand leaves what really happened, for checks.
+    monitor : Address, optional
+        Where a live page is served.
 
     Raises
     ------
@@ -61,14 +70,24 @@ def perform(
     with (
         stop_on_signals(StopRequest()) as request,
         source as stand_file,
+        nullcontext() if monitor is None else web_process(out, monitor, _say) as page,
         progress_on(sys.stderr) as progress,
         keys_from(sys.stdin, request, progress.message),
     ):
+        if page is not None:
+            page.watch(progress.message)
         clock = WallClock(speed)
         stand = Stand(build_controller(stand_file, clock), build_sensors(stand_file, clock))
         try:
             outcome = run_campaign(
-                prepared.plan, stand, clock, out, facts, progress=progress, stop_request=request
+                prepared.plan,
+                stand,
+                clock,
+                out,
+                facts,
+                progress=progress,
+                stop_request=request,
+                predictor=prepared.predictor,
             )
         finally:
             stand.close()
@@ -78,3 +97,7 @@ def perform(
         (out / "internal-error.txt").write_text(text, encoding="utf-8")
         warn(f"a bug of bufferstand ended this; please report it with {out / 'internal-error.txt'}")
     return outcome
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)  # noqa: T201 - before the live view begins

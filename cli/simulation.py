@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from cli.campaigns import Prepared
-from drivers.simulated.process import start_process
+from drivers.simulated.process import start_process, wires_folder
 from drivers.stand_file import StandFile, with_endpoints
 
 
@@ -27,10 +26,10 @@ def simulated_stand(prepared: Prepared, *, speed: float, truth: Path | None = No
         If the stand file has no usable ``[simulation]`` or the process does not come up.
     """
     with (
-        tempfile.TemporaryDirectory(prefix="bufferstand-") as folder,
+        wires_folder() as folder,
         start_process(
             prepared.stand_file.path,
-            directory=Path(folder),
+            directory=folder,
             model=prepared.model_path,
             speed=speed,
             truth=truth,

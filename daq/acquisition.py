@@ -153,13 +153,17 @@ class Acquisition:
         self._device_us: int | None = None
         self._samples = self._lost = 0
         self._drained = False
+        self.feeding = True
+        """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
         self._pass_began_s = clock.now_s()
         self._aside: list[str] = []
-        self.listener: Callable[[ScaledBlock], object] | None = None
-        """Gets every block of the controller, scaled; it must be quick."""
+        self.listeners: list[Callable[[ScaledBlock], object]] = []
+        """Get every block of the controller, scaled; they must be quick."""
+        self.observers: list[Callable[[ScaledBlock], object]] = []
+        """Get every block of every stream, scaled, after it was judged; they must be quick."""
         self._last_aside = ""
 
     @property
@@ -251,7 +255,7 @@ class Acquisition:
 
     def _feed(self) -> None:
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
-        if wall_s - self._fed_s >= self.pace.feed_s:
+        if self.feeding and wall_s - self._fed_s >= self.pace.feed_s:
             self.stand.controller.feed_watchdog()
             self._fed_s = wall_s
 
@@ -295,14 +299,16 @@ class Acquisition:
         if block.stream == CONTROLLER_STREAM:
             for trip in self._plausibility.look(block, scaled):
                 self.panel.latch(trip)
-            if self.listener is not None:
-                self.listener(scaled)
+            for listener in self.listeners:
+                listener(scaled)
             self._samples += len(scaled)
             self._lost += block.lost
             self._keep_anchor(scaled)
         if len(scaled):
             self._values.update((name, float(value[-1])) for name, value in scaled.values.items())
         self.panel.observe(scaled, self.clock.wall_s())
+        for observer in self.observers:
+            observer(scaled)
 
     def _keep_anchor(self, block: ScaledBlock) -> None:
         """Keep the pair with the least delay on the wire."""

@@ -1,7 +1,8 @@
 """The socket of a running campaign: its operator stops it, or adds a note, from another terminal.
 
 One request and one reply a connection, each a line of JSON: ``{"stop": "now"}`` (or ``cycle``, ``step``),
-``{"note": "…"}``; ``{"ok": true, "text": "…"}``. Only the user who runs the campaign is heard.
+``{"note": "…"}``; ``{"ok": true, "text": "…"}``. Only the user who runs the campaign is heard. A request may
+say for whom it is made: ``"by": "A. Smith (192.168.1.7)"``; a note of somebody's begins with that.
 """
 
 from __future__ import annotations
@@ -16,17 +17,19 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from daq.notes import clean_note
+from daq.notes import clean_note, signed_note
 from daq.signals import StopLevel, StopRequest
 from foundation.errors import BadInput
+from foundation.line_socket import connected, exchange, short_address
 
 SOCKET_NAME = "control"
 WAIT_S = 5.0
 """Longest wait for the other side [s]."""
 LEVELS = {"now": StopLevel.NOW, "cycle": StopLevel.AFTER_CYCLE, "step": StopLevel.AFTER_STEP}
 _SAID = {"now": "stopping now", "cycle": "stopping after the cycle", "step": "stopping after the step"}
+LONGEST_NAME = 120
+"""Characters of who asks."""
 _LINE = 16384
-_LONGEST = 100
 _POLL_S = 0.2
 
 
@@ -50,7 +53,7 @@ def listening(folder: Path, request: StopRequest) -> Iterator[None]:
         path.unlink(missing_ok=True)
     server, ending = socket.socket(socket.AF_UNIX), threading.Event()
     try:
-        with _short(path) as address:
+        with short_address(path) as address:
             before = os.umask(0o177)  # nobody else may even connect
             try:
                 server.bind(address)
@@ -77,18 +80,20 @@ def listening(folder: Path, request: StopRequest) -> Iterator[None]:
 def ask(folder: Path, message: dict[str, str]) -> str | None:
     """Send a request to the campaign that runs in a folder; return its answer, None if none runs.
 
+    Parameters
+    ----------
+    folder : Path
+        The campaign's folder.
+    message : dict
+        ``stop`` or ``note``, and ``by``, if somebody else wants it.
+
     Raises
     ------
     BadInput
         If it refuses.
     """
     try:
-        with _short(folder / SOCKET_NAME) as address, socket.socket(socket.AF_UNIX) as wire:
-            wire.settimeout(WAIT_S)
-            wire.connect(address)
-            wire.sendall(json.dumps(message).encode() + b"\n")
-            with wire.makefile("rb") as lines:
-                reply = json.loads(lines.readline(_LINE))
+        reply = exchange(folder / SOCKET_NAME, message, timeout_s=WAIT_S, longest=_LINE)
     except (OSError, ValueError):
         return None
     if not reply["ok"]:
@@ -97,9 +102,7 @@ def ask(folder: Path, message: dict[str, str]) -> str | None:
 
 
 def _answers(path: Path) -> bool:
-    with suppress(OSError), _short(path) as address, socket.socket(socket.AF_UNIX) as wire:
-        wire.settimeout(WAIT_S)
-        wire.connect(address)
+    with suppress(OSError), connected(path, WAIT_S):
         return True
     return False
 
@@ -124,11 +127,12 @@ def _reply(wire: socket.socket, request: StopRequest) -> dict[str, Any]:
     try:
         with wire.makefile("rb") as lines:
             message = json.loads(lines.readline(_LINE))
+        by = clean_note(str(message["by"]))[:LONGEST_NAME] if message.get("by") else ""
         if "note" in message:
-            request.note(clean_note(str(message["note"])))
+            request.note(signed_note(str(message["note"]), by))
             return {"ok": True, "text": "noted"}
         after = message["stop"]
-        request.ask(LEVELS[after], f"bufferstand stop ({after})")
+        request.ask(LEVELS[after], f"{by or 'bufferstand stop'} ({after})")
         return {"ok": True, "text": _SAID[after]}
     except BadInput as error:
         return {"ok": False, "text": error.problem}
@@ -140,16 +144,3 @@ def _user_of(wire: socket.socket) -> int:
     """Return the user id of the other side (the kernel says it)."""
     _, user, _ = struct.unpack("3i", wire.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
     return int(user)
-
-
-@contextmanager
-def _short(path: Path) -> Iterator[str]:
-    """Give an address of a socket that fits into the 108 bytes that the system has for it."""
-    if len(str(path)) <= _LONGEST:
-        yield str(path)
-        return
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        yield f"/proc/self/fd/{folder}/{path.name}"
-    finally:
-        os.close(folder)

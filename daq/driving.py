@@ -161,7 +161,8 @@ class Driver:
     def _until_settled(self, motion: Harmonic, sequence: int, limit_s: float, steady: Steadiness) -> None:
         """Let a harmonic motion go on until its cycles have settled, or to its own end."""
         acquisition, watch = self._acquisition, SteadinessWatch(steady, motion)
-        began_s, acquisition.listener = self._device_s(), watch.take
+        began_s = self._device_s()
+        acquisition.listeners.append(watch.take)
         try:
             while not self._ended(motion, sequence):
                 self.pump()
@@ -179,7 +180,7 @@ class Driver:
             acquisition.say("step", f"not settled after {motion.cycles} cycles, the most that were planned")
             self.obey()
         finally:
-            acquisition.listener = None
+            acquisition.listeners.remove(watch.take)
             watch.close()
 
     def _ramp_to_force(self, motion: RampToForce, expected_s: float) -> None:
@@ -235,6 +236,11 @@ class Driver:
         try:
             while why := panel.warmer_than(temperature_C):
                 self.pump()
+                if (
+                    self._request.level is StopLevel.AFTER_STEP
+                ):  # nothing is under way that must come to its end
+                    reason = f"stopped by the operator: {self._request.reason}"
+                    self._refuse("operator", reason, device_fault=False)
                 if self._device_s() - began_s > timeout_s:
                     self._refuse("cool-down", f"not cool after {timeout_s:g} s: {why}", device_fault=False)
         finally:

@@ -14,6 +14,7 @@ from foundation.errors import BadInput
 from foundation.settings import read_text
 from protocols.plan import Plan
 from protocols.steps import PlannedStep
+from recording.runfile import read_metadata
 
 SCHEMA = "bufferstand/campaign/1"
 RECORD_NAME = "campaign.json"
@@ -216,6 +217,8 @@ def begin_record(
 ) -> CampaignRecord:
     """Return the record with which a campaign begins or goes on: steps that are over stay over.
 
+    A program that was killed may not have come to note that a step was over: its run file says it then.
+
     Parameters
     ----------
     plan : Plan
@@ -230,13 +233,30 @@ def begin_record(
     known = {} if before is None else {record.plan_hash: record for record in before.steps}
     steps = []
     for step in plan.steps:
+        if step.pause:
+            continue  # it belongs to the order, not to the test, and is set anew
         record = known.get(step.plan_hash, StepRecord(step.index, step.name, step.plan_hash))
         record = replace(record, index=step.index, name=step.name)
-        kept = record.over and all((folder / run).exists() for run in record.runs)
-        steps.append(record if kept else replace(record, status="pending"))
+        there = tuple(dict.fromkeys(run for run in record.runs if (folder / run).exists()))
+        if record.status == "running" and there and _ran_to_its_end(folder / there[-1]):
+            cycles = record.cycles_done if step.steady is not None else step.cycles or 0
+            record = replace(
+                record, status="complete", runs=there, cycles_done=cycles, reason="", stopped_by="",
+                too_warm=False,
+            )  # fmt: skip
+        kept = record.over and there == record.runs
+        steps.append(record if kept else replace(record, status="pending", runs=there))
     started = datetime.now(UTC).isoformat() if before is None else before.started_utc
     stand_folder = str(plan.campaign.stand_path.parent.resolve()) if before is None else before.stand_folder
     return CampaignRecord(plan.as_dict(), tuple(steps), campaign_file, stand_folder, started_utc=started)
+
+
+def _ran_to_its_end(run_file: Path) -> bool:
+    """Return whether the run that was the last of a step ended as planned, and so the step did."""
+    try:
+        return bool(read_metadata(run_file)["run"]["status"] == "complete")
+    except BadInput:
+        return False
 
 
 def run_name(step: PlannedStep) -> str:

@@ -49,6 +49,10 @@ def evaluate_frozen(
     value, command = block.values.get(guard.signal), block.values.get("command")
     if value is None or command is None or not len(value):
         return memory, None
+    if len(value) > 1 and value[-1] != value[-2] and value[-1] == value[-1]:  # nearly always, with a true one
+        return FrozenMemory(
+            float(value[-1]), int(block.time_us[-1]), float(command[-1]), float(command[-1])
+        ), None
     changed = np.flatnonzero(value != value[-1])
     first = int(changed[-1]) + 1 if len(changed) else 0
     if first == len(value):  # it ends with no number, which differs from itself: the channel's guard says it

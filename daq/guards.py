@@ -265,14 +265,21 @@ def evaluate_agreement(
     signal = "force" if "force" in block.values else "force_2"
     if signal not in block.values or not len(block):
         return memory, None
-    time_s = block.time_us / 1e6
     if device_clock:
-        memory = replace(memory, offset_s=min(memory.offset_s, block.received_s - float(time_s[-1])))
-        time_s = time_s + memory.offset_s
+        memory = replace(
+            memory, offset_s=min(memory.offset_s, block.received_s - int(block.time_us[-1]) / 1e6)
+        )
+    offset_s = memory.offset_s if device_clock else 0.0
+    first, last = (
+        math.floor((int(at_us) / 1e6 + offset_s) / guard.window_s)
+        for at_us in (block.time_us[0], block.time_us[-1])
+    )
     mine = dict(memory.sums[signal])
-    number = np.floor(time_s / guard.window_s).astype(np.int64)
-    for window in range(int(number[0]), int(number[-1]) + 1):  # time never steps back within a block
-        inside = block.values[signal][number == window]
+    number = None
+    if first != last:  # most blocks lie in one window
+        number = np.floor((block.time_us / 1e6 + offset_s) / guard.window_s).astype(np.int64)
+    for window in range(first, last + 1):  # time never steps back within a block
+        inside = block.values[signal] if number is None else block.values[signal][number == window]
         if not inside.size:
             continue
         before = mine.get(window, WindowSum())

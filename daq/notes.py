@@ -41,6 +41,18 @@ def clean_note(text: str) -> str:
     return line
 
 
+def signed_note(text: str, by: str) -> str:
+    """Return a note in one line, with who wrote it before it, if that is known.
+
+    Raises
+    ------
+    BadInput
+        If nothing is left of the note, or it is longer than ``LONGEST``.
+    """
+    line = clean_note(text)
+    return f"{by}: {line}"[:LONGEST] if by else line
+
+
 def add_note(folder: Path, text: str, *, step: int = 0, run: str = "") -> Note:
     """Add a note to a campaign's folder and bring it to the disk.
 

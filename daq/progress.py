@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
+
+if TYPE_CHECKING:
+    from daq.acquisition import Acquisition
+    from daq.scaling import ScaledBlock
 
 Phase = Literal["start", "ramp", "motion", "release", "wait", "cool-down", "safe stop", "done"]
 """What the campaign does at present."""
@@ -33,13 +37,19 @@ class Progress:
     elapsed_s : float
         Stand time since the campaign began [s].
     remaining_s : float
-        Planned time that is left [s].
+        Time that is left, by all that was learned so far [s].
     lost : int
         Samples lost on the wire so far.
     written, durable : int
         Samples of the run under way: handed to the file, and known to be on the disk.
     warnings : tuple of str
         What guards noted so far in this step.
+    planned_remaining_s : float or None
+        Time that would be left by the plan that the campaign began with [s].
+    heating, cooling : float
+        Learned factors on the model's heat and its loss to the air.
+    learned_from : int
+        From so many steps and waits.
     """
 
     step: int
@@ -58,6 +68,10 @@ class Progress:
     written: int = 0
     durable: int = 0
     warnings: tuple[str, ...] = field(default=())
+    planned_remaining_s: float | None = None
+    heating: float = 1.0
+    cooling: float = 1.0
+    learned_from: int = 0
 
 
 class ProgressSink(Protocol):
@@ -72,6 +86,18 @@ class ProgressSink(Protocol):
         ...
 
 
+class Watcher(Protocol):
+    """Whoever looks on more closely; called in the acquisition's thread: it must be quick and never fail."""
+
+    def take(self, block: ScaledBlock) -> None:
+        """Take a block of any stream."""
+        ...
+
+    def look(self, acquisition: Acquisition) -> None:
+        """Look at everything there is, once in every pass."""
+        ...
+
+
 class Silent:
     """Shows nothing."""
 
@@ -80,6 +106,23 @@ class Silent:
 
     def message(self, text: str) -> None:
         """Take a line and drop it."""
+
+
+class Both:
+    """Shows everything in two places."""
+
+    def __init__(self, one: ProgressSink, two: ProgressSink) -> None:
+        self._sinks = (one, two)
+
+    def update(self, progress: Progress) -> None:
+        """Show a snapshot in both."""
+        for sink in self._sinks:
+            sink.update(progress)
+
+    def message(self, text: str) -> None:
+        """Show a line in both."""
+        for sink in self._sinks:
+            sink.message(text)
 
 
 class Throttle:

@@ -8,19 +8,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from daq.agenda import Agenda
+from daq.as_run import AsRun, add_as_run, observed_run, read_as_run
 from daq.control import listening
 from daq.driving import Halt
 from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus, begin_record
 from daq.guards import Trip, run_status
+from daq.heat_log import Seen
 from daq.metadata import CampaignFacts
-from daq.progress import ProgressSink, Silent
+from daq.monitor.publisher import publishing
+from daq.progress import Both, ProgressSink, Silent
 from daq.safe_stop import SafeStopReport
 from daq.session import RecorderMaker, RunSettings, Session
 from daq.signals import StopLevel, StopRequest
 from drivers.interfaces import Stand
 from foundation.clock import Clock
+from foundation.durations import duration_text
 from foundation.errors import BadInput, DeviceFault, ExitStatus
+from protocols.learning import Observation
 from protocols.plan import Plan
+from protocols.prediction import Predictor
+from protocols.replanning import Replanner
 from protocols.steps import Motion, PlannedStep, motions_after
 from recording.seal import seal_orphans
 from recording.writer import RunRecorder
@@ -66,6 +74,7 @@ def run_campaign(
     stop_request: StopRequest | None = None,
     settings: RunSettings | None = None,
     recorder: RecorderMaker = RunRecorder,
+    predictor: Predictor | None = None,
 ) -> CampaignOutcome:
     """Run a campaign, or go on with it: steps that ``campaign.json`` there calls complete are left out.
 
@@ -92,6 +101,10 @@ def run_campaign(
         Guards of the stand, pace, patience.
     recorder : callable
         Makes the recorder of a run.
+    predictor : Predictor, optional
+        The spring model of the plan. With it the specimen's heating is learned as the campaign goes, also
+        from what an earlier start left in the folder, and pauses, order and time that is left follow;
+        without it the plan stands as it is.
 
     Returns
     -------
@@ -104,9 +117,10 @@ def run_campaign(
         If the folder cannot be used.
     """
     folder = CampaignFolder(out_dir)
-    shown = progress or Silent()
     request = stop_request or StopRequest()
-    with listening(folder.path, request):
+    own = progress or Silent()
+    with listening(folder.path, request), publishing(folder.path, own.message) as publisher:
+        shown = Both(own, publisher)
         before = folder.load()
         try:
             campaign_file = folder.copy_inputs(plan.campaign.path)
@@ -116,10 +130,38 @@ def run_campaign(
             folder.save(record)
         except OSError as error:
             raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
-        session = Session(
-            plan, stand, clock, facts, shown, request, settings or RunSettings(), recorder, folder.path
+        agenda = Agenda(
+            plan,
+            lambda step: record.step(step).over,
+            None if predictor is None else Replanner(plan, predictor),
+            () if predictor is None else _known(folder, record, facts),
         )
-        return _Campaign(plan, folder, record, session, request).run()
+        session = Session(
+            plan,
+            agenda,
+            stand,
+            clock,
+            facts,
+            shown,
+            request,
+            settings or RunSettings(),
+            recorder,
+            folder.path,
+            publisher,
+        )
+        outcome = _Campaign(plan, folder, record, session, request, agenda).run()
+        publisher.end(outcome.status, outcome.reason)
+        return outcome
+
+
+def _known(folder: CampaignFolder, record: CampaignRecord, facts: CampaignFacts) -> list[Observation]:
+    """Return what an earlier start saw of the specimen: from its lines, and from runs that left none."""
+    rows = read_as_run(folder.path)
+    found = [seen for row in rows if (seen := row.observation()) is not None]
+    lines = {row.run for row in rows}
+    unwritten = [run for step in record.steps for run in step.runs if run not in lines]
+    recorded = (observed_run(folder.path / run, facts.ambient()) for run in unwritten)
+    return found + [seen for seen in recorded if seen is not None]
 
 
 class _Campaign:
@@ -132,7 +174,9 @@ class _Campaign:
         record: CampaignRecord,
         session: Session,
         request: StopRequest,
+        agenda: Agenda,
     ) -> None:
+        self._agenda = agenda
         self._plan = plan
         self._folder = folder
         self._record = record
@@ -167,10 +211,13 @@ class _Campaign:
         """Do everything; return what stopped it, whether before anything moved, and a fault of our own."""
         refused = True
         try:
-            left = [step for step in self._plan.steps if not self._record.step(step).over]
-            self._session.open(left, must_be_cool=self._record.must_cool)
+            self._session.open(self._agenda.left, must_be_cool=self._record.must_cool)
             refused = False
-            for step in self._plan.steps:
+            if self._learns:
+                now = self._session.temperatures()
+                self._agenda.begin(now.end_C, now.ambient_C)
+                self._look_ahead()
+            while (step := self._agenda.next()) is not None:
                 self._step(step)
         except Halt as halt:
             return halt.trip, refused, None
@@ -187,15 +234,16 @@ class _Campaign:
     # --- one step ----------------------------------------------------------------------------------
 
     def _step(self, step: PlannedStep) -> None:
-        known = self._record.step(step)
-        if known.over:
-            return
         if self._request.level >= StopLevel.AFTER_STEP:
             raise Halt(
                 self._session.trip_of(
                     "operator", f"stopped by the operator: {self._request.reason}", device_fault=False
                 )
             )
+        if step.pause:
+            self._pause(step)
+            return
+        known = self._record.step(step)
         done = known.cycles_done if known.too_warm else 0
         while motions := motions_after(step.motions, done):
             try:
@@ -212,7 +260,7 @@ class _Campaign:
                 )
                 if not _too_warm(halt.trip) or self._policy == "stop":
                     raise
-                self._session.cool_down()
+                self._cool_down(step)
                 if self._policy == "skip":
                     self._note(step, status="skipped")
                     return
@@ -226,23 +274,88 @@ class _Campaign:
     def _policy(self) -> Literal["stop", "wait-and-continue", "skip"]:
         return self._plan.campaign.limits.on_temperature_stop
 
+    def _pause(self, step: PlannedStep) -> None:
+        complete = False
+        try:
+            self._session.perform(step, step.motions, None)
+            complete = True
+        except Halt as halt:
+            if not _too_warm(halt.trip) or self._policy == "stop":
+                raise
+        finally:
+            self._learn(step, complete=complete)
+        if not complete:
+            self._cool_down(step)
+
+    def _cool_down(self, step: PlannedStep) -> None:
+        self._session.cool_down()
+        if self._learns and (seen := self._session.seen) is not None:
+            resume_C = self._plan.campaign.limits.temperature_resume_C
+            self._write(self._agenda.rested(step, seen, resume_C))
+
+    @property
+    def _learns(self) -> bool:
+        return self._agenda.learns
+
+    def _learn(self, step: PlannedStep, *, complete: bool, run: str = "") -> None:
+        """Learn from a step or a part of it, and keep it as it was run."""
+        seen: Seen | None = self._session.seen
+        if seen is None or not self._learns:
+            return
+        row = self._agenda.done(step, seen, self._session.cycles_done, complete=complete, run=run)
+        if complete:
+            self._look_ahead()
+            row = replace(row, left_s=self._agenda.later_s)
+            self._session.say_aloud(f"  {row.sentence()}")
+        self._write(row)
+
+    def _write(self, row: AsRun) -> None:
+        try:
+            add_as_run(self._folder.path, row)
+        except OSError as error:
+            self._session.say_aloud(f"as-run.jsonl could not be written: {error.strerror}")
+
+    def _look_ahead(self) -> None:
+        """Plan anew what is left, if what is known by now says that the outlook no longer holds."""
+        if not self._agenda.outdated:
+            return
+        before_s = self._agenda.later_s
+        if error := self._session.meanwhile(self._agenda.look_ahead):
+            # The test goes on as it was planned: that it lasts longer than said is no danger to the stand.
+            self._session.say_aloud(f"WARNING: what is left could not be planned anew: {error!r}")
+            return
+        now_s, scale = self._agenda.later_s, self._agenda.scale
+        if abs(now_s - before_s) > 0.02 * before_s + 1.0:
+            self._session.say_aloud(
+                f"planned anew (heating × {scale.heating:.2f}, cooling × {scale.cooling:.2f} of the model, "
+                f"from {scale.steps} steps): {duration_text(now_s)} left, {duration_text(before_s)} before"
+            )
+
     def _attempt(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         """Perform and record (the rest of) a step; whatever happens, the run is closed after a safe stop."""
         before = self._record.step(step).runs
         if step.run_kind is None:
             self._note(step, status="running")
-            self._session.perform(step, motions, None)
+            complete = False
+            try:
+                self._session.perform(step, motions, None)
+                complete = True
+            finally:
+                self._learn(step, complete=complete)
             return
         run_id = self._folder.run_id(step)
-        self._note(step, status="running", runs=(*before, f"{self._folder.runs.name}/{run_id}.h5"))
+        run, complete = f"{self._folder.runs.name}/{run_id}.h5", False
+        self._note(step, status="running", runs=(*before, run))
         try:
             self._session.perform(step, motions, (self._folder.runs, run_id))
+            complete = True
         finally:
             path = self._folder.runs / f"{run_id}.h5"
             if path.exists():
                 self._runs.append(path)
             elif not path.with_suffix(".journal").exists():
                 self._note(step, runs=before)  # it was stopped before there was anything to record
+            self._learn(step, complete=complete, run=run)
 
     def _note(self, step: PlannedStep, **changes: object) -> None:
         self._record = self._record.with_step(replace(self._record.step(step), **changes))  # type: ignore[arg-type]

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 from typing import Any
 
 from daq.acquisition import Acquisition, Pace, Recorder
+from daq.agenda import Agenda
 from daq.before_start import disk_trouble, first_look, specimen_gaps, zero_trouble
 from daq.driving import Driver, Halt, Patience
 from daq.guards import Action, Trip, run_status
+from daq.heat_log import LATE_S, HeatLog, Seen
 from daq.limits import guards_for
 from daq.metadata import CampaignFacts, run_document
 from daq.notes import add_note
 from daq.panel import GuardPanel, GuardSet
-from daq.progress import ProgressSink
+from daq.progress import ProgressSink, Watcher
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.showing import Showing, phase_of
 from daq.signals import StopRequest
@@ -68,6 +71,8 @@ class Session:
     ----------
     plan : Plan
         Its limits, and what is shown of it.
+    agenda : Agenda
+        What is left of it.
     stand, clock
         The stand and its time.
     facts : CampaignFacts
@@ -82,11 +87,14 @@ class Session:
         Makes the recorder of a run.
     notes : Path
         The campaign's folder, where the operator's notes go.
+    watcher : Watcher, optional
+        Who sees every block and every pass (the live monitor).
     """
 
     def __init__(
         self,
         plan: Plan,
+        agenda: Agenda,
         stand: Stand,
         clock: Clock,
         facts: CampaignFacts,
@@ -95,19 +103,23 @@ class Session:
         settings: RunSettings,
         recorder: RecorderMaker,
         notes: Path,
+        watcher: Watcher | None = None,
     ) -> None:
         self._plan = plan
         self._stand = stand
         self._clock = clock
         self._facts = facts
-        self._showing = Showing(plan, clock, progress)
+        self._showing = Showing(plan, agenda, clock, progress)
         self._request = request
         self._settings = settings
         self._make_recorder = recorder
         self._notes = notes
+        self._watcher = watcher
         self._run_id = ""
         self._table = settings.guards or plan.campaign.content.guards
         self._alive: _Alive | None = None
+        self.seen: Seen | None = None
+        """What the last step, or wait for cooling, did to the specimen."""
 
     @property
     def cycles_done(self) -> int:
@@ -142,6 +154,7 @@ class Session:
             If a device does not answer.
         """
         identity = self._stand.controller.connect()
+        self._stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
         for sensor in self._stand.sensors:
             sensor.start()
         guards = guards_for(
@@ -154,6 +167,9 @@ class Session:
         )
         panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
         acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
+        if self._watcher is not None:
+            acquisition.observers.append(self._watcher.take)
+        acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
         driver = Driver(acquisition, self._request, self._tick, self._settings.patience)
         safe_stop = SafeStop(
             self._stand.controller,
@@ -186,6 +202,7 @@ class Session:
     def _switch_on(self) -> None:
         alive = self._need()
         alive.safe_stop.arm()
+        alive.acquisition.feeding = True
         alive.panel.change(alive.guards)
         self._stand.controller.enable(
             force_limit_kN=self._plan.limits.force.value,
@@ -231,6 +248,13 @@ class Session:
         alive = self._need()
         alive.driver.begin_step()
         self._showing.begin_step(step)
+        with self._watched():
+            self._perform(step, motions, where)
+        if unsealed := self._close_run("complete", ""):
+            raise Halt(unsealed)
+
+    def _perform(self, step: PlannedStep, motions: Sequence[Motion], where: tuple[Path, str] | None) -> None:
+        alive = self._need()
         try:
             self._catch_up()  # what was sampled before belongs to no run, or to the one before
             alive.driver.obey()
@@ -252,8 +276,44 @@ class Session:
             if isinstance(error, DeviceFault):
                 raise halt from error
             raise
-        if unsealed := self._close_run("complete", ""):
-            raise Halt(unsealed)
+
+    @contextmanager
+    def _watched(self) -> Iterator[None]:
+        """Keep what a step, or a wait, does to the specimen while inside."""
+        acquisition = self._need().acquisition
+        log = HeatLog(acquisition.panel, self._facts.ambient(), self._clock.now_s())
+        self.seen = None
+        acquisition.listeners.append(log.take)
+        try:
+            yield
+        finally:
+            acquisition.listeners.remove(log.take)
+            self.seen = log.seen(self._clock.now_s())
+
+    def temperatures(self) -> Seen:
+        """Return what the sensors show now; their first readings are waited for a moment.
+
+        Raises
+        ------
+        Halt
+            If a guard or the operator demands it.
+        """
+        alive = self._need()
+        with self._watched():
+            until_s = self._clock.now_s() + LATE_S
+            sensors = {guard.stream for guard in alive.guards.temperatures}
+            while sensors - alive.panel.latest_temperatures().keys() and self._clock.now_s() < until_s:
+                alive.driver.pump()
+        return self.seen or Seen(0.0, None, None, None, 0.0)
+
+    def meanwhile(self, work: Callable[[], object]) -> BaseException | None:
+        """Do something lengthy in a thread while the loop goes on; return what it raised."""
+        with ThreadPoolExecutor(1) as pool:
+            doing = pool.submit(work)
+            while not doing.done():
+                self._tick_safely()
+                wait_for([doing], timeout=0.02)
+        return doing.exception()
 
     def _expired(self) -> list[str]:
         """Return what is to be said about calibrations that have expired by today."""
@@ -286,15 +346,11 @@ class Session:
         recorder, self._run_id = alive.acquisition.detach(), ""
         if recorder is None:
             return None
-        with ThreadPoolExecutor(1) as pool:
-            sealing = pool.submit(recorder.close, status, reason)
-            while not sealing.done():
-                self._tick_safely()
-                wait_for([sealing], timeout=0.02)
-        if failure := sealing.exception():
+        sealed: list[Path] = []
+        if failure := self.meanwhile(lambda: sealed.append(recorder.close(status, reason))):
             self._showing.message(f"the run could not be sealed: {failure}")
             return self.trip_of("recorder", f"the run could not be sealed: {failure}")
-        self._showing.message(f"  {status}: {sealing.result().name}" + (f" ({reason})" if reason else ""))
+        self._showing.message(f"  {status}: {sealed[0].name}" + (f" ({reason})" if reason else ""))
         return None
 
     # --- safe stop and cooling ---------------------------------------------------------------------
@@ -324,7 +380,8 @@ class Session:
         self._showing.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
         alive.panel.change(alive.guards.valve_off().cooling())
         alive.panel.reset()
-        alive.driver.cool(None, self._settings.cool_limit_s)
+        with self._watched():
+            alive.driver.cool(None, self._settings.cool_limit_s)
         self._showing.message("cool enough: going on")
         self._switch_on()
 
@@ -338,9 +395,15 @@ class Session:
             self._showing.message(f"note: {text}")
         self.take_notes()
         self._showing.offer(alive.acquisition, alive.driver)
+        if self._watcher is not None:
+            self._watcher.look(alive.acquisition)
 
     def take_notes(self) -> None:
-        """Put what the operator wrote into the run under way and into the campaign's notes."""
+        """Put what the operator asked for and wrote into the run, notes into the campaign's folder, too."""
+        for wish in self._request.take_wishes():
+            self._showing.message(f"operator: {wish}")
+            if self._alive is not None:
+                self._alive.acquisition.say("operator", wish)
         for text in self._request.take_notes():
             self._showing.message(f"operator: {text}")
             if self._alive is not None:

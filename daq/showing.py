@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from daq.acquisition import Acquisition
+from daq.agenda import Agenda
 from daq.driving import Driver
 from daq.guards import Action, Trip
 from daq.progress import Phase, Progress, ProgressSink, Throttle
@@ -17,15 +18,18 @@ class Showing:
     Parameters
     ----------
     plan : Plan
-        Its steps and how long they should take.
+        Its limits and how many steps it has.
+    agenda : Agenda
+        How long the rest should take.
     clock : Clock
         Stand time.
     sink : ProgressSink
         Who shows it.
     """
 
-    def __init__(self, plan: Plan, clock: Clock, sink: ProgressSink) -> None:
+    def __init__(self, plan: Plan, agenda: Agenda, clock: Clock, sink: ProgressSink) -> None:
         self._plan = plan
+        self._agenda = agenda
         self._clock = clock
         self._sink = sink
         self._throttle = Throttle(sink, clock.wall_s)
@@ -70,7 +74,7 @@ class Showing:
 
     def _snapshot(self, acquisition: Acquisition, driver: Driver) -> Progress:
         latest, step, done = acquisition.latest, self._step, self.phase == "done"
-        later_s = sum(s.expected_duration_s for s in self._plan.steps if step is None or s.index > step.index)
+        agenda = self._agenda
         here_s = 0.0
         if step is not None and not done:
             here_s = max(0.0, step.expected_duration_s - (self._clock.now_s() - self._step_began_s))
@@ -87,11 +91,15 @@ class Showing:
             temperatures_C=acquisition.panel.latest_temperatures(),
             temperature_limit_C=self._plan.campaign.limits.temperature_stop_C,
             elapsed_s=self._clock.now_s() - self._began_s,
-            remaining_s=here_s + (0.0 if done else later_s),
+            remaining_s=here_s + (0.0 if done else agenda.later_s),
             lost=latest.lost,
             written=recorder.written if recorder else 0,
             durable=recorder.durable if recorder else 0,
             warnings=tuple(self._warnings),
+            planned_remaining_s=here_s + (0.0 if done else agenda.planned_later_s),
+            heating=agenda.scale.heating,
+            cooling=agenda.scale.cooling,
+            learned_from=agenda.scale.steps,
         )
 
 

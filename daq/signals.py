@@ -26,6 +26,11 @@ class StopLevel(IntEnum):
     NOW = 3
 
 
+_HOW = {
+    StopLevel.NOW: "now",
+    StopLevel.AFTER_CYCLE: "after the cycle",
+    StopLevel.AFTER_STEP: "after the step",
+}
 LATER_SIGNALS = {
     signal.SIGUSR1: (StopLevel.AFTER_CYCLE, "SIGUSR1 (after the cycle)"),
     signal.SIGUSR2: (StopLevel.AFTER_STEP, "SIGUSR2 (after the step)"),
@@ -40,12 +45,14 @@ class StopRequest:
         self._level = StopLevel.NONE
         self._reason = ""
         self._notes: deque[str] = deque()
+        self._wishes: deque[str] = deque()
 
     def ask(self, level: StopLevel, reason: str) -> None:
         """Ask for a stop; the strongest wish counts, and its first reason is kept."""
         if level > self._level:
             self._reason = reason
             self._level = level
+            self._wishes.append(f"asked to stop {_HOW[level]}: {reason}")
 
     @property
     def level(self) -> StopLevel:
@@ -56,6 +63,13 @@ class StopRequest:
     def reason(self) -> str:
         """Return who or what asked, for a person."""
         return self._reason
+
+    def take_wishes(self) -> list[str]:
+        """Return (and forget) what was asked for, each in one line: it belongs into the run at once."""
+        taken: list[str] = []
+        while self._wishes:
+            taken.append(self._wishes.popleft())
+        return taken
 
     def note(self, text: str) -> None:
         """Hand over a note of the operator's."""

@@ -51,8 +51,20 @@ def panel(progress: Progress) -> Group:
     values.add_row(force, stroke, cycle, temperatures(progress))
     lost = f", {progress.lost} lost" if progress.lost else ""
     values.add_row("recorded", f"{progress.written} samples", f"{progress.durable} on disk{lost}", "")
+    values.add_row(*_learned(progress))
     warnings = [Text(f"! {text}", style="yellow") for text in progress.warnings[-3:]]
     return Group(head, time, values, *warnings)
+
+
+def _learned(progress: Progress) -> tuple[str, ...]:
+    """Return what the specimen taught, and what the first plan says; nothing as long as nothing is known."""
+    if not progress.learned_from:
+        return ()
+    planned_s = progress.planned_remaining_s
+    by_plan = "" if planned_s is None else f"by the first plan {duration(planned_s)} left"
+    return (
+        "learned", f"heating × {progress.heating:.2f}", f"cooling × {progress.cooling:.2f}", by_plan
+    )  # fmt: skip
 
 
 class LiveTerminal:

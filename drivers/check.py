@@ -13,7 +13,6 @@ from drivers.check_clock import drift_row, fit_drift
 from drivers.check_hints import controller_hint, port_hint
 from drivers.check_rows import (
     CheckRow,
-    Verdict,
     bus_rows,
     calibration_rows,
     channels_of,
@@ -22,6 +21,7 @@ from drivers.check_rows import (
     rate_row,
     value_row,
 )
+from drivers.check_verdict import WATCH_S, Verdict
 from drivers.connect import build_controller, build_sensors
 from drivers.interfaces import Controller, DeviceFault, MotionState, SampleBlock, Sensor, SensorFault
 from drivers.register_panel import FAULT_TEXTS
@@ -41,8 +41,6 @@ SECOND_CHANCE_S = 1.5
 """Wait for a reading after a fault of the same sensor [s of wall time]."""
 STALE_S = 5.0
 """A reading older than this, and than three of its periods, is stale [s of stand time]."""
-WATCH_S = 5.0
-"""Time over which rate and clock of the controller are watched [s of wall time]."""
 RATE_TOLERANCE = 0.02
 SENSOR_RATE_TOLERANCE = 0.05
 SLOW_RATE_TOLERANCE = 0.5

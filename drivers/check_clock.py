@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.check_rows import CheckRow, Verdict
+from drivers.check_rows import CheckRow
+from drivers.check_verdict import Verdict
 
 LEAST_PAIRS = 10
 """Fewer pairs make no line."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import date, timedelta
-from enum import StrEnum
 
+from drivers.check_verdict import Verdict
 from drivers.ds18b20 import looks_genuine
 from drivers.stand_file import StandFile
 from foundation.channel import Channel
@@ -21,14 +21,6 @@ STROKE_SLACK_MM = 60.0
 """How far a piston may be drawn back from first contact [mm]."""
 TEMPERATURE_RANGE_C = (-25.0, 85.0)
 """What a specimen or the air of a test hall can have [°C]."""
-
-
-class Verdict(StrEnum):
-    """How a finding is to be taken."""
-
-    OK = "ok"
-    NOTE = "note"
-    FAULT = "fault"
 
 
 @dataclass(frozen=True)

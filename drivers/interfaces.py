@@ -137,6 +137,10 @@ class Controller(Protocol):
         """Open the wire, check identity and test-value registers; get who answers."""
         ...
 
+    def skip_backlog(self) -> None:
+        """Go on near the newest sample: what the ring holds from before concerns nobody, and is not lost."""
+        ...
+
     def read_block(self) -> SampleBlock | None:
         """Get the next samples from the ring (None where there are none yet) and acknowledge the last."""
         ...

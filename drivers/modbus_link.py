@@ -12,12 +12,16 @@ import struct
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Literal
+from typing import Literal, TypeVar
 
+from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
 
+from drivers import packed_exchange
 from drivers.modbus_wires import CannotOpenError, Client, TcpWire, Wire
+from drivers.packed_exchange import Exchange, PackedPort, PackedReply
+from drivers.registers import pack
 from foundation.errors import DeviceFault
 
 # What pymodbus logs is said here as events and faults; without a handler Python would print it besides.
@@ -43,6 +47,11 @@ Check = Callable[[Sequence[int]], str]
 """Says what is doubtful about registers that were read; empty where nothing is."""
 
 _MOST_EVENTS = 1000
+_TROUBLE = (ModbusException, OSError, struct.error, ValueError, IndexError)
+"""What a wire, or what came over it, raises."""
+
+
+_AnyReply = TypeVar("_AnyReply", ModbusPDU, PackedReply)
 
 
 def _nothing_doubtful(_registers: Sequence[int]) -> str:
@@ -84,6 +93,8 @@ class ModbusLink:
         self._device_id = device_id
         self._timeout_s = timeout_s
         self._client: Client | None = None
+        self._port: PackedPort | None = None
+        self._ahead: Exchange | None = None
         self._events: deque[str] = deque(maxlen=_MOST_EVENTS)
         self._was_open = False
         self._busy = threading.Lock()
@@ -206,6 +217,53 @@ class ModbusLink:
         )
         return list(reply.registers)
 
+    def exchange_packed(self, exchange: Exchange) -> bytes:
+        """Make an exchange (FC23) whose registers come as bytes; one that was sent ahead is collected.
+
+        Raises
+        ------
+        DeviceFault
+            If no true reply comes; ModbusRefusal if the device refuses.
+        """
+        if not isinstance(self._wire, TcpWire):
+            values = struct.unpack(f">{len(exchange.written) // 2}H", exchange.written)
+            return pack(
+                self.exchange(
+                    read_address=exchange.read_address,
+                    read_count=exchange.read_count,
+                    write_address=exchange.write_address,
+                    values=values,
+                    what=exchange.what,
+                )
+            )
+        reply = self._ask(
+            exchange,
+            packed_exchange.FUNCTION,
+            lambda _: self._exchange_packed(exchange),
+            lambda reply: reply.find_doubt(exchange.read_count),
+        )
+        return reply.data[1:]
+
+    @property
+    def has_asked_ahead(self) -> bool:
+        """Whether an exchange is under way that was sent ahead: its reply is of before it is asked for."""
+        return self._ahead is not None
+
+    def ask_ahead(self, exchange: Exchange) -> None:
+        """Send an exchange that will be asked for next, so that the device works on it meanwhile.
+
+        Its reply is collected before anything else is sent: one request is under way at most. On a serial
+        line, which is the bound itself, and where the connection fails, nothing is done.
+        """
+        if self._port is None or self._ahead is not None:
+            return
+        try:
+            self._port.send(exchange)
+        except _TROUBLE as error:
+            self._give_up(exchange, error)
+        else:
+            self._ahead = exchange
+
     def distrust(self, text: str) -> None:
         """Note a doubt that was found behind the link, and begin afresh with the next request."""
         self._drop(doubtful=True)
@@ -228,6 +286,7 @@ class ModbusLink:
 
     def _drop(self, *, doubtful: bool = False) -> None:
         client, self._client = self._client, None
+        self._port = self._ahead = None
         if client is not None:
             if doubtful:
                 self._wire.settle(client, self._timeout_s)
@@ -241,6 +300,8 @@ class ModbusLink:
         except CannotOpenError as error:
             raise self._fault(error.problem, error.look) from None
         self._client = client
+        if isinstance(client, ModbusTcpClient):
+            self._port = PackedPort(client, self._device_id, self._timeout_s)
         if self._was_open:
             self.note(f"connection to {self.name} at {self.address} opened again")
         self._was_open = True
@@ -248,33 +309,37 @@ class ModbusLink:
 
     def _ask(
         self,
-        asked: str,
+        asked: str | Exchange,
         function: int,
-        send: Callable[[Client], ModbusPDU],
-        find_doubt: Callable[[ModbusPDU], str],
-    ) -> ModbusPDU:
+        send: Callable[[Client], _AnyReply],
+        find_doubt: Callable[[_AnyReply], str],
+    ) -> _AnyReply:
         """Send, check, and send once more on a fresh connection after a doubt."""
         if not self._busy.acquire(blocking=False):
             raise RuntimeError(f"two threads use the link to {self.name} at once; a bus has one owner")
         try:
+            if self._ahead != asked:
+                self._collect_ahead()
+            if self._port is not None and not isinstance(asked, Exchange) and not self._port.make_way():
+                self.distrust("half a reply lies before the next one; connection closed")
             return self._ask_twice(asked, function, send, find_doubt)
         finally:
             self._busy.release()
 
     def _ask_twice(
         self,
-        asked: str,
+        asked: str | Exchange,
         function: int,
-        send: Callable[[Client], ModbusPDU],
-        find_doubt: Callable[[ModbusPDU], str],
-    ) -> ModbusPDU:
+        send: Callable[[Client], _AnyReply],
+        find_doubt: Callable[[_AnyReply], str],
+    ) -> _AnyReply:
         doubt = ""
         for attempt in (1, 2):
             client = self._opened()
             try:
                 reply = send(client)
                 doubt = self._refused_or_doubtful(reply, function, asked) or find_doubt(reply)
-            except (ModbusException, OSError, struct.error, ValueError, IndexError) as error:
+            except _TROUBLE as error:
                 doubt = self._describe(error, connected=client.connected)
             if not doubt:
                 return reply
@@ -284,10 +349,36 @@ class ModbusLink:
         cable = "network cable" if isinstance(self._wire, TcpWire) else "serial cable and its termination"
         raise self._fault(
             f"{asked}: {doubt}, twice",
-            f"look at the {cable}, the controller's load, and whether a second program talks to it",
+            f"look at the {cable}, the {self.name}'s load, and whether a second program talks to it",
         )
 
-    def _refused_or_doubtful(self, reply: ModbusPDU, function: int, asked: str) -> str:
+    def _exchange_packed(self, exchange: Exchange) -> PackedReply:
+        """Send an exchange, unless it was sent ahead, and wait for its reply."""
+        port = self._port
+        if port is None:
+            raise OSError("the connection is closed")
+        ahead, self._ahead = self._ahead, None
+        if ahead is None:
+            port.send(exchange)
+        return port.receive()
+
+    def _collect_ahead(self) -> None:
+        """Let the reply to what was sent ahead come: nobody wants it, but it is not to meet another's."""
+        ahead, self._ahead = self._ahead, None
+        if ahead is not None and self._port is not None:
+            try:
+                self._port.receive()
+            except _TROUBLE as error:
+                self._give_up(ahead, error)
+
+    def _give_up(self, exchange: Exchange, error: Exception) -> None:
+        """Begin afresh after an exchange that was sent ahead has failed; it is sent again when asked for."""
+        connected = self._client is not None and self._client.connected
+        self.distrust(f"{exchange}: {self._describe(error, connected=connected)}; connection closed")
+
+    def _refused_or_doubtful(
+        self, reply: ModbusPDU | PackedReply, function: int, asked: str | Exchange
+    ) -> str:
         if reply.isError() and reply.function_code & 0x7F == function:
             code = int(reply.exception_code)
             text = EXCEPTION_TEXTS.get(code, "unknown")

@@ -133,7 +133,7 @@ class TcpWire:
         except OSError as error:
             raise CannotOpenError(
                 f"cannot connect: {error.strerror or error}",
-                "is the controller's Modbus server running, and are host and port of the stand file right?",
+                "is its Modbus server running, and are host and port of the stand file right?",
             ) from None
         wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         client = ModbusTcpClient(self._host, port=self._port, timeout=timeout_s, retries=0)

@@ -138,6 +138,9 @@ class PollingController:
         )
         self.facts = StreamFacts(STREAM, "host", self._channels, self._poll.rate_Hz, device)
 
+    def skip_backlog(self) -> None:
+        """Do nothing: polling began with the connection."""
+
     def read_block(self) -> SampleBlock | None:
         """Get the samples that have been polled since the last call (None where there are none).
 

@@ -231,13 +231,22 @@ class Layout:
         ValueError
             If a value is missing, has no place here, or does not fit.
         """
-        names = {place.name for place in self.places}
-        if wrong := names.symmetric_difference(values):
+        return list(struct.unpack(f">{self.words}H", self.pack(values)))
+
+    def pack(self, values: Mapping[str, float]) -> bytes:
+        """Return the same as bytes on the wire.
+
+        Raises
+        ------
+        ValueError
+            As :meth:`encode`.
+        """
+        if values.keys() != set(self._names):
+            wrong = set(self._names).symmetric_difference(values)
             raise ValueError(f"values do not match the window: {', '.join(sorted(wrong))}")
         if self._coding is not None:
             with suppress(struct.error, OverflowError):  # what does not fit is said by name below
-                packed = self._coding.pack(*(values[name] for name in self._names))
-                return list(struct.unpack(f">{self.words}H", packed))
+                return self._coding.pack(*(values[name] for name in self._names))
         registers = [0] * self.words
         for place in self.places:
             try:
@@ -246,7 +255,7 @@ class Layout:
             except ValueError as error:
                 raise ValueError(f"{place.name}: {error}") from None
             registers[place.offset : place.offset + place.words] = words
-        return registers
+        return pack(registers)
 
     def decode_rows(self, registers: Sequence[int], rows: int) -> dict[str, NDArray[Any]]:
         """Return each value of ``rows`` windows in a row, as an array of its own type, shape (rows,).
@@ -296,20 +305,32 @@ class Layout:
         ValueError
             If a column is missing, lengths differ, or a value does not fit its type.
         """
+        flat: list[int] = self.pack_rows(columns).ravel().tolist()
+        return flat
+
+    def pack_rows(self, columns: Mapping[str, NDArray[Any]]) -> NDArray[np.uint16]:
+        """Return the same as an array of registers as they are on the wire, shape (rows, words).
+
+        Raises
+        ------
+        ValueError
+            As :meth:`encode_rows`.
+        """
         rows = len(columns[self.places[0].name])
-        table = np.zeros((rows, self.words), dtype=np.uint16)
+        table = np.zeros((rows, self.words), dtype=">u2")
         for place in self.places:
             column = np.asarray(columns[place.name])
+            own = DTYPES[place.kind]
             with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is refused below
-                typed = column.astype(">" + DTYPES[place.kind])
-            if typed.shape != (rows,) or (place.kind != "f32" and not np.array_equal(typed, column)):
+                typed = column.astype(f">{own}")
+            fits = place.kind == "f32" or column.dtype == own or np.array_equal(typed, column)
+            if typed.shape != (rows,) or not fits:
                 raise ValueError(f"{place.name}: a value does not fit {place.kind}, or lengths differ")
             words = typed.view(">u2").reshape(rows, place.words)
             table[:, place.offset : place.offset + place.words] = (
                 words if self.word_order == "big" else words[:, ::-1]
             )
-        flat: list[int] = table.ravel().tolist()
-        return flat
+        return table
 
     @staticmethod
     def _demand(got: int, wanted: int) -> None:

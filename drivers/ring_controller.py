@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from drivers.interfaces import Identity, SampleBlock, StreamFacts
 from drivers.modbus_link import ModbusLink
+from drivers.packed_exchange import Exchange
 from drivers.profile import Profile
 from drivers.register_controller import RegisterController
-from drivers.ring_reader import DoubtfulBlock, RingReader
+from drivers.registers import pack
+from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
 from foundation.channel import Channel
 from foundation.clock import Clock
 
 STREAM = "controller"
+KEEP_S = 0.2
+"""So much of what the ring held before is read nevertheless [s]."""
+TICK_WRAP_US = 1 << 32
 
 
 class RingController(RegisterController):
@@ -48,6 +54,7 @@ class RingController(RegisterController):
         by_name = {channel.name: channel for channel in channels}
         order = [name for name, _ in profile.ring.sample if name != "tick"]
         self._channels = tuple(by_name[name] for name in order)
+        self._acknowledge_at = profile.find("ring_acknowledge").address
         self._reader: RingReader | None = None
         self.facts = StreamFacts(
             STREAM, "device", self._channels, 0.0, f"{profile.facts.id} at {link.address}"
@@ -86,10 +93,33 @@ class RingController(RegisterController):
                 f"takes {rate_Hz:g}; set a higher baud rate or a lower sample rate"
             )
 
+    def skip_backlog(self) -> None:
+        """Go on near the newest sample, by the device's clock: a ring of a minute takes seconds to read.
+
+        What is left out is not counted as lost. A controller that shows no clock is read from its oldest
+        sample on.
+
+        Raises
+        ------
+        DeviceFault
+            As :meth:`read_block` and :meth:`status`.
+        """
+        block = self.read_block()
+        if block is None or self._reader is None:
+            return
+        tick_us = self.status().tick_us
+        if tick_us is None:
+            return
+        behind_us = (tick_us - int(block.time_us[-1])) % TICK_WRAP_US
+        samples = int((behind_us * 1e-6 - KEEP_S) * self.facts.rate_Hz)
+        if samples > 0:
+            self._reader.skip(samples)
+
     def read_block(self) -> SampleBlock | None:
         """Get the next samples from the ring (None where there are none yet) and acknowledge the last.
 
-        One transaction; a doubtful block is asked for once more, on a new connection.
+        One transaction; a doubtful block is asked for once more, on a new connection. Behind a full block
+        the next one is asked for at once, for the next call; None is always of this call.
 
         Raises
         ------
@@ -99,33 +129,45 @@ class RingController(RegisterController):
         reader = self._reader
         if reader is None:
             raise self._panel.fault("samples were asked for before connecting; call connect() first")
-        for attempt in (1, 2):
-            registers = self._panel.ask_again(lambda: self._ask_window(reader.acknowledge))
-            received_s = self._clock.now_s()
-            try:
-                rows = reader.take(registers)
-            except DoubtfulBlock as doubt:
-                self._link.distrust(f"block of samples refused: {doubt}; connection closed")
-                if attempt == 2:
-                    raise self._panel.fault(
-                        f"two blocks of samples running cannot be true: {doubt}; "
-                        "look at the controller's event log, and whether a second program talks to it"
-                    ) from None
-                continue
-            break
+        early = self._link.has_asked_ahead
+        rows = self._read_rows(reader)
+        if rows is None and early:  # there were none when it was asked ahead; is that so still?
+            rows = self._read_rows(reader)
         for event in reader.events:
             self._link.note(event)
         reader.events.clear()
         if rows is None:
             return None
-        return SampleBlock(STREAM, rows.first_sequence, rows.time_us, rows.counts, rows.lost, received_s)
+        return SampleBlock(
+            STREAM, rows.first_sequence, rows.time_us, rows.counts, rows.lost, self._clock.now_s()
+        )
 
-    def _ask_window(self, acknowledge: int) -> list[int]:
+    def _read_rows(self, reader: RingReader) -> RingRows | None:
+        """Return the samples of the next window that is true, None where it is empty."""
+        doubt = ""
+        for _ in range(2):
+            wanted = self._window(reader.acknowledge)
+            packed = self._panel.ask_again(partial(self._link.exchange_packed, wanted))
+            try:
+                window = reader.look(packed)
+                if reader.is_worth_asking_ahead(window):  # the controller answers while this is unpacked
+                    self._link.ask_ahead(self._window(window.behind))
+                return reader.unpack(window)
+            except DoubtfulBlock as found:
+                doubt = str(found)
+                self._link.distrust(f"block of samples refused: {doubt}; connection closed")
+        raise self._panel.fault(
+            f"two blocks of samples running cannot be true: {doubt}; "
+            "look at the controller's event log, and whether a second program talks to it"
+        )
+
+    def _window(self, acknowledge: int) -> Exchange:
+        """Return the transaction that acknowledges by sequence and reads the window from there on."""
         ring = self._profile.ring
-        return self._link.exchange(
+        return Exchange(
             read_address=ring.address,
             read_count=ring.registers,
-            write_address=self._profile.find("ring_acknowledge").address,
-            values=self._profile.encode("ring_acknowledge", acknowledge),
+            write_address=self._acknowledge_at,
+            written=pack(self._profile.encode("ring_acknowledge", acknowledge)),
             what="the sample ring",
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any
@@ -12,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.profile import ASKED, CHECK, Profile
-from drivers.registers import pack
 
 _WRAP = 1 << 32
 _HALF = 1 << 31
@@ -44,6 +42,36 @@ class RingRows:
     lost: int
 
 
+@dataclass(frozen=True)
+class RingWindow:
+    """A window whose header and CRC are true.
+
+    Parameters
+    ----------
+    first_sequence : int
+        Absolute sequence number of its first sample.
+    rows : int
+        Samples in it.
+    lost : int
+        Samples missing before them.
+    overruns : int
+        The controller's counter.
+    samples : bytes
+        Its samples as they came.
+    """
+
+    first_sequence: int
+    rows: int
+    lost: int
+    overruns: int
+    samples: bytes
+
+    @property
+    def behind(self) -> int:
+        """Sequence number behind it, as the register holds it (modulo 2**32)."""
+        return (self.first_sequence + self.rows) % _WRAP
+
+
 class RingReader:
     """Turns windows of registers into consecutive samples with unwrapped time.
 
@@ -62,6 +90,7 @@ class RingReader:
     def __init__(self, profile: Profile, sample_rate_Hz: float) -> None:
         self._header = profile.ring_header
         self._sample = profile.ring_sample
+        self._is_checked = any(place.name == CHECK for place in self._header.places)
         self._most = profile.ring.samples_per_block
         self._period_us = 1e6 / sample_rate_Hz
         self._next_sequence: int | None = None
@@ -75,8 +104,15 @@ class RingReader:
         """Sequence number to ask for next, as the register holds it (modulo 2**32)."""
         return (self._next_sequence if self._next_sequence is not None else self._first_ask) % _WRAP
 
-    def take(self, registers: Sequence[int]) -> RingRows | None:
-        """Return the window's samples (None where it holds none) and move on behind them.
+    def skip(self, samples: int) -> None:
+        """Ask next for what lies so many samples further on, as if nothing had been read yet."""
+        self._first_ask = (self._next_sequence or 0) + samples
+        self._next_sequence = None
+
+    def take(self, packed: bytes) -> RingRows | None:
+        """Return the samples of a window, given as it came over the wire, and move on behind them.
+
+        None where it holds none.
 
         Raises
         ------
@@ -85,7 +121,16 @@ class RingReader:
         ValueError
             If the window has the wrong length.
         """
-        packed = pack(registers)
+        return self.unpack(self.look(packed))
+
+    def look(self, packed: bytes) -> RingWindow:
+        """Return what a window holds, if header and CRC are true; nothing moves yet.
+
+        Raises
+        ------
+        DoubtfulBlock, ValueError
+            As :meth:`take`.
+        """
         start = 2 * self._header.words
         header = self._header.unpack(packed[:start])
         rows = int(header["count"])
@@ -94,16 +139,34 @@ class RingReader:
         samples = packed[start : start + 2 * rows * self._sample.words]
         self._demand_whole(header, packed[: start - 4], samples)
         first, lost = self._place(int(header["first_sequence"]), rows)
+        return RingWindow(first, rows, lost, int(header["overruns"]), samples)
+
+    def is_worth_asking_ahead(self, window: RingWindow) -> bool:
+        """Return whether the samples behind a window can be asked for before its own are unpacked.
+
+        There are more where it is full. Without a CRC only its ticks prove it true, and they come later.
+        """
+        return window.rows == self._most and self._is_checked
+
+    def unpack(self, window: RingWindow) -> RingRows | None:
+        """Return a window's samples, None where it holds none, and move on behind them.
+
+        Raises
+        ------
+        DoubtfulBlock
+            If its ticks cannot be true; nothing has moved then.
+        """
+        first, rows, lost = window.first_sequence, window.rows, window.lost
         if rows == 0:
             if self._next_sequence is None:
                 self._first_ask = first  # after 25 days “0” lies ahead of the device's sequence, not behind
-            self._note_overruns(int(header["overruns"]), lost=0, at=first)
+            self._note_overruns(window.overruns, lost=0, at=first)
             return None
-        columns = self._sample.unpack_rows(samples, rows)
+        columns = self._sample.unpack_rows(window.samples, rows)
         time_us = self._unwrap(columns.pop("tick"), lost)
         if self._next_sequence is None:
             lost = 0
-        self._note_overruns(int(header["overruns"]), lost=lost, at=first)
+        self._note_overruns(window.overruns, lost=lost, at=first)
         self._next_sequence = first + rows
         self._last_time_us = int(time_us[-1])
         return RingRows(first, time_us, columns, lost)

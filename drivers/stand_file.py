@@ -323,6 +323,8 @@ class Endpoints:
         The controller's serial device, where it is on Modbus RTU.
     onewire_port : Path
         Serial device of the 1-Wire adapter, where there is one.
+    amplifier_host, amplifier_tcp_port
+        Of the amplifier, where it is on Modbus TCP.
     """
 
     host: str | None = None
@@ -331,6 +333,8 @@ class Endpoints:
     w1_root: Path | None = None
     controller_serial: Path | None = None
     onewire_port: Path | None = None
+    amplifier_host: str | None = None
+    amplifier_tcp_port: int | None = None
 
 
 def load_stand(path: Path) -> StandFile:
@@ -387,9 +391,13 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
     if controller.serial and endpoints.controller_serial is not None:
         controller = controller.model_copy(update={"serial": str(endpoints.controller_serial.absolute())})
     changes: dict[str, Any] = {"controller": controller}
-    if stand_file.amplifier is not None and endpoints.amplifier_port is not None:
-        changes["amplifier"] = stand_file.amplifier.model_copy(
-            update={"port": str(endpoints.amplifier_port.absolute())}
+    amplifier = stand_file.amplifier
+    if amplifier is not None and amplifier.port and endpoints.amplifier_port is not None:
+        changes["amplifier"] = amplifier.model_copy(update={"port": str(endpoints.amplifier_port.absolute())})
+    elif amplifier is not None and amplifier.modbus is not None and endpoints.amplifier_host is not None:
+        where = {"host": endpoints.amplifier_host, "tcp_port": endpoints.amplifier_tcp_port}
+        changes["amplifier"] = amplifier.model_copy(
+            update={"modbus": amplifier.modbus.model_copy(update=where)}
         )
     temperature = stand_file.temperature
     if temperature is not None and temperature.kind == "w1" and endpoints.w1_root is not None:

@@ -280,6 +280,12 @@ def _tapped(stand_file: StandFile, folder: Path, recorder: Recorder, taps: list[
         if amplifier.modbus is not None:
             parity = amplifier.modbus.parity
         near["amplifier"] = tap("amplifier", far, baud=amplifier.baud, parity=parity)
+    amplifier_port = None
+    if amplifier is not None and amplifier.modbus is not None and amplifier.modbus.host is not None:
+        recorder.comment(f"amplifier: TCP, map {amplifier.modbus.map}, unit {amplifier.modbus.device_id}")
+        tcp = TcpTap("amplifier", amplifier.modbus.host, amplifier.modbus.tcp_port, recorder)
+        taps.append(tcp)
+        amplifier_port = tcp.port
     if adapter is not None:
         recorder.comment(f"onewire: DS2480B adapter, {ADAPTER_BAUD} baud")
         near["onewire"] = tap("onewire", adapter, baud=ADAPTER_BAUD)
@@ -289,4 +295,6 @@ def _tapped(stand_file: StandFile, folder: Path, recorder: Recorder, taps: list[
         amplifier_port=near["amplifier"],
         onewire_port=near["onewire"],
         controller_serial=near["controller"],
+        amplifier_host=None if amplifier_port is None else "127.0.0.1",
+        amplifier_tcp_port=amplifier_port,
     )

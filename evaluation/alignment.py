@@ -14,9 +14,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from evaluation.cycles import cycle_samples
-from evaluation.loops import cut_loop
+from evaluation.loops import LoopStack, cut_loops
 from evaluation.motion import Cycle, Loop
-from evaluation.quantities import absorbed_energy_J, first_harmonic, stored_energy_J
 from evaluation.record import FloatArray, Record
 from evaluation.spectra import HARMONICS, spectra
 
@@ -59,6 +58,13 @@ def advanced(record: Record, cycle: Cycle, by_s: float) -> Record:
 
     Not across a break of the record; at most a few samples are extrapolated where it begins or ends.
     """
+    time, stroke, force = _about(record, cycle, by_s)
+    (moved,) = _moved(time, force, (by_s,))
+    return Record(time, stroke, moved, averaged=record.averaged)
+
+
+def _about(record: Record, cycle: Cycle, by_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return time, stroke and force about a cycle, with the samples that a force moved by ``by_s`` needs."""
     inside = cycle_samples(record, cycle)
     step = float(np.median(np.diff(record.time_s[inside]))) if inside.stop - inside.start > 1 else np.inf
     margin = _MARGIN + int(abs(by_s) / step)
@@ -66,12 +72,15 @@ def advanced(record: Record, cycle: Cycle, by_s: float) -> Record:
     after = [b for b in record.breaks if b >= inside.stop]
     first = max(inside.start - margin, before[-1] if before else 0)
     last = min(inside.stop + margin, after[0] if after else record.time_s.size)
-    time, force = record.time_s[first:last], record.force_kN[first:last]
-    if time.size <= _SPLINE_SAMPLES:
-        moved = CubicSpline(time, force)(time + by_s)
-    else:
-        moved = np.interp(time + by_s, time, force)
-    return Record(time, record.stroke_mm[first:last], np.asarray(moved, dtype=np.float64))
+    return record.time_s[first:last], record.stroke_mm[first:last], record.force_kN[first:last]
+
+
+def _moved(time_s: FloatArray, force_kN: FloatArray, by_s: Sequence[float]) -> list[FloatArray]:
+    """Return the force moved earlier by each of some times."""
+    if time_s.size <= _SPLINE_SAMPLES:
+        spline = CubicSpline(time_s, force_kN)
+        return [np.asarray(spline(time_s + by), dtype=np.float64) for by in by_s]
+    return [np.asarray(np.interp(time_s + by, time_s, force_kN), dtype=np.float64) for by in by_s]
 
 
 def area_rate_J_per_s(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital
@@ -85,7 +94,13 @@ def area_rate_J_per_s(record: Record, cycle: Cycle) -> float:  # noqa: N802 - th
     return float(np.pi * omega * np.sum(order**2 * np.sum(found.stroke[0] * found.force[0], axis=1)))
 
 
-def skew_sensitivity(record: Record, cycles: Sequence[Cycle], *, periodic: bool) -> SkewSensitivity:
+def skew_sensitivity(
+    record: Record,
+    cycles: Sequence[Cycle],
+    *,
+    periodic: bool,
+    storage_stiffness_kN_per_mm: Sequence[float | None] | None = None,
+) -> SkewSensitivity:
     """Return what 1 ms between force and stroke changes in absorbed energy and damping.
 
     Parameters
@@ -95,6 +110,8 @@ def skew_sensitivity(record: Record, cycles: Sequence[Cycle], *, periodic: bool)
         Those that represent the run; the first three are shifted.
     periodic : bool
         Whether the stroke is one for which there is a closed form (harmonic and static runs).
+    storage_stiffness_kN_per_mm : sequence of float or None, optional
+        K′ of the cycles in this record, where it is known already.
 
     Returns
     -------
@@ -105,11 +122,16 @@ def skew_sensitivity(record: Record, cycles: Sequence[Cycle], *, periodic: bool)
     if periodic and chosen:
         sine = all((c.stroke_distortion or 1.0) <= SINE_STROKE for c in chosen)
         form = "sine-stroke" if sine else "constant-speed"
-    shifted, closed = [], []
-    for cycle in chosen:
-        shifted.append(_by_shifting(record, cycle))
-        if form != "none":
-            closed.append(_closed_form(record, cycle, form))
+    shifted: list[tuple[float, float | None]] = []
+    closed: list[tuple[float, float | None]] = []
+    if chosen:
+        loops = _Loops.shifted(record, chosen)
+        shifted = [loops.by_shifting(row) for row in range(len(chosen))]
+    if form != "none":
+        known = [k for k in (storage_stiffness_kN_per_mm or ())[: len(chosen)] if k is not None]
+        if len(known) < len(chosen):
+            known = spectra(record, chosen).first_harmonic().real.tolist()
+        closed = [loops.closed_form(row, k, form) for row, k in enumerate(known)]
     return SkewSensitivity(
         cycles=tuple(cycle.index for cycle in chosen),
         absorbed_energy_J_per_ms={
@@ -129,35 +151,82 @@ def _mean(values: Sequence[float | None]) -> float | None:
     return float(np.mean(known)) if known and len(known) == len(values) else None
 
 
-def _by_shifting(record: Record, cycle: Cycle) -> tuple[float, float | None]:
-    """Return absorbed energy [J] and damping gained by a millisecond, from loops shifted to both sides."""
-    late, early = (cut_loop(advanced(record, cycle, by_s), cycle) for by_s in (-SHIFT_S, SHIFT_S))
-    per_ms = 1e-3 / (2.0 * SHIFT_S)
-    energy = (absorbed_energy_J(early) - absorbed_energy_J(late)) * per_ms
-    one, two = _damping(early), _damping(late)
-    return energy, None if one is None or two is None else (one - two) * per_ms
+@dataclass(frozen=True, eq=False)
+class _Loops:
+    """Loops of some cycles, each three times: as they are, with the force moved later, and earlier.
+
+    ``stored_J``, ``absorbed_J``: W_s and W_a, shape (C, 3).
+    """
+
+    cycles: Sequence[Cycle]
+    stacks: Sequence[LoopStack]
+    stored_J: FloatArray
+    absorbed_J: FloatArray
+
+    @classmethod
+    def shifted(cls, record: Record, cycles: Sequence[Cycle]) -> _Loops:
+        """Cut the loops: what is about each cycle is put three times one after another, and cut at once."""
+        columns: list[tuple[FloatArray, ...]] = []
+        copies: list[Cycle] = []
+        begin_s = 0.0
+        for cycle in cycles:
+            time, stroke, force = _about(record, cycle, SHIFT_S)
+            since, length = time - time[0], 2.0 * float(time[-1] - time[0])
+            for own in (force, *_moved(time, force, (-SHIFT_S, SHIFT_S))):
+                columns.append((since + begin_s, stroke, own))
+                copies.append(_later(cycle, begin_s - float(time[0])))
+                begin_s += length
+        time_s, stroke_mm, force_kN = (np.concatenate(column) for column in zip(*columns, strict=True))
+        stacks = list(cut_loops(Record(time_s, stroke_mm, force_kN, averaged=record.averaged), copies))
+        stored, absorbed = (
+            np.concatenate(parts).reshape(-1, 3)
+            for parts in (
+                [stack.stored_energy_J() for stack in stacks],
+                [stack.absorbed_energy_J() for stack in stacks],
+            )
+        )
+        return cls(cycles, stacks, stored, absorbed)
+
+    def by_shifting(self, row: int) -> tuple[float, float | None]:
+        """Return absorbed energy [J] and damping gained by a millisecond, by shifting to both sides."""
+        per_ms = 1e-3 / (2.0 * SHIFT_S)
+        _, late, early = self.absorbed_J[row].tolist()
+        one, two = self._damping(row, 2), self._damping(row, 1)
+        return (early - late) * per_ms, None if one is None or two is None else (one - two) * per_ms
+
+    def _damping(self, row: int, copy: int) -> float | None:
+        stored, absorbed = float(self.stored_J[row, copy]), float(self.absorbed_J[row, copy])
+        return absorbed / stored if stored > 0.0 else None
+
+    def closed_form(self, row: int, stiffness: float, form: ClosedForm) -> tuple[float, float | None]:
+        """Return the same by the closed form for sines or for constant speed."""
+        cycle = self.cycles[row]
+        if form == "sine-stroke":
+            omega = 2.0 * np.pi / cycle.duration_s
+            energy = float(np.pi * omega * stiffness * (0.5 * cycle.range_mm) ** 2) * 1e-3
+            loading = 0.5 * energy
+        else:
+            loop = self._loop(row)
+            peak_kN = float(np.max(loop.force_kN))  # that of the turning point is a mean of both branches
+            rise_kN, fall_kN = peak_kN - float(loop.force_kN[0]), peak_kN - float(loop.force_kN[-1])
+            loading = _mean_speed(loop.time_s[loop.loading], loop.stroke_mm[loop.loading]) * rise_kN * 1e-3
+            down = _mean_speed(loop.time_s[loop.unloading], loop.stroke_mm[loop.unloading])
+            energy = loading + down * fall_kN * 1e-3
+        stored, absorbed = float(self.stored_J[row, 0]), float(self.absorbed_J[row, 0])
+        return energy, (energy - absorbed / stored * loading) / stored if stored > 0.0 else None
+
+    def _loop(self, row: int) -> Loop:
+        loops = [(stack, own) for stack in self.stacks for own in range(len(stack.cycles))]
+        stack, own = loops[3 * row]
+        return stack.loop(own)
 
 
-def _damping(loop: Loop) -> float | None:
-    stored = stored_energy_J(loop)
-    return absorbed_energy_J(loop) / stored if stored > 0.0 else None
-
-
-def _closed_form(record: Record, cycle: Cycle, form: ClosedForm) -> tuple[float, float | None]:
-    loop = cut_loop(record, cycle)
-    if form == "sine-stroke":
-        omega = 2.0 * np.pi / cycle.duration_s
-        stiffness = first_harmonic(record, cycle).real
-        energy = float(np.pi * omega * stiffness * (0.5 * cycle.range_mm) ** 2) * 1e-3
-        loading = 0.5 * energy
-    else:
-        peak_kN = float(np.max(loop.force_kN))  # that of the turning point is a mean of both branches
-        rise_kN, fall_kN = peak_kN - float(loop.force_kN[0]), peak_kN - float(loop.force_kN[-1])
-        loading = _mean_speed(loop.time_s[loop.loading], loop.stroke_mm[loop.loading]) * rise_kN * 1e-3
-        down = _mean_speed(loop.time_s[loop.unloading], loop.stroke_mm[loop.unloading])
-        energy = loading + down * fall_kN * 1e-3
-    stored, absorbed = stored_energy_J(loop), absorbed_energy_J(loop)
-    return energy, (energy - absorbed / stored * loading) / stored if stored > 0.0 else None
+def _later(cycle: Cycle, by_s: float) -> Cycle:
+    start, top, end = (
+        turn._replace(time_s=turn.time_s + by_s, leave_s=turn.leave_s + by_s)
+        for turn in (cycle.start, cycle.top, cycle.end)
+    )
+    return cycle._replace(start=start, top=top, end=end)
 
 
 def _mean_speed(time_s: FloatArray, stroke_mm: FloatArray) -> float:

@@ -16,89 +16,192 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import find_reversals, noise_sigma
-from foundation.specimen import Kind
+from evaluation.reversals import find_reversals, held_samples, noise_sigma
+from evaluation.spectra import HARMONICS, fitted_harmonics
+from foundation.kind import Kind
 
-POINTS_A_CYCLE = 4000
-"""A cycle keeps at least so many points: twice what the shortest branch of the run keeps of them."""
 POINTS_OF_KIND: Mapping[Kind, int | None] = {
     "harmonic": 1000,
     "static": 20_000,
     "impact": None,
     "proof": None,
 }
-"""The same by kind of run: a harmonic stroke has no corners, and the force of a static one where it meets the
-specimen again has. None: a single event stays as it is."""
+"""A cycle keeps at least so many points: twice what the shortest branch of the run keeps of them. The force
+of a static run has corners where the stroke meets the specimen again. None: a single event stays as it is."""
+POINTS_OF_A_SINE = 120
+"""… and where the stroke of a harmonic run is as good as a sine. Its loop area, its turning points and its
+harmonics are corrected for the bend between and within the blocks
+(:meth:`evaluation.branches.Branches.areas`, :func:`evaluation.turn_fits.smooth_fits`,
+:class:`evaluation.spectra.Spectra`): of what is left, the largest is
+2e-6 of W_a; an extreme force loses (π / 120)² / 6 = 1e-4 of its amplitude."""
+SINE_DISTORTION = 0.05
+_MANY_TURNS = 40
+"""Of a run of more turns …"""
+_RUN_IN = 2
+"""… so many half-cycles at both ends are not looked at: a ramp leads to its sines, and away from them."""
+_LOOKED_AT = 8
+"""So many cycles, spread over the run, are looked at; …"""
+_LOOKED_AT_POINTS = 100
+"""… so many samples of each."""
+_FEW_A_BLOCK = 4
+_NEAR_BLOCKS = 4
+"""Noise moves a coarse extreme: the extreme block is looked for among so many to both sides."""
 
 
-def condensed(record: Record, points: int = POINTS_A_CYCLE) -> Record:
-    """Return the record as means over blocks of equally many samples, or itself where its cycles are short.
+def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] | None, tuple[str, ...]]:
+    """Return the record at the resolution that a run of this kind needs.
 
     Parameters
     ----------
     record : Record
-    points : int
-        That a cycle keeps at least.
+    kind : Kind
+        Of the run.
 
     Returns
     -------
-    Record
-        Every column averaged over the same blocks, time too; a shorter block ends each unbroken stretch.
-        ``breaks`` count the blocks, ``defects`` and ``temperatures`` are those of the record.
+    record : Record
+        Every column averaged over the same blocks of equally many samples, time too; a shorter block ends
+        each unbroken stretch. ``breaks`` count the blocks, ``defects`` and ``temperatures`` are those of the
+        record. The same record where its cycles are short.
+    reversals : array of int or None
+        Its reversals, where they are known then.
+    warnings : tuple of str
+        That a record which came averaged (:mod:`evaluation.long_runs`) has fewer points than it needs.
     """
-    return _condensed(record, points)[0]
+    points = POINTS_OF_KIND[kind]
+    if points is None:
+        return record, None, _coarse_event(record)
+    turns = _turns(record, POINTS_OF_A_SINE if kind == "harmonic" else points)
+    if kind == "harmonic" and turns is not None and _is_sine(record, turns):
+        points = POINTS_OF_A_SINE
+    return *_condensed(record, points, turns), _coarse_cycles(record, points, turns)
 
 
-def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] | None]:
-    """Return the record as a run of this kind needs it, and its reversals where they are known then."""
-    points = POINTS_OF_KIND.get(kind, POINTS_A_CYCLE)
-    return (record, None) if points is None else _condensed(record, points)
+def _coarse_event(record: Record) -> tuple[str, ...]:
+    if record.averaged == 1:
+        return ()
+    lasts_s = float(np.median(np.diff(record.time_s)))
+    lower = f"a peak shorter than {10.0 * lasts_s:.2g} s is lower in force_max_kN and speeds than it was"
+    return (f"coarse: {_averaged(record)}; {lower}",)
 
 
-def _condensed(record: Record, points: int) -> tuple[Record, NDArray[np.intp] | None]:
-    size, turns = _block(record, points)
+def _coarse_cycles(record: Record, points: int, turns: NDArray[np.intp] | None) -> tuple[str, ...]:
+    """Return a warning where a record that came averaged lacks points; the reversals are those it shows."""
+    if record.averaged == 1:
+        return ()
+    if turns is None or turns.size < 3:
+        step_s = float(np.median(np.diff(record.time_s)))
+        return (f"coarse: {_averaged(record)}; cycles shorter than {8.0 * step_s:.2g} s are not found",)
+    there = 2 * _shortest_branch(turns)
+    if there >= points:
+        return ()
+    lower = (np.pi / there) ** 2 / 6.0
+    kept = f"which leaves {there} points a cycle where {points} are wanted"
+    suffers = f"extreme forces and speeds of a sine are lower by {lower:.2g} of their amplitude"
+    return (f"coarse: {_averaged(record)}, {kept}; {suffers}, and corners of a loop are rounded",)
+
+
+def _averaged(record: Record) -> str:
+    return f"the run is so long that {record.averaged} samples were averaged into one"
+
+
+def _is_sine(record: Record, turns: NDArray[np.intp]) -> bool:
+    """Say whether some cycles are as good as sines. Samples that are held would beat with small blocks."""
+    if turns.size < 5 or any(held_samples(signal) > 1 for signal in (record.stroke_mm, record.force_kN)):
+        return False
+    begins = np.arange(1, turns.size - 3)
+    if begins.size > _MANY_TURNS:
+        begins = begins[_RUN_IN:-_RUN_IN]
+    if not begins.size:
+        return False
+    looked_at = begins[np.unique(np.linspace(0, begins.size - 1, _LOOKED_AT).astype(int))]
+    first, last = turns[looked_at], turns[looked_at + 2]
+    step = np.maximum(1, (last - first) // _LOOKED_AT_POINTS)
+    count = -(-(last - first) // step)
+    order = np.arange(int(np.max(count)))
+    used = order < count[:, None]
+    at = np.where(used, first[:, None] + step[:, None] * order, first[:, None])
+    start_s = record.time_s[first][:, None]
+    share = (record.time_s[at] - start_s) / (record.time_s[last][:, None] - start_s)
+    found = fitted_harmonics(share, record.stroke_mm[None, at], used, HARMONICS)[0]
+    power = np.sum(found**2, axis=2)
+    return bool(np.all(np.sum(power[:, 2:], axis=1) <= SINE_DISTORTION**2 * power[:, 1]))
+
+
+def _condensed(
+    record: Record, points: int, turns: NDArray[np.intp] | None
+) -> tuple[Record, NDArray[np.intp] | None]:
+    size = _block(turns, points)
     if size == 1:
         return record, turns
     edges = np.array([0, *record.breaks, record.time_s.size])
-    starts = np.concatenate([np.arange(first, last, size) for first, last in pairwise(edges)])
+    starts = block_starts(edges, size)
 
     def column(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else _means(values, edges, size)
+        return None if values is None else block_means(values, edges, size)
 
     short = replace(
         record,
-        time_s=_means(record.time_s, edges, size),
-        stroke_mm=_means(record.stroke_mm, edges, size),
-        force_kN=_means(record.force_kN, edges, size),
+        time_s=block_means(record.time_s, edges, size),
+        stroke_mm=block_means(record.stroke_mm, edges, size),
+        force_kN=block_means(record.force_kN, edges, size),
         speed_mm_per_s=column(record.speed_mm_per_s),
         wire_difference_mm=column(record.wire_difference_mm),
         breaks=tuple(int(i) for i in np.searchsorted(starts, record.breaks)),
+        averaged=size * record.averaged,
     )
-    return short, None
+    return short, None if turns is None else _reversals_of(short.stroke_mm, turns, starts)
 
 
-def samples_a_block(record: Record, points: int = POINTS_A_CYCLE) -> int:
-    """Return how many samples may be averaged so that the shortest branch keeps its points; at least 1."""
-    return _block(record, points)[0]
+def _reversals_of(
+    stroke_mm: FloatArray, turns: NDArray[np.intp], starts: NDArray[np.intp]
+) -> NDArray[np.intp] | None:
+    """Return the extremes of the blocks about reversals of the samples; None where blocks are too few."""
+    block = np.searchsorted(starts, turns, side="right") - 1
+    if np.min(np.diff(block)) <= 2 * _NEAR_BLOCKS:
+        return None
+    near = np.clip(block[:, None] + np.arange(-_NEAR_BLOCKS, _NEAR_BLOCKS + 1), 0, starts.size - 1)
+    rises = np.append(np.diff(stroke_mm[block]) > 0.0, False)
+    rises[-1] = not rises[-2]
+    value = np.where(rises, -1.0, 1.0)[:, None] * stroke_mm[near]
+    found = near[np.arange(block.size), np.argmax(value, axis=1)]
+    found[0], found[-1] = block[0], block[-1]
+    return np.asarray(found)
 
 
-def _block(record: Record, points: int) -> tuple[int, NDArray[np.intp] | None]:
+def _turns(record: Record, points: int) -> NDArray[np.intp] | None:
+    """Return the reversals; None where the record is too short for a cycle of twice the points."""
     if record.time_s.size < 2 * points:
-        return 1, None
-    turns = find_reversals(record.stroke_mm, noise_sigma(record.stroke_mm))
-    if turns.size < 3:
-        return 1, turns
+        return None
+    return find_reversals(record.stroke_mm, noise_sigma(record.stroke_mm))
+
+
+def _block(turns: NDArray[np.intp] | None, points: int) -> int:
+    if turns is None or turns.size < 3:
+        return 1
+    return max(1, 2 * _shortest_branch(turns) // points)
+
+
+def _shortest_branch(turns: NDArray[np.intp]) -> int:
     # The ends of the record cut branches off: they count only where there are no others.
     inner = turns[1:-1] if turns.size >= 5 else turns
-    return max(1, 2 * int(np.min(np.diff(inner))) // points), turns
+    return int(np.min(np.diff(inner)))
 
 
-def _means(values: FloatArray, edges: NDArray[np.intp], size: int) -> FloatArray:
+def block_starts(edges: NDArray[np.intp], size: int) -> NDArray[np.intp]:
+    """Return the first sample of each block of :func:`block_means`."""
+    return np.concatenate([np.arange(first, last, size) for first, last in pairwise(edges)])
+
+
+def block_means(values: FloatArray, edges: NDArray[np.intp], size: int) -> FloatArray:
     """Return means over blocks of ``size`` values between neighbouring edges; the last of each is shorter."""
     parts = []
     for first, last in pairwise(edges):
         whole = first + (last - first) // size * size
-        parts.append(np.einsum("ij->i", values[first:whole].reshape(-1, size)) / size)
+        blocks = values[first:whole].reshape(-1, size)
+        # Of a few samples, adding columns is faster than adding along each of a million rows.
+        few = size <= _FEW_A_BLOCK
+        parts.append((sum(blocks.T) if few else np.einsum("ij->i", blocks)) / size)
         if whole < last:
             parts.append(np.array([np.mean(values[whole:last])]))
     return np.concatenate(parts)

@@ -7,18 +7,17 @@ motion, or rests of the specimen to which the stroke returns, and no break of th
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.defects import describe
 from evaluation.motion import Cycle, TurningPoint
-from evaluation.record import FloatArray, Record, describe
+from evaluation.record import FloatArray, Record
 from evaluation.reversals import find_reversals, held_samples, noise_sigma
 from evaluation.spectra import spectra_between
-from evaluation.turn_sides import Reversal, TurnKind
+from evaluation.turn_sides import Reversals
 from evaluation.turning import fit_turning_points
 
 STEADY_STROKE = 0.02
@@ -62,7 +61,7 @@ def find_with_harmonics(
     index = find_reversals(record.stroke_mm, sigma) if reversals is None else reversals
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
-    turns = _fit_turns(record, index.tolist(), sigma)
+    turns = _fit_turns(record, index, sigma)
     triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
     why = _incomplete(record, triples)
     whole = np.array([not reasons for reasons in why])
@@ -87,31 +86,28 @@ def _starts(turns: Sequence[TurningPoint]) -> range:
     return range(first, len(turns) - 2, 2)
 
 
-def _fit_turns(record: Record, index: list[int], sigma: float) -> list[TurningPoint]:
+def _fit_turns(record: Record, index: NDArray[np.intp], sigma: float) -> list[TurningPoint]:
     """Fit each reversal between its neighbours, without looking across a break of the record."""
     stroke = record.stroke_mm
-    at_once = np.array(index)
-    height = np.append(stroke[at_once], stroke[-1])
-    rises = (np.diff(height) < 0.0).tolist()  # of each, whether the next one is lower
-    rises[-1] = not rises[-2]
-    limits = np.stack((np.append(0, at_once[:-1]), np.append(at_once[1:], stroke.size - 1)))
+    upper = np.append(np.diff(stroke[index]) < 0.0, False)  # of each, whether the next one is lower
+    upper[-1] = not upper[-2]
+    limits = np.stack((np.append(0, index[:-1]), np.append(index[1:], stroke.size - 1)), axis=1)
+    at_end = np.zeros(limits.shape, dtype=bool)
+    at_end[:2, 0] = at_end[-2:, 1] = True
     breaks = np.array(record.breaks, dtype=np.intp)
-    broken = np.subtract(*(np.searchsorted(breaks, limit, side="right") for limit in limits)) != 0
-    reversals = []
-    for position, (at, before, after, is_upper, has_break) in enumerate(
-        zip(index, *(a.tolist() for a in limits), rises, broken.tolist(), strict=True)
-    ):
-        kind: TurnKind = "upper" if is_upper else "lower"
-        ends = position <= 1, position >= len(index) - 2
-        if has_break:
-            own = record.breaks[bisect_right(record.breaks, before) : bisect_right(record.breaks, after)]
-            left, right = [b for b in own if b <= at], [b for b in own if b > at]
-            unbroken = left[-1] if left else before, right[0] - 1 if right else after
-            ends = ends[0] or bool(left), ends[1] or bool(right)
-            reversals.append(Reversal(at, unbroken, kind, ends))
-        else:
-            reversals.append(Reversal(at, (before, after), kind, ends))
-    return fit_turning_points(record.time_s, stroke, reversals, sigma, held=held_samples(stroke))
+    own = [np.searchsorted(breaks, place, side="right") for place in (limits[:, 0], index, limits[:, 1])]
+    left, right = own[1] > own[0], own[2] > own[1]
+    limits[left, 0] = breaks[own[1][left] - 1]
+    limits[right, 1] = breaks[own[1][right]] - 1
+    at_end |= np.stack((left, right), axis=1)
+    return fit_turning_points(
+        record.time_s,
+        stroke,
+        Reversals(index, limits, upper, at_end),
+        sigma,
+        held=held_samples(stroke),
+        averaged=record.averaged,
+    )
 
 
 Triple = tuple[TurningPoint, TurningPoint, TurningPoint]
@@ -231,7 +227,7 @@ def _judge_steady(cycles: list[Cycle]) -> tuple[Cycle, ...]:
             why.append("there is no other cycle to compare it with")
         elif all(reasons):
             why.append("; ".join(dict.fromkeys(reason for reason in reasons if reason)))
-        judged.append(replace(cycle, steady=not why, why=tuple(why)))
+        judged.append(cycle._replace(steady=not why, why=tuple(why)))
     return tuple(judged)
 
 

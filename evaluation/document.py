@@ -12,40 +12,31 @@ import numpy as np
 
 from evaluation.budget_lines import budget_entry
 from evaluation.evidence import comparison_entries, evidence_entry
-from evaluation.inertia import ForceCell
-from evaluation.load import load_run
 from evaluation.record import Record
-from evaluation.requirements.inspection import Inspection
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import (
     CycleResult,
-    DecisionRule,
     Options,
     Quantities,
     RequirementResult,
     RunEvaluation,
+    RunFacts,
+    Summary,
     Trend,
 )
-from evaluation.run import evaluate_run
 from evaluation.trends import find_trends
 from recording.catalogue import run_files
 
 SCHEMA = "bufferstand/evaluation/1"
 _NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
 _TEMPERATURES = ("temperature_start_C", "temperature_max_C")
-CYCLE_QUANTITIES = tuple(n for n in Quantities.__dataclass_fields__ if n not in _TEMPERATURES)
+LIGHT = RunEvaluation(RunFacts("", "harmonic"), _NO_SAMPLES, (), Summary((), {}), (), None, ())
+"""A result that has only what trends and comparisons are made from; fill in facts, summary, mean loop."""
+CYCLE_QUANTITIES = tuple(n for n in Quantities._fields if n not in _TEMPERATURES)
 
 
 def evaluate_paths(
-    paths: Sequence[Path],
-    *,
-    decision_rule: DecisionRule = "simple",
-    draws: int = Options.draws,
-    limit_set: LimitSet | None = None,
-    moving_mass_kg: float | None = None,
-    moving_mass_accuracy_percent: float | None = None,
-    force_cell: ForceCell | None = None,
-    inspections: Sequence[Inspection] = (),
+    paths: Sequence[Path], options: Options | None = None, limit_set: LimitSet | None = None
 ) -> dict[str, Any]:
     """Evaluate run files, campaign folders or archives, and return the evaluation document.
 
@@ -53,35 +44,19 @@ def evaluate_paths(
     ----------
     paths : sequence of Path
         Run files (``.h5``), or folders that are searched for them.
-    decision_rule : "simple" or "guard-band"
-    draws : int
-        Monte Carlo draws a run.
+    options : Options, optional
+        How to evaluate: decision rule, draws, moving mass, inspectors' files.
     limit_set : LimitSet, optional
         Limits to judge by; the shipped set by default.
-    moving_mass_kg : float, optional
-        Mass between load cell and specimen to correct for; by default what the stand file states.
-    moving_mass_accuracy_percent : float, optional
-        Limit of the error of that mass.
-    force_cell : "moving-side" or "fixed-side", optional
-        On which side of the mass the load cell is.
-    inspections : sequence of Inspection
-        What inspectors wrote down; each goes with the runs of its specimen.
 
     Raises
     ------
     BadInput
         If a path does not exist, holds no run file, or a run file cannot be evaluated.
     """
-    options = Options(
-        decision_rule=decision_rule,
-        draws=draws,
-        moving_mass_kg=moving_mass_kg,
-        moving_mass_accuracy_percent=moving_mass_accuracy_percent,
-        force_cell=force_cell,
-        inspections=tuple(inspections),
-    )
+    options = options or Options()
     document = assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])
-    return document | {"decision_rule": decision_rule}
+    return document | {"decision_rule": options.decision_rule}
 
 
 def evaluate_entry(
@@ -103,12 +78,20 @@ def evaluate_entry(
 def assemble(parts: Iterable[tuple[dict[str, Any], RunEvaluation]]) -> dict[str, Any]:
     """Return the evaluation document of entries made by :func:`evaluate_entry`, in their order."""
     parts = list(parts)
+    together = what_runs_say_together([run for _, run in parts])
     return {
         "schema": SCHEMA,
         "software": {"version": version("bufferstand")},
         "runs": [entry for entry, _ in parts],
-        "trends": [_trend(trend) for trend in find_trends([run for _, run in parts])],
-        "temperature_comparisons": comparison_entries([run for _, run in parts]),
+        **together,
+    }
+
+
+def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
+    """Return ``trends`` and ``temperature_comparisons`` of the document."""
+    return {
+        "trends": [_trend(trend) for trend in find_trends(runs)],
+        "temperature_comparisons": comparison_entries(runs),
     }
 
 
@@ -135,6 +118,10 @@ def evaluate_file(
     BadInput
         If it cannot be read or evaluated.
     """
+    # What evaluates takes a second to import, and an archive in which nothing changed does without.
+    from evaluation.load import load_run  # noqa: PLC0415
+    from evaluation.run import evaluate_run  # noqa: PLC0415
+
     record, facts = load_run(path)
     return evaluate_run(record, facts, options, limit_set)
 

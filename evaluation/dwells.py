@@ -21,7 +21,7 @@ PLATEAU_NOISE = 6.5
 PLATEAU_WIDER = 9.0
 PLATEAU_RATIO = 1.8
 """Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
-_CUT_OFF_RATIO = 1.5
+CUT_OFF_RATIO = 1.5
 """The same where the record ends within nine bands: of a parabola cut off beyond its top 2 is left."""
 
 
@@ -62,7 +62,7 @@ def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
     inner_s = _time_above(side, inner, level - band)
     outer_s = _time_above(side, outer, level - PLATEAU_WIDER * band)
     cut_off = outer.start == 0 or outer.stop == side.value.size
-    ratio = _CUT_OFF_RATIO if cut_off else PLATEAU_RATIO
+    ratio = CUT_OFF_RATIO if cut_off else PLATEAU_RATIO
     return (inner, outer, level) if outer_s <= ratio * inner_s else None
 
 

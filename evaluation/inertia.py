@@ -14,8 +14,8 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from scipy.signal import savgol_coeffs, savgol_filter
 
+from evaluation.choices import ForceCell
 from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
@@ -28,7 +28,6 @@ _LEAST_SAMPLES = 7
 _KN_PER_KG_MM_S2 = 1e-6
 
 MassSource = Literal["none", "stand", "option"]
-ForceCell = Literal["moving-side", "fixed-side"]
 MASS_ACCURACY_PERCENT = 5.0
 """Limit of the error of a moving mass, in per cent of it, where neither stand file nor option states one."""
 
@@ -119,6 +118,8 @@ def acceleration_noise_mm_per_s2(record: Record, window_s: float) -> float:
     """Return the standard deviation that white noise of the stroke gives the acceleration [mm/s²]."""
     if record.time_s.size < _LEAST_SAMPLES:
         return 0.0
+    from scipy.signal import savgol_coeffs  # noqa: PLC0415 - half a second, for runs with a moving mass only
+
     step_s = float(np.median(np.diff(record.time_s)))
     weights = savgol_coeffs(_odd_window(window_s, step_s), _DEGREE, deriv=2, delta=step_s)
     return noise_sigma(record.stroke_mm) * float(np.linalg.norm(weights))
@@ -133,6 +134,8 @@ def acceleration_mm_per_s2(record: Record, window_s: float) -> FloatArray:
 
     Never across a break; 0 in a stretch too short to be fitted.
     """
+    from scipy.signal import savgol_filter  # noqa: PLC0415 - half a second, for runs with a moving mass only
+
     result = np.zeros_like(record.stroke_mm)
     for first, last in pairwise([0, *record.breaks, record.time_s.size]):
         time, stroke = record.time_s[first:last], record.stroke_mm[first:last]

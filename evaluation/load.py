@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast, get_args
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from evaluation.inertia import ForceCell
+from evaluation.choices import ForceCell
+from evaluation.long_runs import Bounds, long_record, on_time, same_instants, thinned
 from evaluation.record import FloatArray, Record, Temperature, make_record
 from evaluation.results import RunFacts
 from foundation.channel import Channel, ChannelUncertainty
 from foundation.errors import BadInput
-from foundation.specimen import Kind
+from foundation.kind import Kind
 from foundation.units import to_inside
-from recording.run import STROKES, Run
+from recording.run import STROKES, Run, Series
 from recording.runfile import open_run
 
-_SAME_INSTANT_S = 1e-9
 _EMPTY: FloatArray = np.zeros(0)
 
 
-def load_run(path: Path) -> tuple[Record, RunFacts]:
+def load_run(path: Path, bounds: Bounds | None = None) -> tuple[Record, RunFacts]:
     """Read a run file.
+
+    Parameters
+    ----------
+    path : Path
+    bounds : Bounds, optional
+        How much of it is held at once: a longer run is read in pieces, and averaged.
 
     Returns
     -------
@@ -40,38 +44,50 @@ def load_run(path: Path) -> tuple[Record, RunFacts]:
         If it is no run file, is damaged, or lacks force or stroke.
     """
     run = open_run(path)
-    facts = _facts(run)
+    with run.held_open():
+        return _read(run, bounds or Bounds())
+
+
+def _read(run: Run, bounds: Bounds) -> tuple[Record, RunFacts]:
+    facts = _facts(run, _wires(run, bounds))
     try:
-        return _record(run), facts
+        record, problems = _record(run, bounds)
     except BadInput as error:
         if any(stream.rows > 1 for stream in run.streams.values()):
-            raise _explained(run, error) from None
+            raise _explained(run, error, bounds) from None
         problem = f"nothing to evaluate: the run holds no samples (status {run.status}) {run.reason}".rstrip()
-        return Record(_EMPTY, _EMPTY, _EMPTY), replace(facts, problems=(*facts.problems, problem))
+        record, problems = Record(_EMPTY, _EMPTY, _EMPTY), (problem,)
+    return record, replace(facts, problems=(*facts.problems, *problems))
 
 
-def _explained(run: Run, error: BadInput) -> BadInput:
+def _explained(run: Run, error: BadInput, bounds: Bounds) -> BadInput:
     """Return what is wrong with a record that cannot be used: which of its columns hold no number."""
     for name in ("force", *STROKES):
         if not run.has(name):
             continue
-        value = run.series(name).value
-        missing = int(np.count_nonzero(~np.isfinite(value)))
-        if missing > value.size - 2:
-            count = "none" if missing == value.size else f"only {value.size - missing}"
+        rows = run.stream_of(name).rows
+        there = sum(
+            int(np.count_nonzero(np.isfinite(series.value))) for series in _series_of(run, name, bounds)
+        )
+        if there < 2:
+            count = "none" if there == 0 else f"only {there}"
             return BadInput(
-                f"{count} of its {value.size} samples is a number",
+                f"{count} of its {rows} samples is a number",
                 file=run.path,
                 place=f"channel {name}",
                 remedy="import the record again with the column that holds it "
                 f"(--column {name}=HEADER), or record the test again",
             )
-    time_s = run.series("stroke").time_s
-    latest = np.maximum.accumulate(np.concatenate(([-np.inf], np.nan_to_num(time_s[:-1], nan=-np.inf))))
-    late = int(np.count_nonzero(~(time_s > latest)))
-    if late > time_s.size - 2:
+    stream = run.stream_of("stroke")
+    late, latest = 0, -np.inf
+    for time_s in run.time_blocks(stream.name, bounds.piece_rows):
+        known = np.concatenate(([latest], np.nan_to_num(time_s, nan=-np.inf)))
+        before = np.maximum.accumulate(known)
+        late += int(np.count_nonzero(~(time_s > before[:-1])))
+        latest = float(before[-1])
+    if late > stream.rows - 2:
         return BadInput(
-            f"{late} of its {time_s.size} time stamps do not advance",
+            f"{late} of its {stream.rows} time stamps do not advance",
             file=run.path,
             place="time",
             remedy="sort the record by time, or name its time (--column time=HEADER); import it again",
@@ -79,30 +95,48 @@ def _explained(run: Run, error: BadInput) -> BadInput:
     return BadInput(error.problem, file=run.path, place=error.place, remedy=error.remedy)
 
 
-def _wires(run: Run) -> list[str]:
+def _series_of(run: Run, channel: str, bounds: Bounds) -> Iterator[Series]:
+    """Return a channel as a whole, or in pieces where it is long."""
+    if run.stream_of(channel).rows <= bounds.whole_rows:
+        yield run.series(channel)
+        return
+    for block in run.blocks([channel], bounds.piece_rows):
+        yield block[channel]
+
+
+def _wires(run: Run, bounds: Bounds) -> list[str]:
     """Return the stroke channels that hold a number: an empty column is a wire that was not there."""
     there = [name for name in STROKES if run.has(name)]
-    filled = [name for name in there if np.any(np.isfinite(run.series(name).value))]
+    filled = [
+        name
+        for name in there
+        if any(np.any(np.isfinite(series.value)) for series in _series_of(run, name, bounds))
+    ]
     return filled or there
 
 
-def _record(run: Run) -> Record:
-    wires = _wires(run)
+def _record(run: Run, bounds: Bounds) -> tuple[Record, tuple[str, ...]]:
+    wires = _wires(run, bounds)
+    temperatures = _temperatures(run, bounds)
+    if wires and run.stream_of(wires[0]).rows > bounds.whole_rows:
+        record, problems = long_record(run, wires, bounds)
+        return replace(record, temperatures=temperatures), problems
     stroke = run.series("stroke" if len(wires) > 1 else wires[0] if wires else "stroke")
     time_s = stroke.time_s
     stream = run.stream_of("stroke")
     breaks = [row + 1 for row, _ in run.gaps(stream.name)]
     force_kN = _on_time(run, "force", time_s, breaks)
     speed = _on_time(run, "speed", time_s, breaks) if run.has("speed") else None
-    return make_record(
+    record = make_record(
         time_s,
         to_inside(stroke.value, "stroke", stroke.unit),
         to_inside(force_kN, "force", run.series("force").unit),
         wire_difference_mm=_wire_difference_mm(run, time_s, breaks) if len(wires) > 1 else None,
         speed_mm_per_s=None if speed is None else to_inside(speed, "speed", run.series("speed").unit),
-        temperatures=_temperatures(run),
+        temperatures=temperatures,
         lost_before=[(row + 1, lost) for row, lost in run.gaps(stream.name)],
     )
+    return record, ()
 
 
 def _wire_difference_mm(run: Run, time_s: FloatArray, breaks: Sequence[int]) -> FloatArray | None:
@@ -116,45 +150,29 @@ def _wire_difference_mm(run: Run, time_s: FloatArray, breaks: Sequence[int]) -> 
 
 
 def _on_time(run: Run, channel: str, time_s: FloatArray, breaks: Sequence[int]) -> FloatArray:
-    """Return a channel at the instants of the stroke.
-
-    Channels of one stream are sampled together, but their delays differ, and with them the times at which
-    their values were true: a cubic spline over each uninterrupted stretch brings them together. It reaches
-    at most two samples beyond its stretch.
-    """
+    """Return a channel at the instants of the stroke."""
     series = run.series(channel)
-    if series.time_s.size == time_s.size and np.allclose(
-        series.time_s, time_s, rtol=0.0, atol=_SAME_INSTANT_S, equal_nan=True
-    ):
-        return series.value
     name = run.stream_of(channel).name
-    if name != run.stream_of("stroke").name:
+    same_size = series.time_s.size == time_s.size
+    if name != run.stream_of("stroke").name and not (same_size and same_instants(series.time_s, time_s)):
         raise BadInput(
             f"{channel} is of stream {name}, stroke of {run.stream_of('stroke').name}: no common instants",
             remedy="force and stroke must be sampled by one device",
         )
-    value = np.full(time_s.size, np.nan)
-    edges = [0, *breaks, time_s.size]
-    for first, last in pairwise(edges):
-        good = np.isfinite(series.time_s[first:last]) & np.isfinite(series.value[first:last])
-        at, known = series.time_s[first:last][good], series.value[first:last][good]
-        if at.size < 4 or np.any(np.diff(at) <= 0.0):
-            continue
-        wanted = time_s[first:last]
-        step = float(np.median(np.diff(at)))
-        near = (wanted >= at[0] - 2.0 * step) & (wanted <= at[-1] + 2.0 * step)
-        value[first:last][near] = CubicSpline(at, known)(wanted[near])
-    return value
+    return on_time(series.time_s, series.value, time_s, [0, *breaks, time_s.size])
 
 
-def _temperatures(run: Run) -> list[Temperature]:
+def _temperatures(run: Run, bounds: Bounds) -> tuple[Temperature, ...]:
     roles = _roles(run.metadata)
     found = []
     for stream in run.streams.values():
         for channel in stream.channels.values():
             if channel.quantity != "temperature" or stream.rows == 0:
                 continue
-            series = run.series(channel.name)
+            if stream.rows > bounds.whole_rows:
+                series = thinned(run, channel.name, bounds)
+            else:
+                series = run.series(channel.name)
             found.append(
                 Temperature(
                     name=channel.name,
@@ -165,7 +183,7 @@ def _temperatures(run: Run) -> list[Temperature]:
                     accuracy_C=channel.uncertainty.zero,
                 )
             )
-    return found
+    return tuple(found)
 
 
 def _roles(metadata: Mapping[str, Any]) -> dict[str, str]:
@@ -173,7 +191,7 @@ def _roles(metadata: Mapping[str, Any]) -> dict[str, str]:
     return {str(sensor.get("name")): str(sensor.get("role", "specimen")) for sensor in sensors}
 
 
-def _facts(run: Run) -> RunFacts:
+def _facts(run: Run, used: Sequence[str]) -> RunFacts:
     kind = run.kind
     if kind not in get_args(Kind):
         raise BadInput(
@@ -183,7 +201,6 @@ def _facts(run: Run) -> RunFacts:
             remedy="import it again",
         )
     channels = {name: c for stream in run.streams.values() for name, c in stream.channels.items()}
-    used = _wires(run)
     wires = [_stated(channels[name]) for name in used if name in channels]
     return RunFacts(
         id=run.id,

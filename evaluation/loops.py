@@ -15,6 +15,8 @@ __all__ = ["DENSE_SAMPLES", "END_SHARE", "LoopStack", "cut_loop", "cut_loops"]
 
 _CHUNK_POINTS = 65_536
 """Points of a branch that are worked on together: what is made of them stays in the processor's cache."""
+_CHUNK_LOOPS = 800
+"""… and at most so many loops: short branches grow by interpolation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +35,13 @@ class LoopStack:
     def loop(self, row: int) -> Loop:
         """Return one loop."""
         loading, unloading = self.loading.row(row), self.unloading.row(row)
-        top = loading.shape[1] - 1
+        top, averaged = loading.shape[1] - 1, self.loading.averaged
         if row in self.dwells:
             dwell = self.dwells[row]
             whole = np.concatenate((loading, dwell, unloading), axis=1)
-            return Loop(whole[0], whole[1], whole[2], top, top + dwell.shape[1] + 1)
+            return Loop(whole[0], whole[1], whole[2], top, top + dwell.shape[1] + 1, averaged)
         whole = np.concatenate((loading, unloading[:, 1:]), axis=1)
-        return Loop(whole[0], whole[1], whole[2], top, top)
+        return Loop(whole[0], whole[1], whole[2], top, top, averaged)
 
     def stored_energy_J(self) -> FloatArray:  # noqa: N802 - the unit keeps its capital
         """Return the area under each loading branch [J = kN·mm] (EN 15551: W_s), shape (R,)."""
@@ -89,7 +91,7 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
         # Rows are as long as the longest of them: as many as fit, judged by the running maximum.
         longest = np.maximum.accumulate(samples[first : first + _CHUNK_POINTS])
         fits = np.count_nonzero(longest * np.arange(1, longest.size + 1) <= _CHUNK_POINTS)
-        part = slice(first, first + max(1, int(fits)))
+        part = slice(first, first + min(max(1, int(fits)), _CHUNK_LOOPS))
         yield _cut(record, cycles[part], (up.rows(part), down.rows(part)), strokes[:, part])
         first = part.stop
 

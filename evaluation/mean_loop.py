@@ -118,7 +118,7 @@ def mean_loop(record: Record, results: Sequence[CycleResult], used: Sequence[int
         unloading_kN=down / len(chosen),
         temperature_C=float(np.mean(known)) if known else None,
         temperature_accuracy_C=max(stated) if stated and len(stated) == len(accuracies) else None,
-        means=_means([{n: getattr(r.quantities, n) for n in vars(r.quantities)} for r in chosen]),
+        means=_means([r.quantities._asdict() for r in chosen]),
         expanded_uncertainties=_means([r.expanded_uncertainty for r in chosen]),
     )
 

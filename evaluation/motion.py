@@ -7,15 +7,14 @@ turning point belongs to it: the cycle starts when the stroke leaves it and ends
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from evaluation.record import FloatArray
 
 TurnMethod = Literal["polynomial", "lines", "plateau", "edge", "cut"]
 
 
-@dataclass(frozen=True)
-class TurningPoint:
+class TurningPoint(NamedTuple):
     """A fitted reversal of the stroke.
 
     Attributes
@@ -41,7 +40,7 @@ class TurningPoint:
     stroke_mm: float
     leave_mm: float
     kind: Literal["lower", "upper"]
-    index: int
+    index: int  # type: ignore[assignment] # nobody looks for values in a turning point
     method: TurnMethod
     u_stroke_mm: float = 0.0
     u_time_s: float = 0.0
@@ -53,11 +52,10 @@ class TurningPoint:
         return self.leave_s - self.time_s
 
 
-@dataclass(frozen=True)
-class Cycle:
+class Cycle(NamedTuple):
     """One cycle: lower turning point ``start``, upper ``top``, lower ``end``; ``why`` says what it is not."""
 
-    index: int
+    index: int  # type: ignore[assignment] # nor in a cycle
     start: TurningPoint
     top: TurningPoint
     end: TurningPoint
@@ -107,7 +105,7 @@ class Loop:
     """Force over stroke of one cycle, cut at the fitted turning points, both ends included.
 
     ``time_s``, ``stroke_mm``, ``force_kN`` have shape (M,). Loading is ``[: top + 1]``; a dwell at the top is
-    ``[top : unload + 1]``; unloading is ``[unload :]``.
+    ``[top : unload + 1]``; unloading is ``[unload :]``. ``averaged``: samples that a point is the mean of.
     """
 
     time_s: FloatArray
@@ -115,6 +113,7 @@ class Loop:
     force_kN: FloatArray
     top: int
     unload: int
+    averaged: int = 1
 
     @property
     def loading(self) -> slice:

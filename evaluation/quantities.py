@@ -6,6 +6,7 @@ samples do. One by itself is a stack of one.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -48,14 +49,22 @@ ComplexArray = NDArray[np.complex128]
 
 def stored_energy_J(loop: Loop) -> float:  # noqa: N802 - the unit keeps its capital
     """Return the area under the loading branch, lower to upper turning point [J = kN·mm] (EN 15551: W_s)."""
-    return float(np.trapezoid(loop.force_kN[loop.loading], loop.stroke_mm[loop.loading]))
+    return _area_J(loop, loop.loading)
 
 
 def absorbed_energy_J(loop: Loop) -> float:  # noqa: N802
     """Return the signed area of the loop [J] (W_a); a loop that does not close is closed by a chord."""
     force, stroke = loop.force_kN, loop.stroke_mm
     chord = 0.5 * (force[-1] + force[0]) * (stroke[0] - stroke[-1])
-    return float(np.trapezoid(force, stroke) + chord)
+    dwell = slice(loop.top, loop.unload + 1)
+    rest = float(np.trapezoid(force[dwell], stroke[dwell]))
+    return _area_J(loop, loop.loading) + rest + _area_J(loop, loop.unloading) + float(chord)
+
+
+def _area_J(loop: Loop, part: slice) -> float:  # noqa: N802
+    time_s, stroke_mm, force_kN = (a[None, part] for a in (loop.time_s, loop.stroke_mm, loop.force_kN))
+    count = np.array([time_s.size])
+    return float(Branches(time_s, stroke_mm, force_kN, count, loop.averaged).areas()[0])
 
 
 def evaluate_cycles(
@@ -80,19 +89,28 @@ def evaluate_cycles(
     complete = [cycle for cycle in cycles if cycle.complete]
     if first is None:
         first = spectra(record, complete).first_harmonic()
-    temperatures = temperatures_of(record.temperatures, *_spans(cycles))
-    starts = [None if np.isnan(t) else t for t in temperatures[0].tolist()]
-    highest = [None if np.isnan(t) else t for t in temperatures[1].tolist()]
-    figures: list[tuple[dict[str, float | None], tuple[str, ...]]] = []
+    temperatures = [
+        [None if np.isnan(t) else t for t in column.tolist()]
+        for column in temperatures_of(record.temperatures, *_spans(cycles))
+    ]
+    found: list[Quantities] = []
+    said: dict[int, tuple[str, ...]] = {}
     for stack in cut_loops(record, complete):
-        at = len(figures)
-        figures += _stack_figures(stack, first[at : at + len(stack.cycles)])
-    found = iter(figures)
+        begin = len(found)
+        figures, texts = _stack_figures(stack, first[begin : begin + len(stack.cycles)])
+        found += figures
+        said |= {begin + row: tuple(lines) for row, lines in texts.items()}
+    each = enumerate(found)
     results = []
-    for cycle, start_C, max_C in zip(cycles, starts, highest, strict=True):
-        values, warnings = next(found) if cycle.complete else _incomplete(cycle)
-        quantities = Quantities(temperature_start_C=start_C, temperature_max_C=max_C, **values)
-        results.append(CycleResult(cycle, quantities, warnings=warnings))
+    for cycle, start_C, max_C in zip(cycles, *temperatures, strict=True):
+        if cycle.complete:
+            row, values = next(each)
+            warnings = said.get(row, ())
+        else:
+            values, warnings = _incomplete(cycle)
+        if start_C is not None or max_C is not None:
+            values = values._replace(temperature_start_C=start_C, temperature_max_C=max_C)
+        results.append(CycleResult(cycle, values, warnings=warnings))
     return results
 
 
@@ -105,7 +123,7 @@ def _spans(cycles: Sequence[Cycle]) -> tuple[FloatArray, FloatArray]:
     return np.array([c.start_s for c in cycles]), np.array([c.end_s for c in cycles])
 
 
-def _incomplete(cycle: Cycle) -> tuple[dict[str, float | None], tuple[str, ...]]:
+def _incomplete(cycle: Cycle) -> tuple[Quantities, tuple[str, ...]]:
     span = cycle.range_mm
     figures: dict[str, float | None] = {
         "stroke_min_mm": cycle.stroke_min_mm,
@@ -116,17 +134,15 @@ def _incomplete(cycle: Cycle) -> tuple[dict[str, float | None], tuple[str, ...]]
     text = "not complete, no energies nor other figures of the loop: " + "; ".join(cycle.why)
     bad = [name for name, value in figures.items() if value is not None and not np.isfinite(value)]
     figures.update(dict.fromkeys(bad))
-    return figures, (text, *_not_finite(bad))
+    return Quantities(**figures), (text, *_not_finite(bad))
 
 
 def _not_finite(names: Sequence[str]) -> tuple[str, ...]:
     return (f"no finite value: {', '.join(names)}",) if names else ()
 
 
-def _stack_figures(
-    stack: LoopStack, first: ComplexArray
-) -> list[tuple[dict[str, float | None], tuple[str, ...]]]:
-    """Return the figures of each loop by name, and what is to be said of it."""
+def _stack_figures(stack: LoopStack, first: ComplexArray) -> tuple[list[Quantities], dict[int, list[str]]]:
+    """Return the figures of each loop, and what is to be said of some of them."""
     cycles = stack.cycles
     low = np.array([cycle.stroke_min_mm for cycle in cycles])
     high = np.array([cycle.stroke_max_mm for cycle in cycles])
@@ -171,21 +187,21 @@ def _stack_figures(
             "stroke_distortion": distortion,
         }
     warnings = _stack_warnings(stack, figures, unknown)
-    rows = zip(*(values.tolist() for values in figures.values()), strict=True)
-    named: list[dict[str, float | None]] = [dict(zip(figures, row, strict=True)) for row in rows]
+    columns = [figures[name].tolist() for name in Quantities._fields if name in figures]
+    named = [Quantities(*row) for row in zip(*columns, strict=True)]
     not_finite = np.array([~np.isfinite(values) for values in figures.values()])
     for row in np.flatnonzero(not_finite.any(axis=0)).tolist():
         bad = [name for name, is_bad in zip(figures, not_finite[:, row], strict=True) if is_bad]
-        named[row].update(dict.fromkeys(bad))
+        named[row] = named[row]._replace(**dict.fromkeys(bad))
         warnings[row] += _not_finite([name for name in bad if not (name in unknown and unknown[name][row])])
-    return [(values, tuple(warnings[row])) for row, values in enumerate(named)]
+    return named, warnings
 
 
 def _stack_warnings(
     stack: LoopStack, figures: dict[str, FloatArray], unknown: dict[str, BoolArray]
-) -> list[list[str]]:
-    """Return what is to be said of each loop; almost always nothing, which is told for all at once."""
-    warnings: list[list[str]] = [[] for _ in stack.cycles]
+) -> dict[int, list[str]]:
+    """Return what is to be said of which loop; almost always nothing, which is told for all at once."""
+    warnings: dict[int, list[str]] = defaultdict(list)
 
     def say(text: str, rows: BoolArray) -> None:
         for row in np.flatnonzero(rows).tolist():
@@ -332,7 +348,7 @@ def _slopes_between(branch: Branches, first_mm: FloatArray, last_mm: FloatArray)
 
 
 def _say_slopes(
-    loading: Branches, span: FloatArray, wanted: BoolArray, warnings: Sequence[list[str]]
+    loading: Branches, span: FloatArray, wanted: BoolArray, warnings: dict[int, list[str]]
 ) -> None:
     """Recognise slack and block contact by local slopes of the loading branch."""
     lines = np.arange(loading.count.size)
@@ -385,21 +401,22 @@ def first_harmonic(record: Record, cycle: Cycle) -> complex:
     return complex(spectra(record, [cycle]).first_harmonic()[0])
 
 
-def temperature_of(
-    temperatures: tuple[Temperature, ...], start_s: float, end_s: float
-) -> tuple[float | None, float | None]:
-    """Return temperature at the start and highest one during a cycle, over all sensors on the specimen [°C].
-
-    None where no sensor on the specimen has a reading within 30 s of the moment.
-    """
-    start, highest = temperatures_of(temperatures, np.array([start_s]), np.array([end_s]))
-    return tuple(None if np.isnan(t[0]) else float(t[0]) for t in (start, highest))  # type: ignore[return-value]
-
-
 def temperatures_of(
     temperatures: tuple[Temperature, ...], start_s: FloatArray, end_s: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the same of many cycles, shape (C,) each; NaN where there is none."""
+    """Return temperature at the start and highest one during cycles, over all sensors on the specimen [°C].
+
+    Parameters
+    ----------
+    temperatures : tuple of Temperature
+    start_s, end_s : arrays, shape (C,)
+        Of the cycles.
+
+    Returns
+    -------
+    (array, array)
+        Shape (C,) each; NaN where no sensor on the specimen has a reading within 30 s of the moment.
+    """
     starts, highest = np.full(start_s.size, np.nan), np.full(start_s.size, np.nan)
     for sensor in temperatures:
         good = np.isfinite(sensor.time_s) & np.isfinite(sensor.temperature_C)

@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from evaluation.budget_lines import Budget
-from evaluation.inertia import ForceCell, InertiaCorrection, MovingMass
+from evaluation.choices import DRAWS, DecisionRule, ForceCell
+from evaluation.inertia import InertiaCorrection, MovingMass
 from evaluation.motion import Cycle
 from evaluation.record import Record
 from foundation.channel import ChannelUncertainty
-from foundation.specimen import Kind
+from foundation.kind import Kind
 
 if TYPE_CHECKING:  # these modules make their facts from the results defined here
     from evaluation.alignment import SkewSensitivity
@@ -26,7 +27,6 @@ if TYPE_CHECKING:  # these modules make their facts from the results defined her
 Verdict = Literal[
     "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
 ]
-DecisionRule = Literal["simple", "guard-band"]
 
 
 @dataclass(frozen=True)
@@ -72,13 +72,14 @@ class RunFacts:
 class Options:
     """How to evaluate: decision rule, Monte Carlo draws and seed, reading of the preload, moving mass.
 
+    No ``draws`` (0): figures only, neither Monte Carlo nor budgets, and no uncertainty of anything.
     ``moving_mass_kg`` is that between load cell and specimen, known to ``moving_mass_accuracy_percent``, and
     ``force_cell`` says on which side of it the cell is; None: what the stand file states, if any.
     ``preload_reading`` None: as the limit set reads it. ``inspections`` are what inspectors wrote down.
     """
 
     decision_rule: DecisionRule = "simple"
-    draws: int = 2000
+    draws: int = DRAWS
     seed: int = 20260115
     preload_reading: Literal["extrapolated", "at-0.5mm"] | None = None
     moving_mass_kg: float | None = None
@@ -92,8 +93,7 @@ class Options:
         return MovingMass(self.moving_mass_kg, self.moving_mass_accuracy_percent, self.force_cell)
 
 
-@dataclass(frozen=True)
-class Quantities:
+class Quantities(NamedTuple):
     """The figures of one cycle (contracts § 4); definitions and windows in docs/evaluation.md."""
 
     stroke_min_mm: float | None = None

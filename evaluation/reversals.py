@@ -59,8 +59,8 @@ def _stretches(values: FloatArray) -> FloatArray:
 
 def _difference_sigma(values: FloatArray, weights: tuple[float, ...]) -> float:
     stride = max(1, values.size // _NOISE_SAMPLES)
-    rows = np.arange(0, values.size - len(weights) + 1, stride)
-    difference = sum(weight * values[rows + k] for k, weight in enumerate(weights))
+    last = values.size - len(weights) + 1
+    difference = sum(weight * values[k : last + k : stride] for k, weight in enumerate(weights))
     gain = float(np.sqrt(sum(weight**2 for weight in weights)))
     return float(np.quantile(np.abs(difference), _LOWER_FIFTH)) / _NORMAL_LOWER_FIFTH / gain
 
@@ -74,10 +74,10 @@ def quantum(values: FloatArray) -> float:
     stretches = _stretches(values)
     step = np.abs(np.diff(stretches, axis=1))
     moves = step > 0.0
-    moving = step[moves]
     rows = np.count_nonzero(moves[:, 1:] & ~moves[:, :-1])
-    if rows < max(8, _REPEATED_SHARE * moving.size):
+    if rows < max(8, _REPEATED_SHARE * np.count_nonzero(moves)):
         return 0.0
+    moving = step[moves]
     # A low quantile, not the least: rounding of the input's decimals makes steps near zero.
     least = float(np.quantile(moving, 0.02))
     multiples = moving / least
@@ -94,9 +94,20 @@ def quantum(values: FloatArray) -> float:
 
 def held_samples(values: FloatArray) -> int:
     """Return for how many samples a value usually stays the same: 1, or more where samples are held."""
-    row, change = np.nonzero(np.diff(_stretches(values), axis=1) != 0.0)
+    changes = np.diff(_stretches(values), axis=1) != 0.0
+    # Most records change from sample to sample: told without a list of all changes.
+    if 2 * np.count_nonzero(changes[:, 1:] & changes[:, :-1]) > np.count_nonzero(changes):
+        return 1
+    row, change = np.nonzero(changes)
     lasted = np.diff(change)[np.diff(row) == 0]
-    return int(np.median(lasted)) if lasted.size else 1
+    return _median(lasted) if lasted.size else 1
+
+
+def _median(counts: IndexArray) -> int:
+    """Return the whole part of the median of small whole numbers; most are alike: sorting is slow on them."""
+    below = np.cumsum(np.bincount(counts))
+    middle = np.searchsorted(below, [(counts.size - 1) // 2, counts.size // 2], side="right")
+    return int(middle.sum()) // 2
 
 
 def _remove_small(values: FloatArray, index: IndexArray, threshold: float) -> IndexArray:
@@ -136,11 +147,6 @@ def _alternating(values: FloatArray, index: IndexArray) -> IndexArray:
     return index[keep]
 
 
-def local_extremes(values: FloatArray) -> IndexArray:
-    """Return the indices of all local extremes and of both ends; runs of equal values count once."""
-    return _extremes_among(values, np.arange(values.size))
-
-
 def _extremes_among(values: FloatArray, index: IndexArray) -> IndexArray:
     """Return those of ``index`` (rising) that are extremes among them, and both ends."""
     changes = np.flatnonzero(np.diff(values[index]) != 0.0)
@@ -163,17 +169,20 @@ def _candidates(values: FloatArray, low: IndexArray, high: IndexArray, threshold
     for it; of the other blocks those of their eighths do, down to single samples.
     """
     whole = low.size * _BLOCKS[0]
-    found = [np.zeros(1, dtype=np.intp), np.arange(whole, values.size)]
+    chosen = np.zeros(values.size, dtype=bool)
+    chosen[:1] = chosen[whole:] = True
     rows = np.arange(low.size)
     for finer in (*_BLOCKS[1:], 1):
         steep = values[high] - values[low] >= threshold
-        found += [low[~steep], high[~steep]]
+        chosen[low[~steep]] = chosen[high[~steep]] = True
         rows = (8 * rows[steep][:, None] + np.arange(8)).ravel()
+        if finer == 1:
+            break
         grid = values[:whole].reshape(-1, finer)
         part = grid if rows.size == grid.shape[0] else grid[rows]
         low, high = rows * finer + np.argmin(part, axis=1), rows * finer + np.argmax(part, axis=1)
-    index = np.sort(np.concatenate([*found, low]))
-    return index[np.concatenate(([True], index[1:] > index[:-1]))]
+    chosen[rows] = True
+    return np.flatnonzero(chosen)
 
 
 def _largest_cycle(values: FloatArray, index: IndexArray) -> float:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import gc
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
 from evaluation.budget import run_budget
 from evaluation.condense import condensed_for
 from evaluation.cycles import find_with_harmonics
+from evaluation.defects import describe
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
 from evaluation.mean_loop import mean_loop
 from evaluation.nulls import missing_warnings
 from evaluation.propagations import Propagations
 from evaluation.quantities import evaluate_cycles
-from evaluation.record import FloatArray, Record, describe
+from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import run_verdict
 from evaluation.requirements.inspection import inspection_of
 from evaluation.requirements.judge import assumptions, is_judged, judge, why_not_judged
@@ -29,6 +32,7 @@ _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "freq
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
 _MOST_DEFECTS = 10
 """Defects of the record that are named one by one in its warnings; the rest are counted."""
+_NOT_DRAWN = "no expanded uncertainties: the evaluation was asked for none (0 draws)"
 
 
 def evaluate_run(
@@ -55,10 +59,30 @@ def evaluate_run(
     RunEvaluation
         The same inputs give the same figures to the last bit.
     """
-    options = options or Options()
-    limits = limit_set or shipped_limit_set()
+    with _collecting_later():
+        return _evaluated(record, facts, options or Options(), limit_set or shipped_limit_set())
+
+
+@contextmanager
+def _collecting_later() -> Iterator[None]:
+    """Put off the search for unreachable cycles of objects.
+
+    Ten thousand cycles are fifty thousand small objects that live on. Searching them again and again while
+    they come up costs a tenth of the evaluation, and there is nothing to find.
+    """
+    if not gc.isenabled():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
     record, facts, wires = check_wires(record, facts)
-    record, turns = condensed_for(record, facts.kind)
+    record, turns, coarse = condensed_for(record, facts.kind)
     cycles, first = find_with_harmonics(record, turns)
     record, inertia, added = correct_inertia(record, cycles, facts.moving_mass, options.moving_mass)
     prepared = Propagations(record, cycles, added)
@@ -66,7 +90,7 @@ def evaluate_run(
     results = evaluate_cycles(record, cycles, first if added is None else None)
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
-    draws = draw_errors(*stated, options.draws, options.seed, added)
+    draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
     used = cycles_used(facts.kind, results)
     mean = MeanOfDraws()
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
@@ -75,9 +99,10 @@ def evaluate_run(
             results, prepared, draws, used, mean, record.temperatures, keep=is_judged(facts, limits)
         )
     complete = tuple(r for r in results if r.cycle.complete)
-    warnings = [*facts.problems, *(wires.warnings if wires else ())]
+    warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ())]
     warnings += _record_warnings(record, facts, results, used)
-    warnings += missing_facts(*stated) if complete else []
+    if complete:
+        warnings += missing_facts(*stated) if options.draws else [_NOT_DRAWN]
     warnings += _cycle_warnings(results)
 
     summary = summarise(results, used, mean)
@@ -102,7 +127,7 @@ def evaluate_run(
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
         inspection=inspection.record() if inspection and requirements else None,
-        budget=run_budget(*stated, prepared, summary, added),
+        budget=run_budget(*stated, prepared, summary, added) if options.draws else (),
         skew_sensitivity=skew,
         draw_wires=wires,
         inertia_correction=inertia,
@@ -114,8 +139,13 @@ def _skew_sensitivity(
     record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
 ) -> SkewSensitivity:
     wanted = set(used)
-    chosen = [result.cycle for result in results if result.cycle.index in wanted]
-    return skew_sensitivity(record, chosen, periodic=facts.kind in ("static", "harmonic"))
+    chosen = [result for result in results if result.cycle.index in wanted]
+    return skew_sensitivity(
+        record,
+        [result.cycle for result in chosen],
+        periodic=facts.kind in ("static", "harmonic"),
+        storage_stiffness_kN_per_mm=[result.quantities.storage_stiffness_kN_per_mm for result in chosen],
+    )
 
 
 def _record_warnings(

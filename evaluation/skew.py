@@ -17,6 +17,7 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from evaluation.alignment import advanced, area_rate_J_per_s
+from evaluation.choices import REFERENCE_LOSS
 from evaluation.cycles import find_cycles
 from evaluation.loops import cut_loop
 from evaluation.motion import Cycle
@@ -25,8 +26,6 @@ from evaluation.record import Record
 from evaluation.results import RunFacts
 from foundation.errors import BadInput
 
-REFERENCE_LOSS = 0.001
-"""Largest loss factor that a steel spring as reference is taken to have, unless its user states another."""
 SAME_FREQUENCY = 0.05
 """Cycles whose frequencies agree within this share are one point."""
 SEVERAL_FREQUENCIES = 1.5

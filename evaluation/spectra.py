@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.even_harmonics import EvenBasis
 from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
 
@@ -23,6 +24,10 @@ _MOST_UNEVEN = 400
 """Uneven ones to at most so many: 1e-5 less of the first harmonic."""
 _EVEN = 0.05
 """Groups lie evenly when they are within this share of a sample's step of where they should be."""
+_EVEN_SAMPLES = 1e-3
+"""Samples by themselves do when they are within this share."""
+_LEAST_ALIKE = 8
+"""So many periods of one number of samples are solved by one matrix."""
 _CHUNK_POINTS = 8192
 """Points that are fitted together: their waves, 21 rows of them, stay in the processor's cache."""
 
@@ -104,6 +109,7 @@ def _fit_rows(
     points = -(-size // group)
     orders = np.minimum(HARMONICS, np.maximum(1, (points - 3) // 2))
     left: list[IndexArray] = []
+    bases: dict[int, EvenBasis] = {}
     for order in np.unique(orders[rows]).tolist():
         alike = rows[orders[rows] == order]
         step = max(1, _CHUNK_POINTS // int(np.max(points[alike])))
@@ -114,14 +120,51 @@ def _fit_rows(
             time, stroke, force = (_means(signal, bounds) for signal in signals)
             used = np.arange(time.shape[1]) < count[:, None]
             share = np.where(used, (time - period[0][part, None]) / period[1][part, None], 0.0)
-            each = np.ones(part.size)
-            if most == MOST_POINTS and (group[part] > 1).any():
-                each = size[part] / count
-                if (bad := ~_is_even(share, bounds, count) & (group[part] > 1)).any():
-                    left.append(part[bad])
             values = np.stack((stroke, force, share))
-            found[:, part] = fitted_harmonics(share, values, used, order, each)
+            other = np.ones(part.size, dtype=bool)
+            if most == MOST_POINTS:
+                uneven, grouped = _unevenness(share, bounds, count), group[part] > 1
+                left.append(part[grouped & (uneven > _EVEN)])
+                even = uneven <= np.where(grouped, _EVEN, _EVEN_SAMPLES)
+                for own in _of_one_size(size[part], even):
+                    done, fits = _by_basis(bases, own, order, bounds, values)
+                    found[:, part[done]] = fits
+                    other[done] = False
+            if other.any():
+                own_points = share[other], values[:, other], used[other]
+                found[:, part[other]] = fitted_harmonics(*own_points, order, (size[part] / count)[other])
     return np.concatenate([rows[:0], *left])
+
+
+def _of_one_size(size: IndexArray, wanted: BoolArray) -> list[IndexArray]:
+    """Return the wanted rows of each size that many of them have."""
+    sizes, number = np.unique(size[wanted], return_counts=True)
+    return [np.flatnonzero(wanted & (size == own)) for own in sizes[number >= _LEAST_ALIKE].tolist()]
+
+
+def _by_basis(
+    bases: dict[int, EvenBasis], rows: IndexArray, order: int, bounds: IndexArray, values: FloatArray
+) -> tuple[IndexArray, FloatArray]:
+    """Return those of some even periods of one size that are of one step too, and their harmonics.
+
+    ``bases`` are those of the sizes met before; ``values`` (3, R, P): stroke, force, and share of the period.
+    """
+    inner = bounds[rows[0]]
+    points = int(np.count_nonzero(np.diff(inner)))
+    place = 0.5 * (inner[1 : points + 1] + inner[:points]) - inner[0]
+    share = values[2, rows, :points]
+    step = (share[:, -1] - share[:, 0]) / (place[-1] - place[0])
+    size = int(inner[-1] - inner[0])
+    if size not in bases:
+        bases[size] = EvenBasis.of(place, float(np.median(step)), order)
+    basis = bases[size]
+    suits = basis.suits(step)
+    done, step = rows[suits], step[suits]
+    found = np.zeros((values.shape[0], done.size, HARMONICS + 1, 2))
+    found[:, :, : order + 1] = basis.fitted(values[:2, done, :points], share[suits, 0], step)
+    group = np.full(done.size, size / points)
+    found[:, :, 1 : order + 1] /= _kept(step * group, order, group)[..., None]
+    return done, found
 
 
 def _bounds(first: IndexArray, size: IndexArray, count: IndexArray) -> IndexArray:
@@ -143,8 +186,8 @@ def _means(signal: FloatArray, bounds: IndexArray) -> FloatArray:
     return np.asarray(signal[begin] + total / np.maximum(size, 1))
 
 
-def _is_even(share: FloatArray, bounds: IndexArray, count: IndexArray) -> BoolArray:
-    """Say of each row whether its points lie as even samples would, to a small part of a sample's step."""
+def _unevenness(share: FloatArray, bounds: IndexArray, count: IndexArray) -> FloatArray:
+    """Return how far the points of each row lie from where even samples would, as a share of their step."""
     lines = np.arange(count.size)
     place = 0.5 * (bounds[:, 1:] + bounds[:, :-1])
     place -= place[:, :1]
@@ -154,7 +197,7 @@ def _is_even(share: FloatArray, bounds: IndexArray, count: IndexArray) -> BoolAr
     )
     off = np.abs(share - share[:, :1] - place * step[:, None])
     off[np.arange(share.shape[1]) >= count[:, None]] = 0.0
-    return np.asarray(np.max(off, axis=1) <= _EVEN * step)
+    return np.asarray(np.max(off, axis=1) / np.where(step > 0.0, step, np.inf))
 
 
 def fitted_harmonics(
@@ -208,7 +251,9 @@ def fitted_harmonics(
     result[..., : order + 1, 0] = solution[..., : order + 1]
     result[..., 1 : order + 1, 1] = solution[..., order + 1 :]
     if group is not None:
-        result[..., 1 : order + 1, :] /= _kept(share, count, order, group)[..., None]
+        lines = np.arange(count.size)
+        spacing = (share[lines, count - 1] - share[:, 0]) / np.maximum(count - 1, 1)
+        result[..., 1 : order + 1, :] /= _kept(spacing, order, group)[..., None]
     return result
 
 
@@ -220,35 +265,12 @@ def _solved(normal: FloatArray, right: FloatArray) -> FloatArray:
         return np.asarray(np.linalg.pinv(normal) @ right, dtype=np.float64)
 
 
-def _kept(share: FloatArray, count: IndexArray, order: int, group: FloatArray) -> FloatArray:
-    """Return how much of each harmonic is left of its samples' mean over a group, shape (R, order)."""
-    lines = np.arange(share.shape[0])
-    step = (share[lines, count - 1] - share[:, 0]) / np.maximum(count - 1, 1)
+def _kept(step: FloatArray, order: int, group: FloatArray) -> FloatArray:
+    """Return how much of each harmonic is left of its samples' mean over a group, shape (R, order).
+
+    ``step`` (R,): from point to point, over the period.
+    """
     half = np.pi * step[:, None] * np.arange(1.0, order + 1.0)
     single = group[:, None]
     below = single * np.sin(half / single)
     return np.where(single > 1.0, np.sin(half) / np.where(below > 0.0, below, 1.0), 1.0)
-
-
-def harmonics(
-    time_s: FloatArray, value: FloatArray, start_s: float, period_s: float, count: int
-) -> FloatArray:
-    """Return cosine and sine amplitudes of a signal over one period by least squares.
-
-    Parameters
-    ----------
-    time_s, value : arrays, shape (N,)
-        Samples inside the period, evenly spaced or not.
-    start_s, period_s : float
-    count : int
-        Harmonics asked for; fewer are fitted where there are too few samples.
-
-    Returns
-    -------
-    array, shape (count + 1, 2)
-        Row k: amplitudes of cos(k ω (t - start)) and sin(k ω (t - start)); row 0 holds the mean and 0.
-    """
-    order = min(count, HARMONICS, max(1, (time_s.size - 3) // 2))
-    share = ((time_s - start_s) / period_s)[None]
-    found = fitted_harmonics(share, value[None, None], np.ones_like(share, dtype=bool), order)
-    return found[0, 0, : count + 1]

@@ -1,4 +1,4 @@
-"""Cubic splines through many rows of points at once, with SciPy's "not-a-knot" ends."""
+"""Cubic splines with SciPy's "not-a-knot" ends: through many rows of points at once, and at a delay."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_banded
 
 from evaluation.record import FloatArray
@@ -86,3 +87,78 @@ def _slopes(x: FloatArray, y: FloatArray, starts: IndexArray, count: IndexArray)
     bands[2, starts[1:] - 1] = 0.0
     bands[0, starts[1:]] = 0.0
     return np.asarray(solve_banded((1, 1), bands, right), dtype=np.float64)
+
+
+_EVEN_STEPS = 1e-7
+"""Steps count as even that differ by no more than this share of one: of a spline's values that moves less."""
+_CHUNK = 12_288
+"""Points that are looked at together: what is made of them stays in the processor's cache."""
+_MOST_STEPS = 2
+"""A moment is at most so many steps from its point."""
+_END_POINTS = 80
+"""Points at each end whose spline is solved by itself; …"""
+_TOLD_APART = 40
+"""… beyond so many an end is forgotten: each step leaves 2 - √3 of its weight, forty of them 1e-23."""
+
+
+def moved(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray:
+    """Return the cubic spline through points (its ends not-a-knot) at other moments.
+
+    Where the points are even and each moment is as far from its point as every other one, the spline at the
+    moments is a recursive filter and four products (Unser 1999, Splines: a perfect fit for signal and image
+    processing, eq. 16 and 17): the same figures to the last digits, a tenth of the time.
+
+    Parameters
+    ----------
+    time_s, value : arrays, shape (N,)
+        Points, at least four, in order of time.
+    wanted_s : array, shape (M,)
+
+    Returns
+    -------
+    array, shape (M,)
+    """
+    share = _common_share(time_s, wanted_s)
+    if share is None:
+        return np.asarray(CubicSpline(time_s, value)(wanted_s))
+    from scipy.ndimage import spline_filter1d  # noqa: PLC0415 - a tenth of a second, and few commands need it
+
+    whole = int(np.floor(share))
+    s = share - whole
+    r = 1.0 - s
+    taps = r**3 / 6.0, 2.0 / 3.0 - s**2 * (1.0 - 0.5 * s), 2.0 / 3.0 - r**2 * (1.0 - 0.5 * r), s**3 / 6.0
+    weight = spline_filter1d(value, mode="mirror")
+    inner = slice(_MOST_STEPS + 1, value.size - _MOST_STEPS - 2)
+    begin, end = inner.start + whole - 1, inner.stop + whole - 1
+    found = np.empty(value.size)
+    for first in range(begin, end, _CHUNK):
+        last = min(first + _CHUNK, end)
+        part = weight[first:last] * taps[0]
+        for k in (1, 2, 3):
+            part += taps[k] * weight[first + k : last + k]
+        found[first - begin + inner.start : last - begin + inner.start] = part
+    # The filter's ends are others than the spline's, which are put over them.
+    for points, kept in (
+        (slice(0, _END_POINTS), slice(0, _TOLD_APART)),
+        (slice(-_END_POINTS, None), slice(-_TOLD_APART, None)),
+    ):
+        found[kept] = CubicSpline(time_s[points], value[points])(wanted_s[kept])
+    return found
+
+
+def _common_share(time_s: FloatArray, wanted_s: FloatArray) -> float | None:
+    """Return by what share of a step every moment follows its point; None where they are not alike."""
+    if wanted_s.size != time_s.size or time_s.size < 2 * _END_POINTS:
+        return None
+    step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
+    share = float(wanted_s[0] - time_s[0]) / step
+    if not abs(share) <= _MOST_STEPS:
+        return None
+    for first in range(0, time_s.size, _CHUNK):
+        part = slice(first, first + _CHUNK)
+        off = time_s[part] - (time_s[0] + step * np.arange(first, min(first + _CHUNK, time_s.size)))
+        late = wanted_s[part] - time_s[part] - share * step
+        extremes = np.max(off), -np.min(off), np.max(late), -np.min(late)
+        if not all(extreme <= _EVEN_STEPS * step for extreme in extremes):
+            return None
+    return share

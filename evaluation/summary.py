@@ -10,9 +10,9 @@ import numpy as np
 from evaluation.record import FloatArray
 from evaluation.results import CycleResult, Measured, Quantities, Summary
 from evaluation.uncertainty import COVERAGE, NORMAL_95, half_width_95
-from foundation.specimen import Kind
+from foundation.kind import Kind
 
-SUMMARY_NAMES = tuple(Quantities.__dataclass_fields__)
+SUMMARY_NAMES = Quantities._fields
 """Every figure of a cycle is averaged."""
 LEAST_SCATTER = 3
 """The scatter between cycles counts from so many on."""
@@ -88,8 +88,9 @@ def summarise(cycles: Sequence[CycleResult], used: tuple[int, ...], draws: MeanO
     numbers_used = set(used)
     chosen = [c for c in cycles if c.cycle.index in numbers_used]
     values = {}
-    for name in SUMMARY_NAMES:
-        numbers = [number for c in chosen if (number := getattr(c.quantities, name)) is not None]
+    columns = zip(*(c.quantities for c in chosen), strict=True) if chosen else [()] * len(SUMMARY_NAMES)
+    for name, column in zip(SUMMARY_NAMES, columns, strict=True):
+        numbers = [number for number in column if number is not None]
         if not numbers or len(numbers) < len(chosen):
             values[name] = Measured(None)
             continue

@@ -7,7 +7,8 @@ equations are solved together. A window by itself would cost a thousand times it
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,11 @@ _TIP_SLACK = 0.25
 """Flanks may meet so much further out than half a step of the samples."""
 _CHUNK_POINTS = 100_000
 """Points that are fitted together: what is made of them stays in the processor's cache."""
+
+_LEAST_ALIKE = 8
+"""So many rows of one number of points are fitted by one matrix …"""
+_EVEN = 1e-4
+"""… whose points lie within this share of a step of where even ones would."""
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -69,6 +75,10 @@ class Fits:
         zero, never = np.zeros(rows), np.full(rows, np.inf)
         return cls(zero, zero.copy(), never, never.copy(), never.copy())
 
+    def rows(self, chosen: BoolArray) -> Fits:
+        """Return some of the rows."""
+        return Fits(*(getattr(self, own.name)[chosen] for own in fields(self)))
+
     def put(self, chosen: BoolArray, fits: Fits) -> None:
         """Write the fits of some of the rows."""
         for name in ("time_s", "value", "residual", "u", "u_s"):
@@ -103,11 +113,15 @@ def points_of(
     return Points(time, level * sign[:, None], used, group)
 
 
-def smooth_fits(points: Points, sigma: float) -> Fits:
-    """Return the polynomial of every row; ``sigma`` is the noise of a sample."""
+def smooth_fits(points: Points, sigma: float, averaged: int = 1) -> Fits:
+    """Return the polynomial of every row; ``sigma`` is the noise of a sample.
+
+    ``averaged``: what the samples are means of. A mean over h lies h² / 24 of the curvature inside the turn,
+    which is given back.
+    """
     few = points.count <= LEAST_POINTS
     # A parabola's misfit hides in noise and shifts the turn: fourth degree where there are points for it.
-    return _in_parts(points, few, lambda part, is_few: _smooth(part, 2 if is_few else 4, sigma))
+    return _in_parts(points, few, lambda part, is_few: _smooth(part, 2 if is_few else 4, sigma, averaged))
 
 
 def sharp_fits(points: Points, sigma: float) -> Fits:
@@ -167,6 +181,42 @@ def _solved(
     return coefficients, inverse, fitted, np.einsum("rp,rp->r", error, error)
 
 
+@lru_cache(maxsize=256)
+def _even_solution(number: int, degree: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return even points from -1 to 1, their powers, the inverse of the normal matrix, and the solution."""
+    even = np.linspace(-1.0, 1.0, number)
+    matrix = powers(even, degree)
+    common = np.asarray(np.linalg.inv(matrix.T @ matrix), dtype=np.float64)
+    return even, matrix, common, matrix @ common
+
+
+def _solved_alike(
+    z: FloatArray, value: FloatArray, used: BoolArray, degree: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the same where ``z`` runs from -1 to 1: rows of as many even points by one matrix."""
+    count = np.count_nonzero(used, axis=1)
+    coefficients = np.empty((count.size, degree + 1))
+    inverse = np.empty((count.size, degree + 1, degree + 1))
+    fitted, errors = np.zeros_like(value), np.empty(count.size)
+    other = np.ones(count.size, dtype=bool)
+    numbers, times = np.unique(count, return_counts=True)
+    for number in numbers[(times >= _LEAST_ALIKE) & (numbers > degree)].tolist():
+        rows = np.flatnonzero(count == number)
+        even, matrix, common, solution = _even_solution(number, degree)
+        rows = rows[np.max(np.abs(z[rows, :number] - even), axis=1) <= _EVEN * (even[1] - even[0])]
+        own = value[rows, :number]
+        found = own @ solution
+        near = found @ matrix.T
+        coefficients[rows], inverse[rows], fitted[rows, :number] = found, common, near
+        own -= near
+        errors[rows] = np.einsum("rp,rp->r", own, own)
+        other[rows] = False
+    if other.any():
+        one = _solved(z[other], value[other], used[other], degree)
+        coefficients[other], inverse[other], fitted[other], errors[other] = one
+    return coefficients, inverse, fitted, errors
+
+
 def _gain(row: FloatArray, inverse: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(np.einsum("ri,rij,rj->r", row, inverse, row), 0.0)))
 
@@ -188,14 +238,14 @@ def maxima(coefficients: FloatArray, guess: FloatArray) -> FloatArray:
     return np.where(lost, np.nan, z)
 
 
-def _smooth(points: Points, degree: int, sigma: float) -> Fits:
+def _smooth(points: Points, degree: int, sigma: float, averaged: int) -> Fits:
     """Fit a polynomial to each row; u is never below what ``sigma`` makes it."""
     count = points.count
     last = np.take_along_axis(points.time_s, count[:, None] - 1, axis=1)[:, 0]
     middle, half = 0.5 * (points.time_s[:, 0] + last), 0.5 * (last - points.time_s[:, 0])
     z = np.where(points.used, (points.time_s - middle[:, None]) / half[:, None], 0.0)
     level = np.where(points.used, points.value, 0.0)
-    coefficients, inverse, fitted, errors = _solved(z, level, points.used, degree)
+    coefficients, inverse, fitted, errors = _solved_alike(z, level, points.used, degree)
     spare = count - degree - 1
     highest = np.argmax(np.where(points.used, fitted, -np.inf), axis=1)
     top = maxima(coefficients, np.take_along_axis(z, highest[:, None], axis=1)[:, 0])
@@ -207,9 +257,11 @@ def _smooth(points: Points, degree: int, sigma: float) -> Fits:
     # The maximum lies where the slope is 0: an error of the slope moves it by that over the curvature.
     slope_row = np.concatenate((np.zeros((top.size, 1)), np.arange(1.0, degree + 1) * row[:, :-1]), axis=1)
     curvature = np.where(good, _value(_slope(_slope(coefficients)), top), -1.0)
+    step = 2.0 / np.maximum(count - 1, 1)
+    inside = step**2 / 24.0 * (1.0 - 1.0 / (averaged * points.group) ** 2)
     return Fits(
         time_s=middle + half * top,
-        value=_value(coefficients, top),
+        value=_value(coefficients, top) - inside * curvature,
         residual=np.where(good, residual * np.sqrt(points.group), np.inf),
         u=np.where(good, scatter * _gain(row, inverse), np.inf),
         u_s=half * scatter * _gain(slope_row, inverse) / -curvature,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,7 @@ ONE_SIDED = 0.01
 """A turn this close to the record's end (share of the stroke on its other side) is seen from one side."""
 
 
-@dataclass(frozen=True)
-class Reversal:
+class Reversal(NamedTuple):
     """A coarse reversal that is to be fitted.
 
     Attributes
@@ -32,10 +31,27 @@ class Reversal:
         Whether the record (or an unbroken stretch of it) begins and ends at the limits.
     """
 
-    index: int
+    index: int  # type: ignore[assignment] # nobody looks for values in a reversal
     limits: tuple[int, int]
     kind: TurnKind
     at_end: tuple[bool, bool] = (True, True)
+
+
+@dataclass(frozen=True, eq=False)
+class Reversals:
+    """Many of them: ``index`` (R,), ``limits`` (R, 2), ``upper`` (R,) and ``at_end`` (R, 2)."""
+
+    index: IndexArray
+    limits: IndexArray
+    upper: NDArray[np.bool_]
+    at_end: NDArray[np.bool_]
+
+    def row(self, row: int) -> Reversal:
+        """Return one of them."""
+        first, last = self.limits[row].tolist()
+        begins, ends = self.at_end[row].tolist()
+        kind: TurnKind = "upper" if self.upper[row] else "lower"
+        return Reversal(int(self.index[row]), (first, last), kind, (begins, ends))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,17 +6,20 @@ straight or curved flanks that meet (triangular turn), and a plateau (dwell). Th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
 from evaluation.edges import CONSISTENT, EdgeFit, edge_fit
 from evaluation.motion import TurningPoint, TurnMethod
 from evaluation.record import FloatArray
-from evaluation.turn_fits import LEAST_POINTS, MANY_POINTS, Fits, points_of, sharp_fits, smooth_fits
+from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, Fits, Points, points_of, sharp_fits, smooth_fits
 from evaluation.turn_screen import screened
-from evaluation.turn_sides import IndexArray, Reversal, Side, side_of
+from evaluation.turn_sides import IndexArray, Reversal, Reversals, Side, TurnKind, side_of
+
+BoolArray = NDArray[np.bool_]
 
 _LEVELS = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5])
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""
@@ -25,10 +28,20 @@ _SPARSE = 12
 0.3 of its range a sine is no polynomial of fourth degree, and that misfit, three times what noise leaves of a
 thousand samples a cycle, would hide in the noise."""
 
-_POLYNOMIAL_GAIN, _FLANKS_GAIN = 2.9, 4.5
+_POLYNOMIAL_GAIN, _PARABOLA_GAIN, _FLANKS_GAIN = 2.9, 1.8, 4.5
 """A quartic read inside its window has at least so large a variance, times its samples: 2.98 to 3.5 about the
-middle; the mean of two parabolas that meet has 9 of many samples, 4.8 of eleven."""
+middle; the parabola through five 1.82; the mean of two parabolas that meet 9 of many samples, 4.8 of eleven,
+that of two straight lines 5.7 and more."""
 
+_CORNER_SHOWS = 80.0
+"""Times the noise: over a window of such a height the best quartic misses a corner by 3 of it (0.037 of the
+height, root mean square)."""
+
+_KINDS: tuple[TurnKind, TurnKind] = ("lower", "upper")
+_METHODS: tuple[TurnMethod, TurnMethod] = ("polynomial", "lines")
+
+_FEW_POINTS = 16_384
+"""Points of several levels that are fitted together."""
 _LIKE_TURNS = 3
 """So many turns of one kind agree on one window …"""
 _MOST_TURNS = 0.8
@@ -40,36 +53,43 @@ _LIKE_TURNS_SLACK = 1.2
 def fit_turning_points(
     time_s: FloatArray,
     stroke_mm: FloatArray,
-    reversals: Sequence[Reversal],
+    reversals: Reversals,
     sigma_mm: float,
     *,
     held: int = 1,
+    averaged: int = 1,
 ) -> list[TurningPoint]:
     """Fit reversals of the stroke.
 
     Parameters
     ----------
     time_s, stroke_mm : arrays, shape (N,)
-    reversals : sequence of Reversal
+    reversals : Reversals
     sigma_mm : float
         Noise of the stroke.
     held : int
         Samples for which a value is held (:func:`evaluation.reversals.held_samples`).
+    averaged : int
+        Samples as recorded that each sample is the mean of.
 
     Returns
     -------
     list of TurningPoint
         ``edge`` or ``cut`` when only one side of the turn is on record.
     """
-    plain = screened(time_s, stroke_mm, reversals, sigma_mm, _LEVELS)
+    plain = screened(time_s, stroke_mm, reversals, sigma_mm, _LEVELS, LEAST_SAMPLES * held)
     first, last = _distinct(plain.first, plain.last)
     enough = ~np.all((last - first)[:, :-1] < LEAST_POINTS, axis=1)
-    alone = sorted({*range(len(reversals))} - {*plain.rows[enough].tolist()})
-    sides = {i: side_of(time_s, stroke_mm, reversals[i], sigma_mm, LEAST_SAMPLES * held) for i in alone}
+    plain_rows = plain.rows[enough]
+    others = np.ones(reversals.index.size, dtype=bool)
+    others[plain_rows] = False
+    alone = np.flatnonzero(others).tolist()
+    least_samples = LEAST_SAMPLES * held
+    sides = {i: side_of(time_s, stroke_mm, reversals.row(i), sigma_mm, least_samples) for i in alone}
     dwells = {i: dwell for i, side in sides.items() if (dwell := plateau(side)) is not None}
     whole = [i for i, side in sides.items() if i not in dwells and not (side.open_left or side.open_right)]
     edges = [_windows(sides[i]) for i in whole]
-    rows = np.concatenate((plain.rows[enough], np.array(whole, dtype=np.intp)))
+    rows = np.concatenate((plain_rows, np.array(whole, dtype=np.intp)))
     order = np.argsort(rows)
     fitted = _fitted(
         time_s,
@@ -77,26 +97,36 @@ def fit_turning_points(
         np.concatenate((first[enough], *(a[None] for a, _ in edges)))[order],
         np.concatenate((last[enough], *(b[None] for _, b in edges)))[order],
         np.concatenate((plain.height[enough], [sides[i].height for i in whole]))[order],
-        [reversals[i] for i in rows[order]],
+        reversals.upper[rows[order]],
         sigma_mm,
+        averaged,
     )
-    turns = dict(zip(rows[order].tolist(), fitted, strict=True))
-    found = []
-    for i, reversal in enumerate(reversals):
-        turn = turns.get(i)
-        if turn is not None:
-            found.append(turn)
-            continue
-        side = (
-            sides[i] if i in sides else side_of(time_s, stroke_mm, reversal, sigma_mm, LEAST_SAMPLES * held)
-        )
-        if i in dwells:
-            found.append(_rested(dwells[i], reversal))
-        elif side.open_left or side.open_right:
-            found.append(_one_sided(edge_fit(side), side, reversal))
-        else:
-            found.append(_extreme(side, reversal))
-    return found
+    found: list[TurningPoint | None] = [None] * reversals.index.size
+    for i, turn in zip(rows[order].tolist(), fitted, strict=True):
+        found[i] = turn
+    return [
+        turn
+        if turn is not None
+        else _by_itself(time_s, stroke_mm, reversals.row(i), sigma_mm, least_samples, dwells.get(i))
+        for i, turn in enumerate(found)
+    ]
+
+
+def _by_itself(
+    time_s: FloatArray,
+    stroke_mm: FloatArray,
+    reversal: Reversal,
+    sigma_mm: float,
+    least_samples: int,
+    dwell: Dwell | None,
+) -> TurningPoint:
+    """Return the turning point of a reversal that no shape was fitted to from both sides."""
+    if dwell is not None:
+        return _rested(dwell, reversal)
+    side = side_of(time_s, stroke_mm, reversal, sigma_mm, least_samples)
+    if side.open_left or side.open_right:
+        return _one_sided(edge_fit(side), side, reversal)
+    return _extreme(side, reversal)
 
 
 def _rested(dwell: Dwell, reversal: Reversal) -> TurningPoint:
@@ -147,37 +177,39 @@ def _fitted(
     first: IndexArray,
     last: IndexArray,
     height: FloatArray,
-    reversals: Sequence[Reversal],
+    upper: BoolArray,
     sigma: float,
+    averaged: int,
 ) -> list[TurningPoint | None]:
     """Return the surest fit of each turn that is on record from both sides; None where there is none.
 
     ``first`` … ``last`` (excluded), shape (R, L), are the windows tried, ``height`` (R,) that of each turn.
     """
-    if not reversals:
+    if not upper.size:
         return []
-    sign = np.array([1.0 if r.kind == "upper" else -1.0 for r in reversals])
-    both = _all_fits(time_s, stroke_mm, sign, first, last, height, sigma)
+    sign = np.where(upper, 1.0, -1.0)
+    both = _all_fits(time_s, stroke_mm, sign, first, last, height, sigma, averaged)
     residual, u, moment, value, u_s = (
         np.concatenate([getattr(fits, name).reshape(first.shape) for fits in both], axis=1)
         for name in ("residual", "u", "time_s", "value", "u_s")
     )
-    noise = np.maximum(np.maximum(sigma, np.min(residual, axis=1)), 1e-6 * height)
+    least = np.min(residual, axis=1)
+    least[np.isinf(least)] = 0.0  # no fit at all: the row has no choice, and is given up below
+    noise = np.maximum(np.maximum(sigma, least), 1e-6 * height)
     chosen = _choice(residual / noise[:, None], u, sign)
     lines = np.arange(sign.size)
     at_s, stroke = moment[lines, chosen], sign * value[lines, chosen]
     after = np.clip(np.searchsorted(time_s, at_s), 1, time_s.size - 1)
     index = after - (time_s[after] - at_s >= at_s - time_s[after - 1])
-    columns = (at_s, stroke, index, chosen, u[lines, chosen], u_s[lines, chosen], residual[lines, chosen])
-    turns: list[TurningPoint | None] = []
-    for reversal, at, x, near, j, u_x, u_t, left in zip(
-        reversals, *(column.tolist() for column in columns), strict=True
-    ):
-        method: TurnMethod = "polynomial" if j < first.shape[1] else "lines"
-        is_fit = left < np.inf
-        turns.append(
-            TurningPoint(at, at, x, x, reversal.kind, near, method, u_x, u_t, u_t) if is_fit else None
-        )
+    kinds = [_KINDS[is_upper] for is_upper in upper.tolist()]
+    methods = [_METHODS[is_sharp] for is_sharp in (chosen >= first.shape[1]).tolist()]
+    moments, strokes, places, u_x, u_t = (
+        column.tolist() for column in (at_s, stroke, index, u[lines, chosen], u_s[lines, chosen])
+    )
+    columns = (moments, moments, strokes, strokes, kinds, places, methods, u_x, u_t, u_t)
+    turns: list[TurningPoint | None] = [TurningPoint(*row) for row in zip(*columns, strict=True)]
+    for row in np.flatnonzero(np.isinf(residual[lines, chosen])).tolist():
+        turns[row] = None
     return turns
 
 
@@ -189,45 +221,72 @@ def _all_fits(
     last: IndexArray,
     height: FloatArray,
     sigma: float,
+    averaged: int,
 ) -> tuple[Fits, Fits]:
     """Return the polynomials and the flanks of all windows that may be the surest, rows of all windows.
 
-    The widest windows come first. A fit that is consistent with the noise has a u that no fit over so much
-    fewer samples can have: such windows are left out.
+    The widest windows come first, and polynomials before flanks. A fit that is consistent with the noise has
+    a u that no fit over so much fewer samples can have: such windows are left out. So are flanks where a
+    polynomial is consistent over a window so high that a corner would show.
     """
-    shape = first.shape
-    smooth, sharp = Fits.none(first.size), Fits.none(first.size)
-    known, least = np.full(sign.size, np.inf), np.maximum(sigma, 1e-6 * height)
     size = last - first
-    place = np.arange(first.size).reshape(shape)
-    for level in range(shape[1] - 1, -1, -1):
-        rows = size[:, level] >= LEAST_POINTS
-        rows &= sigma * least_gain(size[:, level], _POLYNOMIAL_GAIN) < known
-        if not rows.any():
-            continue
-        points = points_of(time_s, stroke_mm, sign[rows], first[rows, level], last[rows, level])
-        at = np.zeros(first.size, dtype=bool)
-        if level < shape[1] - 1:  # the widest is for flanks alone
-            fits = smooth_fits(points, sigma)
-            at[place[rows, level]] = True
-            smooth.put(at, fits)
-            consistent = fits.residual <= CONSISTENT * least[rows]
-            known[rows] = np.minimum(known[rows], np.where(consistent, fits.u, np.inf))
-        chosen = sigma * least_gain(size[rows, level], _FLANKS_GAIN) < known[rows]
-        if chosen.any():
-            fits = sharp_fits(points.rows(chosen), sigma)
-            at[:] = False
-            at[place[rows, level][chosen]] = True
-            sharp.put(at, fits)
-            consistent = fits.residual <= CONSISTENT * least[rows][chosen]
-            own = np.flatnonzero(rows)[chosen]
-            known[own] = np.minimum(known[own], np.where(consistent, fits.u, np.inf))
-    return smooth, sharp
+    known, least = np.full(sign.size, np.inf), np.maximum(sigma, 1e-6 * height)
+    wide = size.copy()
+    wide[:, -1] = 0  # the widest is for flanks alone
+    no_corner = _LEVELS * height[:, None] >= _CORNER_SHOWS * least[:, None]
+    found = []
+    shapes: tuple[tuple[IndexArray, float, Callable[[Points], Fits]], ...] = (
+        (wide, _POLYNOMIAL_GAIN, lambda points: smooth_fits(points, sigma, averaged)),
+        (size, _FLANKS_GAIN, lambda points: sharp_fits(points, sigma)),
+    )
+    smooth = np.zeros(sign.size, dtype=bool)
+    for own, variance, fit in shapes:
+        fits = Fits.none(first.size)
+        gain = np.where((own >= LEAST_POINTS) & ~smooth[:, None], sigma * least_gain(own, variance), np.inf)
+        for levels in _together(own):
+            may = gain[:, levels] < known[:, None]
+            rows, columns = np.nonzero(may)
+            if not rows.size:
+                continue
+            at = rows * first.shape[1] + levels.start + columns
+            points = points_of(time_s, stroke_mm, sign[rows], first.ravel()[at], last.ravel()[at])
+            part = fit(points)
+            u = np.full(may.shape, np.inf)
+            u[may] = np.where(part.residual <= CONSISTENT * least[rows], part.u, np.inf)
+            for level in range(may.shape[1] - 1, -1, -1):
+                may[:, level] &= gain[:, levels.start + level] < known
+                known = np.where(may[:, level], np.minimum(known, u[:, level]), known)
+            smooth |= np.any(may & no_corner[:, levels] & np.isfinite(u), axis=1)
+            kept = may[rows, columns]
+            chosen = np.zeros(first.size, dtype=bool)
+            chosen[at[kept]] = True
+            fits.put(chosen, part.rows(kept))
+        found.append(fits)
+    return found[0], found[1]
+
+
+def _together(size: IndexArray) -> Iterator[slice]:
+    """Return the levels of windows (R, L) that are fitted at once, the widest first.
+
+    Many turns are fitted level by level, as what is found over wide windows spares narrow ones. Of few turns,
+    to spare the calls is to spare more.
+    """
+    turns = np.count_nonzero(size >= LEAST_POINTS, axis=0).tolist()
+    widest = np.minimum(np.max(size, axis=0, initial=1), MOST_POINTS).tolist()
+    stop = size.shape[1]
+    while stop > 0:
+        start, together, width = stop - 1, turns[stop - 1], widest[stop - 1]
+        while start > 0 and (together + turns[start - 1]) * max(width, widest[start - 1]) <= _FEW_POINTS:
+            start -= 1
+            together, width = together + turns[start], max(width, widest[start])
+        yield slice(start, stop)
+        stop = start
 
 
 def least_gain(samples: IndexArray, variance: float) -> FloatArray:
-    """Return the least u of a fit over so many samples, for noise of 1; of a few samples, 0."""
-    return np.where(samples >= MANY_POINTS, np.sqrt(variance / np.maximum(samples, 1)), 0.0)
+    """Return the least u of a fit over so many samples, for noise of 1."""
+    least = np.where(samples > LEAST_POINTS, variance, min(variance, _PARABOLA_GAIN))
+    return np.asarray(np.sqrt(least / np.maximum(samples, 1)))
 
 
 def _choice(misfit: FloatArray, u: FloatArray, sign: FloatArray) -> IndexArray:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
 from evaluation.error_model import Draws
 from evaluation.further_draws import further_draws, stroke_draws, temperature_draws
 from evaluation.record import FloatArray, Temperature
-from evaluation.results import CycleResult, Quantities
+from evaluation.results import CycleResult
 from evaluation.summary import MeanOfDraws
 from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded
 
@@ -111,9 +111,9 @@ def _with_missing(result: CycleResult, known: Mapping[str, float | None]) -> Cyc
     """Return the result with U, None for each figure that has none, and a warning that says why."""
     missing: dict[str, list[str]] = {}
     uncertainty: dict[str, float | None] = dict(known)
-    for field in fields(Quantities):
-        if field.name not in uncertainty and getattr(result.quantities, field.name) is not None:
-            uncertainty[field.name] = None
-            missing.setdefault(_WHY_NOT.get(field.name, _OTHERWISE), []).append(field.name)
+    for name, value in result.quantities._asdict().items():
+        if name not in uncertainty and value is not None:
+            uncertainty[name] = None
+            missing.setdefault(_WHY_NOT.get(name, _OTHERWISE), []).append(name)
     texts = [f"no uncertainty of {', '.join(names)}: {why}" for why, names in missing.items()]
     return replace(result, expanded_uncertainty=uncertainty, warnings=(*result.warnings, *texts))

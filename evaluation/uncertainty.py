@@ -20,7 +20,7 @@ from evaluation.error_model import Draws, force_terms, stroke_term_slopes, strok
 from evaluation.inertia import InertiaForce
 from evaluation.loops import END_SHARE, cut_loop
 from evaluation.motion import Cycle, Loop
-from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW
+from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
 
@@ -144,14 +144,22 @@ class CyclePropagation:
         return float(weight * np.hypot(by_force, by_stroke))
 
     def energy_terms(self) -> EnergyTerms:
-        """Return the integrals of all pairs of terms, and what noise and turning points add."""
+        """Return the integrals of all pairs of terms, and what noise and turning points add.
+
+        Those of force and stroke, as recorded and scaled, are the energy itself; other errors are integrated
+        along the polygon.
+        """
         turn_J = np.hypot(
             self.loop.force_kN[self.loop.top] * self.cycle.top.u_stroke_mm,
             self.loop.force_kN[0] * self.cycle.start.u_stroke_mm,
         )
+        loading = self._integrals(self.loop.loading)
+        returning = self._integrals(slice(self.loop.top, None)) + self._closing()
+        loading[:2, :2] = stored_energy_J(self.loop)
+        returning[:2, :2] = absorbed_energy_J(self.loop) - loading[0, 0]
         return EnergyTerms(
-            loading=self._integrals(self.loop.loading),
-            returning=self._integrals(slice(self.loop.top, None)) + self._closing(),
+            loading=loading,
+            returning=returning,
             noise_up_J=self._energy_noise(self.loop, self.loop.loading),
             noise_down_J=self._energy_noise(self.loop, self.loop.unloading),
             turn_J=float(turn_J),
@@ -271,7 +279,8 @@ def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     """Return the complex stiffness K* of every draw, from Fourier integrals of the terms."""
     loop, cycle = propagation.loop, propagation.cycle
     turn = np.exp(-2j * np.pi * (loop.time_s - cycle.start_s) / cycle.duration_s)
-    width = np.gradient(loop.time_s) * turn
+    half = 0.5 * np.diff(loop.time_s)
+    width = (np.append(half, 0.0) + np.append(0.0, half)) * turn  # the trapezoidal rule
     drift = (loop.time_s - cycle.start_s) / cycle.duration_s
     closed = propagation.stroke - np.outer(propagation.stroke[:, -1] - propagation.stroke[:, 0], drift)
     force_integrals = np.sum(propagation.force * width, axis=1)

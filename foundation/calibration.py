@@ -261,9 +261,14 @@ _OPTIONAL = frozenset(Calibration.model_fields) - {"id", "coefficients", "certif
 
 def _polynomial(coefficients: tuple[float, ...], x: FloatArray) -> FloatArray:
     """Return ``Σ coefficients[i] · x**i`` (Horner's scheme)."""
-    value = np.zeros_like(x)
-    for coefficient in reversed(coefficients):
-        value = value * x + coefficient
+    *lower, highest = coefficients
+    if not lower:
+        return 0.0 * x + highest
+    value = highest * x
+    value += lower.pop()
+    for coefficient in reversed(lower):
+        value *= x
+        value += coefficient
     return value
 
 

@@ -7,10 +7,8 @@ from typing import Literal
 
 from pydantic import Field
 
+from foundation.kind import Kind
 from foundation.settings import Moment, Settings, load_settings
-
-Kind = Literal["static", "harmonic", "impact", "proof"]
-"""Kind of a run (contracts § 4)."""
 
 
 class Specimen(Settings):

@@ -58,7 +58,7 @@ def conversion(quantity: str, unit: str) -> tuple[float, float]:
 
 
 def to_inside(value: Number, quantity: str, unit: str) -> Number:
-    """Return ``value`` given in ``unit``, in the inside unit of ``quantity``.
+    """Return ``value`` given in ``unit``, in the inside unit of ``quantity``: itself where that is its unit.
 
     Raises
     ------
@@ -66,4 +66,6 @@ def to_inside(value: Number, quantity: str, unit: str) -> Number:
         If the unit is not one of the quantity's.
     """
     factor, offset = conversion(quantity, unit)
+    if factor == 1.0 and offset == 0.0:
+        return value
     return value * factor + offset

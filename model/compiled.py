@@ -9,7 +9,6 @@ from model import kernels as at
 from model.fleet import factors_of, law_of, rest_of
 from model.simulation import Simulation
 from model.spring import SpringModel
-from model.stepper import cells_of
 
 
 def simulate_compiled(
@@ -46,7 +45,7 @@ def simulate_compiled(
     places = np.zeros((len(t), 4), dtype=np.intp)
     places[:, 2] = at.FACTORS_SIZE * which
     outputs = np.empty((len(t), at.READ))
-    cells, law = np.array(cells_of(model.tables)).ravel(), np.array(law_of(model))
+    cells, law = model.tables.rows().ravel(), np.array(law_of(model))
     at.compiled()(cells, law, factors, state, places.ravel(), stroke, outputs.reshape(-1))
     columns = np.ascontiguousarray(outputs.T)
     T = columns[at.TEMPERATURE]

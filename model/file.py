@@ -9,6 +9,7 @@ from pydantic import Field
 
 from foundation.errors import BadInput
 from foundation.settings import Numbers, Settings, load_settings
+from foundation.text_file import write_text
 from model.curves import Curves
 from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
@@ -159,10 +160,7 @@ def save_model(model: SpringModel, path: Path) -> None:
         if values.get("spectrum_per_decade") == 0.0:
             del values["spectrum_per_decade"]  # no spectrum: a file that older versions read, too
         lines += [f"[{name}]", *(f"{key} = {_toml(v)}" for key, v in values.items() if v is not None), ""]
-    try:
-        path.write_text("\n".join(lines[:-1]) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot be written: {error.strerror}", file=path) from None
+    write_text(path, "\n".join(lines[:-1]) + "\n")
 
 
 def _toml(value: object) -> str:

@@ -8,7 +8,6 @@ other (equal to the last bit).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from model import kernels as at
 from model.energy import stored_energy
 from model.spring import SpringModel
-from model.stepper import cells_of
 
 Floats = NDArray[np.float64]
 
@@ -68,7 +66,7 @@ class SpringFleet:
         self.kinds = np.asarray(kinds, dtype=np.intp).ravel()
         if len(self.kinds) and not 0 <= self.kinds.min() <= self.kinds.max() < len(self.models):
             raise ValueError(f"kinds must lie in 0 … {len(self.models) - 1}")
-        cells = [np.array(cells_of(model.tables)) for model in self.models]
+        cells = [model.tables.rows() for model in self.models]
         lengths = [len(part) for part in cells]
         self._first = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.intp)
         self._cells = np.concatenate(cells)
@@ -170,8 +168,8 @@ def law_of(model: SpringModel) -> list[float]:
         law.reference_C,
         law.sensitivity_per_K,
         law.loss_sensitivity_per_K,
-        (1.0 - law.floor) / law.sensitivity_per_K if law.sensitivity_per_K > 0.0 else inf,
-        1.0 - law.floor,
+        law.spent_K,
+        law.softest,
         model.curves.stop_stiffness_kN_per_mm,
         float(model.heat.rule == "paper"),
         model.heat.sensor_gain,
@@ -194,7 +192,7 @@ def rest_of(model: SpringModel, stroke_mm: float = 0.0, band: float = 0.0) -> li
     x = min(max(stroke_mm, 0.0), tables.end_mm)
     i = int(x * (1.0 / tables.step_mm))
     f = x - i * tables.step_mm
-    cell = cells_of(tables)[i]
+    cell = tables.rows()[i]
     A, B, _, h, F_m, p_c, G, g = (
         value + slope * f for value, slope in zip(cell[::2], cell[1::2], strict=True)
     )

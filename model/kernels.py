@@ -47,7 +47,7 @@ def drive(  # noqa: PLR0912, PLR0915 - one loop without calls: a call in it cost
     Parameters
     ----------
     cells : Floats
-        The cells of all kinds of spring one behind the other, see :func:`model.stepper.cells_of`.
+        The cells of all kinds of spring one behind the other, see :meth:`model.tables.BandTables.rows`.
     laws, factors : Floats
         What a kind of spring keeps, and what the duration of a step gives it (:mod:`model.fleet`).
     states : Floats

@@ -233,7 +233,7 @@ def _temperatures(
 ) -> tuple[Floats, Floats, Floats]:
     """Return temperatures of mass and sensor and the heat so far: eq. (7), step after step."""
     law, node = model.temperature, model.heat
-    reference, c_ts, softest = law.reference_C, law.sensitivity_per_K, 1.0 - law.floor
+    reference, c_ts, softest = law.reference_C, law.sensitivity_per_K, law.softest
     c_eta, e_max = law.loss_sensitivity_per_K, model.tables.width_scale_max
     paper, gain = node.rule == "paper", node.sensor_gain
     half_dx = 0.5 * np.diff(history.x)

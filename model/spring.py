@@ -84,10 +84,20 @@ class TemperatureLaw:
         if self.valid_C is not None and not self.valid_C[0] <= self.valid_C[1]:
             raise BadInput("the first temperature must not exceed the second", place="temperature.valid_C")
 
+    @property
+    def softest(self) -> float:
+        """The largest softening, 1 - floor."""
+        return 1.0 - self.floor
+
+    @property
+    def spent_K(self) -> float:  # noqa: N802 - the unit's own letter
+        """How much above the reference the softening ends [K]; infinite where there is none."""
+        return self.softest / self.sensitivity_per_K if self.sensitivity_per_K > 0.0 else math.inf
+
     def softening(self, temperature_C: ArrayLike) -> NDArray[np.float64]:
-        """Return c_ts (T - T_ref), not above 1 - floor, so that ``s = 1 - softening * depth``; same shape."""
+        """Return c_ts (T - T_ref), at most the softest, so that ``s = 1 - softening * depth``; same shape."""
         warmer = np.asarray(temperature_C, dtype=np.float64) - self.reference_C
-        return np.minimum(self.sensitivity_per_K * warmer, 1.0 - self.floor)
+        return np.minimum(self.sensitivity_per_K * warmer, self.softest)
 
     def warning(self, lowest_C: float, highest_C: float) -> str | None:
         """Return a sentence if temperatures were met at which the law was not identified, else None."""

@@ -6,12 +6,9 @@ figures; here every table is looked up once a step and nothing is allocated.
 
 from __future__ import annotations
 
-from math import exp, inf
-
-import numpy as np
+from math import exp
 
 from model.spring import SpringModel
-from model.tables import BandTables
 
 _Cell = tuple[float, ...]
 _Constants = tuple[
@@ -61,7 +58,7 @@ class SpringStepper:
         self.work_J = 0.0
         self.heat_J = 0.0
         self._width_scale_max = model.tables.width_scale_max
-        self._cells = cells_of(model.tables)
+        self._cells: list[_Cell] = [tuple(row) for row in model.tables.rows().tolist()]
         self._last = (0.0,) * 7
         self._inner: list[_Inner] = []
         self._owed = 0.0
@@ -195,8 +192,8 @@ class SpringStepper:
             law.reference_C,
             law.sensitivity_per_K,
             law.loss_sensitivity_per_K,
-            (1.0 - law.floor) / law.sensitivity_per_K if law.sensitivity_per_K > 0.0 else inf,
-            1.0 - law.floor,
+            law.spent_K,
+            law.softest,
             tuple(beta for beta, _ in self.model.viscous.branches),
             self.model.curves.stop_stiffness_kN_per_mm,
             self.model.heat.rule == "paper",
@@ -221,22 +218,3 @@ class SpringStepper:
     def _width_scale(self, warmer_K: float) -> float:
         e = 1.0 - self.model.temperature.loss_sensitivity_per_K * warmer_K
         return 0.0 if e < 0.0 else min(e, self._width_scale_max)
-
-
-def cells_of(tables: BandTables) -> list[_Cell]:
-    """Lay all tables of one grid cell side by side: value at its beginning, and slope."""
-    columns: list[list[float]] = []
-    for table in (
-        tables.A,
-        tables.B,
-        tables.loading,
-        tables.width,
-        tables.middle,
-        tables.centre,
-        tables.free_energy,
-        tables.depth,
-    ):
-        slope = np.diff(table) / tables.step_mm
-        # The last stroke falls into a cell of its own, with the slope of the one before.
-        columns += [table.tolist(), [*slope.tolist(), float(slope[-1])]]
-    return list(zip(*columns, strict=True))

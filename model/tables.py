@@ -102,6 +102,31 @@ class BandTables:
             width_scale_max=float(np.min(loading[width > 0.0] / width[width > 0.0], initial=np.inf)),
         )
 
+    def columns(self) -> Floats:
+        """Return the eight tables in the order of the C core's ``bs_cell``, shape (8, n + 1)."""
+        return np.array(
+            [
+                self.A,
+                self.B,
+                self.loading,
+                self.width,
+                self.middle,
+                self.centre,
+                self.free_energy,
+                self.depth,
+            ]
+        )
+
+    def rows(self) -> Floats:
+        """Return value and slope of these tables side by side for every cell, shape (n + 1, 16).
+
+        The last stroke falls into a cell of its own, with the slope of the one before.
+        """
+        values = self.columns()
+        slopes = np.diff(values, axis=1) / self.step_mm
+        slopes = np.concatenate([slopes, slopes[:, -1:]], axis=1)
+        return np.stack([values, slopes], axis=1).reshape(2 * len(values), -1).T
+
     def cells_of(self, stroke_mm: Floats) -> tuple[NDArray[np.intp], Floats]:
         """Return cell index and stroke within the cell [mm] for strokes already within 0 … ``end_mm``."""
         index = np.minimum((stroke_mm * (1.0 / self.step_mm)).astype(np.intp), len(self.A) - 2)

@@ -9,7 +9,7 @@ from typing import Any
 
 from foundation.canonical import content_hash
 from foundation.durations import duration_text
-from foundation.specimen import Kind
+from foundation.kind import Kind
 from protocols.admissible import cool_down_note
 from protocols.campaign import Campaign
 from protocols.expansion import Request, motions_of
@@ -111,11 +111,21 @@ class Estimator:
         self._seen: Counter[str] = Counter()
         self.notes: list[str] = []
 
-    def steps(self, requests: Sequence[Request]) -> tuple[PlannedStep, ...]:
-        """Return the planned steps, each beginning as warm as the last ended."""
+    def steps(
+        self, requests: Sequence[Request], start: Temperatures | None = None
+    ) -> tuple[PlannedStep, ...]:
+        """Return the planned steps, each beginning as warm as the last ended.
+
+        Parameters
+        ----------
+        requests : sequence of Request
+            In order.
+        start : Temperatures, optional
+            Of the specimen at the start; by the campaign's ``[conditions]`` if not given.
+        """
         around = self._around
         start_C = self._campaign.content.conditions.start_C()
-        now = Temperatures(start_C, start_C)
+        now = start or Temperatures(start_C, start_C)
         planned = []
         for index, request in enumerate(requests, start=1):
             motions = motions_of(request.step, self._campaign.content.motion, around.limits)
@@ -162,6 +172,7 @@ class Estimator:
             plan_hash=self._hash(motions, shape),
             proof_load=shape.proof_load,
             steady=shape.steady,
+            pause=request.pause,
         )
 
     def _peak_force(self, motions: Sequence[Motion], temperature_C: float) -> float | None:

@@ -38,7 +38,7 @@ class Request:
     """One step of the plan before it is judged: what is asked, its name, and the ``[[step]]`` it is from.
 
     ``may_be_left_out`` is true for a combination of a sweep with ``beyond_limits = "leave-out"``; ``stays``
-    for a step that the planner must not move.
+    for a step that the planner must not move; ``pause`` for a wait that the planner has put in.
     """
 
     step: SingleStep
@@ -46,6 +46,7 @@ class Request:
     number: int
     may_be_left_out: bool = False
     stays: bool = True
+    pause: bool = False
 
 
 def _harmonic_name(step: HarmonicStep) -> str:

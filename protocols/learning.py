@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,10 @@ from protocols.prediction import CycleEstimate, Predictor, StaticEstimate, Tempe
 
 SENSOR_DOUBT_K = 0.3
 """Standard uncertainty of a measured rise [K]: resolution and place of the sensor."""
-PRIOR_DOUBT = math.log(1.5)
-"""Standard uncertainty of the factors' logarithms before anything is measured: a factor of 1.5."""
+CAPACITY_DOUBT, HEAT_DOUBT, LOSS_DOUBT = math.log(1.4), math.log(1.25), math.log(1.4)
+"""Standard uncertainties, as logarithms, before anything is measured: of the spring's capacity, of the heat
+that a cycle brings, and of the loss to the air. A smaller capacity lets it heat *and* cool faster, so that a
+step that heats more than expected says something of the cooling, too."""
 BOUNDS = (0.2, 5.0)
 """No factor is believed beyond these: the model or a sensor would be wrong in another way."""
 
@@ -44,6 +46,9 @@ class Observation:
         From beginning to end [s].
     start_mass_C : float or None
         Of the spring's mass at the beginning, where it is known better than by the sensor.
+    follows : bool
+        It begins where the one before it ended: the mass is what that left behind, by the factors in
+        question, shifted by what the sensor shows.
     """
 
     name: str
@@ -53,6 +58,7 @@ class Observation:
     heat_J: float
     duration_s: float
     start_mass_C: float | None = None
+    follows: bool = False
 
     def __post_init__(self) -> None:
         if not self.duration_s > 0.0 or self.heat_J < 0.0:
@@ -88,8 +94,8 @@ class HeatScale:
 class LearnedPredictor:
     """A predictor whose heat law is scaled; forces and energies stay.
 
-    ``C dT/dt = h P − c λ (T − T_0)`` is the model's own law in a time that runs ``c`` times as fast, with the
-    power ``h P / c``: exact for the mass. The sensor's lag is scaled along with it.
+    ``C dT/dt = h P − c λ (T − T_0)`` is the law of a spring with C/h as capacity and λ c/h as loss. The
+    sensor's lag stays: it is the sensor's.
     """
 
     model: Predictor
@@ -108,37 +114,81 @@ class LearnedPredictor:
         return self.model.static(force_limit_kN, stroke_limit_mm, speed_mm_per_s, temperature_C)
 
     def temperatures_after(
-        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+        self,
+        start: Temperatures,
+        ambient_C: float,
+        power_W: float,
+        duration_s: float,
+        *,
+        heating: float = 1.0,
+        cooling: float = 1.0,
     ) -> Temperatures:
         """Return the temperatures with the learned heating and cooling."""
-        heating, cooling = self.scale.heating, self.scale.cooling
         return self.model.temperatures_after(
-            start, ambient_C, power_W * heating / cooling, duration_s * cooling
+            start,
+            ambient_C,
+            power_W,
+            duration_s,
+            heating=self.scale.heating * heating,
+            cooling=self.scale.cooling * cooling,
         )
+
+
+def expected_end(seen: Observation, predictor: Predictor, scale: HeatScale | None = None) -> Temperatures:
+    """Return mass and sensor at the end of a step by the scaled model."""
+    mass_C = seen.start_C if seen.start_mass_C is None else seen.start_mass_C
+    learned = LearnedPredictor(predictor, scale or HeatScale())
+    start = Temperatures(mass_C, seen.start_C)
+    return learned.temperatures_after(start, seen.ambient_C, seen.heat_J / seen.duration_s, seen.duration_s)
 
 
 def expected_end_C(  # noqa: N802 - the unit keeps its capital
     seen: Observation, predictor: Predictor, scale: HeatScale | None = None
 ) -> float:
     """Return what the sensor should show at the end of a step by the scaled model [°C]."""
-    mass_C = seen.start_C if seen.start_mass_C is None else seen.start_mass_C
-    learned = LearnedPredictor(predictor, scale or HeatScale())
-    start = Temperatures(mass_C, seen.start_C)
-    return learned.temperatures_after(
-        start, seen.ambient_C, seen.heat_J / seen.duration_s, seen.duration_s
-    ).sensor_C
+    return expected_end(seen, predictor, scale).sensor_C
+
+
+def expected_ends(
+    observations: Sequence[Observation], predictor: Predictor, scale: HeatScale
+) -> list[Temperatures]:
+    """Return mass and sensor at the end of each of several steps in a row, by the scaled model."""
+    ends: list[Temperatures] = []
+    for seen in observations:
+        if seen.follows and ends:
+            mass_C = ends[-1].mass_C + seen.start_C - ends[-1].sensor_C
+            seen = replace(seen, start_mass_C=mass_C)  # noqa: PLW2901 - the same, better known
+        ends.append(expected_end(seen, predictor, scale))
+    return ends
+
+
+def end_as_measured(
+    observations: Sequence[Observation], predictor: Predictor, scale: HeatScale
+) -> Temperatures:
+    """Return the specimen's state after the last of several steps.
+
+    The sensor as measured; the mass, which has none, as the model has it, shifted by what it missed the
+    sensor by.
+
+    Raises
+    ------
+    IndexError
+        If there is none.
+    """
+    expected, measured_C = expected_ends(observations, predictor, scale)[-1], observations[-1].end_C
+    return Temperatures(expected.mass_C + measured_C - expected.sensor_C, measured_C)
 
 
 def learn_heating(observations: Sequence[Observation], predictor: Predictor) -> HeatScale:
     """Return the factors that explain the measured temperatures best.
 
     Least squares over the observations' end temperatures (:data:`SENSOR_DOUBT_K` each) and over the factors'
-    logarithms (:data:`PRIOR_DOUBT`), so that what the data do not tell stays at 1.
+    logarithms (:data:`CAPACITY_DOUBT` …), so that what the data do not tell stays near 1.
 
     Parameters
     ----------
     observations : sequence of Observation
-        Of steps and pauses, in any order; none gives factors of 1.
+        Of steps and pauses; none gives factors of 1.
     predictor : Predictor
         The model, not yet scaled.
 
@@ -153,12 +203,15 @@ def learn_heating(observations: Sequence[Observation], predictor: Predictor) -> 
         if not all(math.isfinite(value) for value in (seen.start_C, seen.end_C, seen.ambient_C)):
             raise BadInput(f"step “{seen.name}”: a temperature is missing", remedy="leave this step out")
 
+    doubt = np.linalg.inv(np.linalg.cholesky(_prior()))
+
     def misfit(logs: NDArray[np.float64]) -> NDArray[np.float64]:
         scale = HeatScale(math.exp(logs[0]), math.exp(logs[1]))
+        ends = expected_ends(observations, predictor, scale)
         apart = [
-            (expected_end_C(seen, predictor, scale) - seen.end_C) / SENSOR_DOUBT_K for seen in observations
+            (end.sensor_C - seen.end_C) / SENSOR_DOUBT_K for end, seen in zip(ends, observations, strict=True)
         ]
-        return np.array([*apart, *(logs / PRIOR_DOUBT)])
+        return np.array([*apart, *(doubt @ logs)])
 
     low, high = (math.log(bound) for bound in BOUNDS)
     found = least_squares(misfit, np.zeros(2), bounds=([low, low], [high, high]))
@@ -166,27 +219,7 @@ def learn_heating(observations: Sequence[Observation], predictor: Predictor) -> 
     return HeatScale(float(heating), float(cooling), len(observations))
 
 
-def heating_report(
-    observations: Sequence[Observation], predictor: Predictor, scale: HeatScale
-) -> list[tuple[str, ...]]:
-    """Return what was expected against what happened, a row a step: name, and temperatures at its end [°C].
-
-    Returns
-    -------
-    list of tuple of str
-        Columns of :data:`REPORT_HEADER`.
-    """
-    return [
-        (
-            seen.name,
-            f"{seen.start_C:.1f}",
-            f"{expected_end_C(seen, predictor):.1f}",
-            f"{expected_end_C(seen, predictor, scale):.1f}",
-            f"{seen.end_C:.1f}",
-        )
-        for seen in observations
-    ]
-
-
-REPORT_HEADER = ("step", "start °C", "expected °C", "as learned °C", "measured °C")
-"""Columns of :func:`heating_report`."""
+def _prior() -> NDArray[np.float64]:
+    """Return the covariance of the logarithms of heating and cooling before anything is measured."""
+    shared = CAPACITY_DOUBT**2
+    return np.array([[shared + HEAT_DOUBT**2, shared], [shared, shared + LOSS_DOUBT**2]])

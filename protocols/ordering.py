@@ -26,6 +26,8 @@ EXACT_ORDERS = 5040
 BUDGET = 20_000
 """So many steps of trial orders are walked at most when they are too many to try all."""
 _RESOLUTION_C = 0.1
+_AFTERWARDS_S = (10.0, 20.0, 40.0, 80.0, 160.0)
+"""Times at which a lagging sensor is looked at after a job [s]."""
 _ABOVE_AIR_C = 0.5
 """No pause waits for less than so much above the air [K]: it would never end."""
 
@@ -162,6 +164,13 @@ class Course:
         """Return what a job absorbs [J]."""
         return self._walk(number, now, cautious=False).heat_J
 
+    def _stays_cool(self, end: Temperatures) -> bool:
+        """Return whether the sensor, which lags behind, stays below the limit in a rest after a job, too."""
+        stop_C = self.around.test.temperature_stop_C - self.margin_C
+        if end.mass_C < stop_C:
+            return True
+        return all(self.rested(end, rest_s).sensor_C < stop_C for rest_s in _AFTERWARDS_S)
+
     def _walk(self, number: int, now: Temperatures, *, cautious: bool) -> Walk:
         key = (number, _rounded(now), cautious)
         if key not in self._walks:
@@ -183,7 +192,8 @@ class Course:
             least_s = cooling_time_s(around.predictor, now, to_C, around.ambient_C) or 0.0
 
         def passes(wait_s: float) -> bool:
-            return not self._walk(number, self.rested(now, wait_s), cautious=True).stops
+            walk = self._walk(number, self.rested(now, wait_s), cautious=True)
+            return not walk.stops and self._stays_cool(walk.end)
 
         if passes(least_s):
             return least_s
@@ -336,10 +346,10 @@ def _pause(pause_s: float, to_C: float, now: Temperatures, number: int) -> Reque
     """Return a wait for a temperature; for a time where the sensor lags so far that none would be waited."""
     if now.sensor_C <= to_C:
         hold = HoldStep(kind="hold", duration_s=float(ceil(pause_s)))
-        return Request(hold, f"pause of {hold.duration_s:g} s", number)
+        return Request(hold, f"pause of {hold.duration_s:g} s", number, pause=True)
     timeout_s = max(7200.0, float(round(3.0 * pause_s)))
     cool = CoolDownStep(kind="cool-down", temperature_C=to_C, timeout_s=timeout_s)
-    return Request(cool, f"pause until {to_C:g} °C", number)
+    return Request(cool, f"pause until {to_C:g} °C", number, pause=True)
 
 
 def with_pauses(
@@ -368,6 +378,15 @@ class InOrder:
     tried: int
 
 
+def course_of(requests: Sequence[Request], campaign: Campaign, around: Surroundings) -> Course:
+    """Return what walks orders of requests, by the settings of a campaign's ``[plan]``."""
+    settings, jobs = campaign.content.plan, []
+    for request in requests:
+        motions = motions_of(request.step, campaign.content.motion, around.limits)
+        jobs.append(Job(motions, request.stays, _least_s(motions)))
+    return Course(around, jobs, settings.margin_C, settings.start_max_C)
+
+
 def put_in_order(
     requests: Sequence[Request], campaign: Campaign, around: Surroundings, start: Temperatures
 ) -> InOrder:
@@ -384,13 +403,8 @@ def put_in_order(
     start : Temperatures
         Of the specimen at the start.
     """
-    settings, motion = campaign.content.plan, campaign.content.motion
     kept = steps_to_order(requests)
-    jobs = []
-    for request in kept:
-        motions = motions_of(request.step, motion, around.limits)
-        jobs.append(Job(motions, request.stays, _least_s(motions)))
-    course = Course(around, jobs, settings.margin_C, settings.start_max_C)
+    course = course_of(kept, campaign, around)
     order, method, tried = soonest(course, start)
     given = range(len(kept))
     return InOrder(

@@ -18,7 +18,7 @@ from protocols.estimate import HASH_VERSION, Estimator
 from protocols.estimate import DataRate as DataRate  # noqa: PLC0414 - part of the plan's interface
 from protocols.expansion import Request, expand
 from protocols.learning import HeatScale, LearnedPredictor
-from protocols.limits import Envelope, StandLimits, envelope
+from protocols.limits import Envelope, StandLimits, TemperaturePolicy, envelope
 from protocols.ordering import Ordering, put_in_order
 from protocols.prediction import CoarsePredictor, Predictor, Temperatures
 from protocols.steps import Hold, PlannedStep, WaitUntilCool
@@ -52,6 +52,8 @@ class Plan:
         What the user should know before starting: expected temperature stops, combinations left out.
     ordering : Ordering or None
         What the order "soonest" gains; None where the steps are in the given order.
+    requests : tuple of Request
+        What each step was made of, one for each, so that what is left can be planned anew.
     """
 
     campaign: Campaign
@@ -61,6 +63,7 @@ class Plan:
     steps: tuple[PlannedStep, ...]
     notes: tuple[str, ...]
     ordering: Ordering | None = None
+    requests: tuple[Request, ...] = ()
 
     @property
     def duration_s(self) -> float:
@@ -70,16 +73,7 @@ class Plan:
     @property
     def expected_duration_s(self) -> float:
         """Duration with the expected temperature stops [s]: to the one that ends it, or with the waits."""
-        total = 0.0
-        policy = self.campaign.limits.on_temperature_stop
-        for step in self.steps:
-            total += step.expected_duration_s
-            ends = step.stops and (policy != "wait-and-continue" or step.stops[-1].wait_s is None)
-            if ends and (policy != "skip" or step.stops[-1].wait_s is None):
-                break
-            if ends and step is not self.steps[-1]:
-                total += step.stops[-1].wait_s or 0.0
-        return total
+        return expected_total_s(self.steps, self.campaign.limits.on_temperature_stop)
 
     @property
     def heat_J(self) -> float:  # noqa: N802 - the unit keeps its capital
@@ -224,7 +218,8 @@ def make_plan(
         around = Surroundings(coarse, bounds, campaign.limits, conditions.ambient_C)
         put = put_in_order(requests, campaign, around, start)
     final = estimator(thermal)
-    steps = final.steps(requests if put is None else put.chosen)
+    chosen = tuple(requests) if put is None else put.chosen
+    steps = final.steps(chosen)
     ordering = None
     if put is not None:
         ordering = Ordering(
@@ -235,7 +230,28 @@ def make_plan(
             chosen_s=_with_waits_s(steps),
             pauses_s=sum(step.duration_s for step in steps if _only_waits(step)),
         )
-    return Plan(campaign, specimen, limits, bounds, steps, (*notes, *final.notes), ordering)
+    return Plan(campaign, specimen, limits, bounds, steps, (*notes, *final.notes), ordering, chosen)
+
+
+def expected_total_s(steps: Sequence[PlannedStep], policy: TemperaturePolicy) -> float:
+    """Return how long steps should take [s]: to the temperature stop that ends them, or with the waits.
+
+    Parameters
+    ----------
+    steps : sequence of PlannedStep
+        In order.
+    policy : str
+        ``on_temperature_stop`` of the campaign.
+    """
+    total_s = 0.0
+    for step in steps:
+        total_s += step.expected_duration_s
+        ends = step.stops and (policy != "wait-and-continue" or step.stops[-1].wait_s is None)
+        if ends and (policy != "skip" or step.stops[-1].wait_s is None):
+            break
+        if ends and step is not steps[-1]:
+            total_s += step.stops[-1].wait_s or 0.0
+    return total_s
 
 
 def _only_waits(step: PlannedStep) -> bool:

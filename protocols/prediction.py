@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from model.prediction import heat_step, predict_harmonic, predict_static
@@ -61,9 +61,19 @@ class Predictor(Protocol):
         ...
 
     def temperatures_after(
-        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+        self,
+        start: Temperatures,
+        ambient_C: float,
+        power_W: float,
+        duration_s: float,
+        *,
+        heating: float = 1.0,
+        cooling: float = 1.0,
     ) -> Temperatures:
-        """Return the temperatures after ``duration_s`` of constant heating power."""
+        """Return the temperatures after ``duration_s`` of constant heating power.
+
+        With factors the heat law is C dT/dt = ``heating`` P − ``cooling`` λ (T − T_0); the lag stays.
+        """
         ...
 
 
@@ -141,10 +151,23 @@ class ModelPredictor:
         return predict_static(self.model, force_limit_kN, stroke_limit_mm, speed_mm_per_s, temperature_C)
 
     def temperatures_after(
-        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+        self,
+        start: Temperatures,
+        ambient_C: float,
+        power_W: float,
+        duration_s: float,
+        *,
+        heating: float = 1.0,
+        cooling: float = 1.0,
     ) -> Temperatures:
         """Return the temperatures: :func:`model.prediction.heat_step`, and the sensor's lag."""
         heat = self.model.heat
+        if heating != 1.0 or cooling != 1.0:
+            heat = replace(
+                heat,
+                capacity_J_per_K=heat.capacity_J_per_K / heating,
+                loss_W_per_K=heat.loss_W_per_K * cooling / heating,
+            )
         return Temperatures(
             heat_step(heat, start.mass_C, ambient_C, power_W, duration_s),
             sensor_after(heat, start, ambient_C, power_W, duration_s),
@@ -192,10 +215,19 @@ class CoarsePredictor:
         return self._between((force_limit_kN, stroke_limit_mm, speed_mm_per_s, 0.0), ask, temperature_C)
 
     def temperatures_after(
-        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+        self,
+        start: Temperatures,
+        ambient_C: float,
+        power_W: float,
+        duration_s: float,
+        *,
+        heating: float = 1.0,
+        cooling: float = 1.0,
     ) -> Temperatures:
         """Return the temperatures, as exact as they are."""
-        return self.fine.temperatures_after(start, ambient_C, power_W, duration_s)
+        return self.fine.temperatures_after(
+            start, ambient_C, power_W, duration_s, heating=heating, cooling=cooling
+        )
 
     def _between(
         self, what: tuple[float, ...], ask: Callable[[float], _Cycle], temperature_C: float

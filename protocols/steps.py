@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
-from foundation.specimen import Kind
+from foundation.kind import Kind
 
 
 @dataclass(frozen=True)
@@ -269,6 +269,9 @@ class PlannedStep:
         Which proof load the step applies (F1 …); None for any other step.
     steady : Steadiness or None
         When it ends before ``cycles``; None: never.
+    pause : bool
+        Whether the planner has put it in: it belongs to the order, not to the test, and is set anew while the
+        campaign runs.
     """
 
     index: int
@@ -297,6 +300,7 @@ class PlannedStep:
     plan_hash: str
     proof_load: str | None = None
     steady: Steadiness | None = None
+    pause: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return the step as JSON-ready data, for run files and ``plan --json``."""

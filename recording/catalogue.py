@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from foundation.errors import BadInput
+from recording.journal_file import JOURNAL_SUFFIX
 from recording.runfile import read_metadata
-from recording.seal import RUN_SUFFIX
+from recording.seal import DAMAGED_SUFFIX, RUN_SUFFIX
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class RunFacts:
     amplitude_mm: float | None = None
     frequency_Hz: float | None = None
     sha256: str = ""
+    campaign: str | None = None
+    operator: str | None = None
     problem: str | None = None
 
 
@@ -51,7 +55,7 @@ def run_files(paths: Iterable[Path]) -> list[Path]:
     BadInput
         If a path does not exist or a folder holds no run file.
     """
-    found: dict[Path, Path] = {}
+    found: dict[str, Path] = {}
     for path in paths:
         if path.is_dir():
             files = sorted(file for file in path.rglob(f"*{RUN_SUFFIX}") if file.is_file())
@@ -67,8 +71,23 @@ def run_files(paths: Iterable[Path]) -> list[Path]:
         else:
             raise BadInput("no such file or folder", file=path, remedy="check the path")
         for file in files:
-            found.setdefault(file.resolve(), file)
+            found.setdefault(os.path.realpath(file), file)
     return list(found.values())
+
+
+def unsealed(paths: Iterable[Path]) -> list[Path]:
+    """Return the first files of journals that paths stand for: of runs not sealed, and of damaged ones.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Journals, and folders: all in them and in the folders below, sorted by path. Run files count for none.
+    """
+    found: list[Path] = []
+    for path in paths:
+        candidates = sorted(path.rglob("*")) if path.is_dir() else [path]
+        found += [file for file in candidates if file.suffix in (JOURNAL_SUFFIX, DAMAGED_SUFFIX)]
+    return list(dict.fromkeys(found))
 
 
 def list_runs(path: Path) -> list[RunFacts]:
@@ -105,12 +124,18 @@ def facts_of(path: Path) -> RunFacts:
         amplitude_mm=_number(step.get("amplitude_mm")),
         frequency_Hz=_number(step.get("frequency_Hz")),
         sha256=str(document["content_sha256"]),
+        campaign=_text(run.get("campaign")),
+        operator=_text(run.get("operator")),
     )
 
 
 def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     value = document.get(key)
     return value if isinstance(value, Mapping) else {}
+
+
+def _text(value: Any) -> str | None:
+    return value if isinstance(value, str) and value else None
 
 
 def _number(value: Any) -> float | None:

@@ -94,16 +94,13 @@ class Event:
     data: Mapping[str, Any] = field(default_factory=dict)
 
 
-def join_segments(segments: Sequence[Segment]) -> tuple[Segment, ...]:
-    """Return the segments with those joined that follow each other without a gap."""
-    joined: list[Segment] = []
-    for segment in segments:
-        if joined and segment.lost == 0:
-            last = joined[-1]
-            if segment.first_sequence - last.first_sequence == segment.first_row - last.first_row:
-                continue
-        joined.append(segment)
-    return tuple(joined)
+def add_segment(segments: list[Segment], segment: Segment) -> None:
+    """Add a segment to a stream's, unless it merely continues the last one without a gap."""
+    if segments and segment.lost == 0:
+        last = segments[-1]
+        if segment.first_sequence - last.first_sequence == segment.first_row - last.first_row:
+            return
+    segments.append(segment)
 
 
 def gaps_of(segments: Sequence[Segment]) -> list[tuple[int, int]]:

@@ -41,27 +41,6 @@ def write_all(handle: int, data: bytes | memoryview, offset: int, pwrite: Pwrite
         offset += taken
 
 
-def write_under_temporary_name(temporary: Path, data: bytes) -> None:
-    """Write a read-only file under a temporary name and bring it to the disk.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; what was written so far is removed.
-    """
-    temporary.unlink(missing_ok=True)
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
-    try:
-        write_all(handle, data, 0)
-        os.fchmod(handle, 0o444)
-        os.fsync(handle)
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise
-    finally:
-        os.close(handle)
-
-
 def give_final_name(temporary: Path, final: Path) -> None:
     """Rename a synchronised file and make the new name survive a power cut.
 

@@ -21,7 +21,7 @@ import json
 import os
 import struct
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from pathlib import Path
@@ -204,6 +204,8 @@ class JournalReader:
         """CRC of the last valid frame: by the chain, a fingerprint of all of them."""
         self.stop = Stop.OPEN
         self.why = "nothing was read yet"
+        self.drained = False
+        """Whether the last call of :meth:`poll` came to where reading stops."""
         self._layouts: dict[int, tuple[str, list[tuple[str, np.dtype[Any]]]]] = {}
         try:
             self._handle = os.open(path, os.O_RDONLY)
@@ -222,10 +224,15 @@ class JournalReader:
         """Let go of the file."""
         os.close(self._handle)
 
-    def poll(self) -> list[Record]:
+    def poll(self, at_most: int | None = None) -> list[Record]:
         """Return the records that have come in since the last call, up to the first invalid frame.
 
         ``stop`` and ``why`` say afterwards why it stopped there.
+
+        Parameters
+        ----------
+        at_most : int, optional
+            Bytes after which the call leaves the rest to the next one: ``drained`` is false then.
 
         Raises
         ------
@@ -233,8 +240,13 @@ class JournalReader:
             If the journal was written in a newer format.
         """
         records: list[Record] = []
+        began = self.offset
+        self.drained = True
         buffer, at = b"", 0  # ``at`` is where in the buffer the byte ``self.offset`` of the file lies
         while self.stop is not Stop.ENDED:
+            if at_most is not None and self.offset - began >= at_most:
+                self.drained = False
+                break
             frame = self._next_frame(buffer, at)
             if isinstance(frame, int):
                 buffer, at = buffer[at:], 0
@@ -340,53 +352,6 @@ class JournalReader:
             counts[channel] = np.frombuffer(payload, dtype, rows, offset)
             offset += rows * dtype.itemsize
         return DataRecord(name, sequence, lost, time_us, counts)
-
-
-@dataclass(frozen=True)
-class Scan:
-    """A journal's content up to the first invalid record.
-
-    ``valid_bytes`` is where reading stopped, ``crc`` the fingerprint of everything before; ``why`` says in
-    words why it stopped; ``more_follows`` is true if further records seem to lie behind the invalid one;
-    ``missing`` counts the records that were lost between segments (:mod:`recording.segments`).
-    """
-
-    header: Mapping[str, Any] | None
-    records: Sequence[Record]
-    valid_bytes: int
-    frames: int
-    crc: int
-    stop: Stop
-    why: str
-    more_follows: bool
-    missing: int = 0
-
-    def of_stream(self, stream: str) -> Iterable[DataRecord]:
-        """Return the data records of one stream, in order."""
-        return (r for r in self.records if isinstance(r, DataRecord) and r.stream == stream)
-
-
-def scan(path: Path) -> Scan:
-    """Read a whole journal up to the first invalid record.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be read or was written in a newer format.
-    """
-    with JournalReader(path) as reader:
-        records = reader.poll()
-        follows = reader.stop is not Stop.ENDED and more_records_behind(path, reader.offset + 1)
-        return Scan(
-            header=reader.header,
-            records=records,
-            valid_bytes=reader.offset,
-            frames=reader.frames,
-            crc=reader.crc,
-            stop=reader.stop,
-            why=reader.why,
-            more_follows=follows,
-        )
 
 
 def more_records_behind(path: Path, offset: int) -> bool:

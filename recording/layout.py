@@ -1,17 +1,18 @@
 """The run file's bytes: an HDF5 tree behind a 512-byte user block that carries the hash of all the rest.
 
-The tree is built in memory and written as ordinary bytes. HDF5 itself never writes to the disk: on a full
-disk it takes the whole process down when a file is closed (h5py issue 914).
+The tree is written as its numbers come, a chunk of each dataset at a time, so that a run of any length takes
+the same memory.
 """
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from types import TracebackType
+from typing import Any, BinaryIO, Self
 
 import h5py
 import numpy as np
@@ -19,108 +20,197 @@ from numpy.typing import NDArray
 
 from foundation.canonical import canonical_json
 from foundation.errors import BadInput
-from recording.content import Anchor, Event, StreamContent
+from recording.content import Anchor, Event, Segment
 from recording.metadata import FORMAT, FORMAT_VERSION, StreamHead, content_hash_of
+from recording.tree_file import TreeFile
 
 USER_BLOCK_BYTES = 512
 CHUNK_ROWS = 131_072
+CHUNK_BYTES = 8 << 20
+"""A chunk of wide rows (long texts) is not larger than this."""
 ENTRY = "entry"
-_IMAGE_STEP = 1 << 22
+FILE_FORMAT = "v108"
+"""HDF5 1.8 is what older MATLAB and LabVIEW read; its metadata have checksums, and nothing later is used."""
 _GZIP_LEVEL = 4
+_STRUCTURE_BYTES = 1 << 20
+_STRUCTURE_BYTES_PER_CHUNK = 64
+"""Room for HDF5's own structures, which it writes when the tree is closed."""
 _SEAL = re.compile(rb"^bufferstand/run \d+\nsha256 of all bytes after byte 512: ([0-9a-f]{64})\n")
 
 
 @dataclass(frozen=True)
 class Column:
-    """A dataset to be: its place, its numbers and the unit of the numbers as they are stored."""
+    """A dataset to be: its place, type and shape of its numbers, and the unit in which they are stored."""
 
     place: str
-    values: NDArray[Any]
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
     units: str | None
 
-    def facts(self) -> dict[str, Any]:
-        """Return what the metadata document says of it: dtype, shape, unit, SHA-256 of its bytes."""
-        return {
-            "dtype": self.values.dtype.str,
-            "rows": len(self.values),
-            "units": self.units,
-            "sha256": sha256_of(self.values),
-        }
+    @property
+    def chunk_rows(self) -> int:
+        """Rows of a chunk."""
+        row_bytes = self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=int))
+        return max(1, min(self.shape[0], CHUNK_ROWS, CHUNK_BYTES // row_bytes))
 
 
-def sha256_of(values: NDArray[Any]) -> str:
-    """Return the SHA-256 (hex) of an array's bytes in the order and byte order in which they are stored."""
-    return hashlib.sha256(np.ascontiguousarray(values).data).hexdigest()
-
-
-def stream_columns(name: str, stream: StreamContent, raw_units: Mapping[str, str]) -> list[Column]:
+def stream_columns(
+    name: str,
+    rows: int,
+    time: np.dtype[Any],
+    channels: Mapping[str, np.dtype[Any]],
+    segments: int,
+    raw_units: Mapping[str, str],
+) -> list[Column]:
     """Return the datasets of a stream: time, channels as delivered, segments."""
     place = f"{ENTRY}/{name}"
-    imported = stream.time.dtype.kind == "f"
-    time = (
-        Column(f"{place}/time_s", stream.time.astype("<f8"), "s")
-        if imported
-        else (Column(f"{place}/time_us", stream.time.astype("<i8"), "us"))
-    )
-    channels = [
-        Column(
-            f"{place}/{channel}",
-            values.astype(values.dtype.newbyteorder("<"), copy=False),
-            raw_units.get(channel, "count"),
-        )
-        for channel, values in stream.counts.items()
-    ]
-    rows = [(s.first_row, s.first_sequence, s.lost) for s in stream.segments]
-    segments = np.array(rows, dtype="<i8").reshape(-1, 3)
-    return [time, *channels, Column(f"{place}/segments", segments, None)]
-
-
-def event_columns(events: Sequence[Event]) -> list[Column]:
-    """Return the datasets of the events, in the order in which they were recorded."""
+    imported = time.kind == "f"
+    stamps = ("time_s", "<f8", "s") if imported else ("time_us", "<i8", "us")
     return [
-        Column(f"{ENTRY}/events/at_s", np.array([e.at_s for e in events], dtype="<f8"), "s"),
-        Column(f"{ENTRY}/events/kind", _texts([e.kind for e in events]), None),
-        Column(f"{ENTRY}/events/text", _texts([e.text for e in events]), None),
-        Column(f"{ENTRY}/events/data", _texts([canonical_json(dict(e.data)) for e in events]), None),
+        Column(f"{place}/{stamps[0]}", np.dtype(stamps[1]), (rows,), stamps[2]),
+        *(
+            Column(f"{place}/{channel}", dtype.newbyteorder("<"), (rows,), raw_units.get(channel, "count"))
+            for channel, dtype in channels.items()
+        ),
+        Column(f"{place}/segments", np.dtype("<i8"), (segments, 3), None),
     ]
 
 
-def anchor_columns(anchors: Sequence[Anchor]) -> list[Column]:
-    """Return the datasets of the clock anchors."""
-    return [
-        Column(f"{ENTRY}/anchors/device_us", np.array([a.device_us for a in anchors], dtype="<i8"), "us"),
-        Column(f"{ENTRY}/anchors/host_s", np.array([a.host_s for a in anchors], dtype="<f8"), "s"),
-        Column(f"{ENTRY}/anchors/utc", _texts([a.utc for a in anchors]), None),
-    ]
+def segment_rows(segments: Sequence[Segment]) -> NDArray[np.int64]:
+    """Return the numbers of a stream's dataset ``segments``, shape (k, 3)."""
+    rows = [(s.first_row, s.first_sequence, s.lost) for s in segments]
+    return np.array(rows, dtype="<i8").reshape(-1, 3)
 
 
-def _texts(texts: Sequence[str]) -> NDArray[Any]:
-    encoded = [text.encode() for text in texts]
-    width = max([1, *map(len, encoded)])
-    return np.array(encoded, dtype=h5py.string_dtype("utf-8", width))
+class Widths:
+    """What decides the types of events' and anchors' texts: the longest, and whether any is not ASCII."""
+
+    def __init__(self) -> None:
+        self.events = 0
+        self.anchors = 0
+        self._width = dict.fromkeys(("events/kind", "events/text", "events/data", "anchors/utc"), 1)
+        self._beyond_ascii: set[str] = set()
+
+    def take(self, item: Event | Anchor) -> None:
+        """Count an event or an anchor."""
+        if isinstance(item, Event):
+            self.events += 1
+        else:
+            self.anchors += 1
+        for place, text in _texts_of(item):
+            self._width[place] = max(self._width[place], len(text))
+            if not text.isascii():
+                self._beyond_ascii.add(place)
+
+    def columns(self) -> list[Column]:
+        """Return the datasets of all events and anchors that were counted."""
+
+        def numbers(place: str, dtype: str, units: str) -> Column:
+            rows = self.events if place.startswith("events") else self.anchors
+            return Column(f"{ENTRY}/{place}", np.dtype(dtype), (rows,), units)
+
+        def texts(place: str) -> Column:
+            rows = self.events if place.startswith("events") else self.anchors
+            encoding = "utf-8" if place in self._beyond_ascii else "ascii"
+            dtype = h5py.string_dtype(encoding, self._width[place])
+            return Column(f"{ENTRY}/{place}", dtype, (rows,), None)
+
+        return [
+            numbers("events/at_s", "<f8", "s"),
+            *(texts(f"events/{name}") for name in ("kind", "text", "data")),
+            numbers("anchors/device_us", "<i8", "us"),
+            numbers("anchors/host_s", "<f8", "s"),
+            texts("anchors/utc"),
+        ]
 
 
-def complete_document(metadata: Mapping[str, Any], columns: Sequence[Column]) -> dict[str, Any]:
-    """Return the document with the hashes of all datasets, and the hash of itself that covers them."""
-    document = {**metadata, "format": FORMAT, "format_version": FORMAT_VERSION}
-    document["datasets"] = {column.place: column.facts() for column in columns}
-    document["content_sha256"] = content_hash_of(document)
-    return document
+def item_values(item: Event | Anchor) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Return an event or an anchor as a row of each of its datasets: place and value, shape (1,)."""
+    if isinstance(item, Event):
+        yield f"{ENTRY}/events/at_s", np.array([item.at_s])
+    else:
+        yield f"{ENTRY}/anchors/device_us", np.array([item.device_us])
+        yield f"{ENTRY}/anchors/host_s", np.array([item.host_s])
+    for place, text in _texts_of(item):
+        yield f"{ENTRY}/{place}", np.array([text])
 
 
-def file_bytes(
-    document: Mapping[str, Any], columns: Sequence[Column], heads: Mapping[str, StreamHead]
-) -> bytes:
-    """Return the whole run file. Same content, same h5py and HDF5: same bytes."""
-    options = {"libver": ("v110", "v110"), "userblock_size": USER_BLOCK_BYTES}
-    with h5py.File("run", "w", driver="core", backing_store=False, block_size=_IMAGE_STEP, **options) as tree:
-        tree.attrs["metadata"] = canonical_json(document)
-        tree.attrs["NX_class"] = "NXroot"
-        tree.attrs["default"] = ENTRY
-        entry = tree.create_group(ENTRY)
-        entry.attrs["NX_class"] = "NXentry"
-        for column in columns:
-            _write_column(tree, column)
+def _texts_of(item: Event | Anchor) -> list[tuple[str, bytes]]:
+    if isinstance(item, Event):
+        data = canonical_json(dict(item.data))
+        texts = {"events/kind": item.kind, "events/text": item.text, "events/data": data}
+    else:
+        texts = {"anchors/utc": item.utc}
+    return [(place, text.encode()) for place, text in texts.items()]
+
+
+class TreeWriter:
+    """Writes the HDF5 tree of a run as its numbers come. Same content, same h5py and HDF5: same bytes.
+
+    Parameters
+    ----------
+    file : TreeFile
+        Where to.
+    columns : sequence of Column
+        Its datasets.
+
+    Raises
+    ------
+    OSError
+        If the disk has no room.
+    """
+
+    def __init__(self, file: TreeFile, columns: Sequence[Column]) -> None:
+        self._file = file
+        chunks = sum(-(-column.shape[0] // column.chunk_rows) for column in columns)
+        self._structure_bytes = _STRUCTURE_BYTES + _STRUCTURE_BYTES_PER_CHUNK * chunks
+        file.reserve(self._structure_bytes)
+        options = {"libver": (FILE_FORMAT, FILE_FORMAT), "userblock_size": USER_BLOCK_BYTES}
+        self._tree = h5py.File(file, "w", **options)
+        self._tree.attrs["NX_class"] = "NXroot"
+        self._tree.attrs["default"] = ENTRY
+        self._tree.create_group(ENTRY).attrs["NX_class"] = "NXentry"
+        self._growing = {
+            column.place: _GrowingDataset(self._tree, column, self._reserve) for column in columns
+        }
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._tree.close()
+
+    def append(self, place: str, values: NDArray[Any]) -> None:
+        """Add the next rows of a dataset.
+
+        Raises
+        ------
+        OSError
+            If the disk has no room, or a write failed.
+        ValueError
+            If they are more than were announced.
+        """
+        self._growing[place].append(values)
+
+    def finish(self, metadata: Mapping[str, Any], heads: Mapping[str, StreamHead]) -> None:
+        """Add the metadata document, completed by the hashes of all datasets, and what NeXus wants.
+
+        Raises
+        ------
+        OSError
+            If the disk has no room, or a write failed.
+        ValueError
+            If a dataset got fewer rows than were announced.
+        """
+        document = {**metadata, "format": FORMAT, "format_version": FORMAT_VERSION}
+        document["datasets"] = {place: growing.finish() for place, growing in self._growing.items()}
+        document["content_sha256"] = content_hash_of(document)
+        text = canonical_json(document)
+        self._reserve(2 * len(text.encode()))
+        self._tree.attrs["metadata"] = text
+        entry = self._tree[ENTRY]
         present = [name for name in heads if name in entry]
         for name in present:
             _dress(entry[name], heads[name])
@@ -128,34 +218,92 @@ def file_bytes(
             entry.attrs["default"] = present[0]
         for name in ("events", "anchors"):
             entry[name].attrs["NX_class"] = "NXcollection"
-        tree.flush()
-        image: bytes = tree.id.get_file_image()
-    seal = (
-        f"{FORMAT} {FORMAT_VERSION}\n"
-        f"sha256 of all bytes after byte 512: {hashlib.sha256(image).hexdigest()}\n"
-        "check: tail -c +513 FILE | sha256sum\n"
-    )
-    return seal.encode().ljust(USER_BLOCK_BYTES, b"\0") + image
+
+    def _reserve(self, coming: int) -> None:
+        self._file.reserve(coming + self._structure_bytes)
 
 
-def _write_column(tree: Any, column: Column) -> None:
-    rows = len(column.values)
-    options: dict[str, Any] = {}
-    if rows:
-        chunk = min(rows, CHUNK_ROWS)
-        options = {"chunks": (chunk, *column.values.shape[1:]), "fletcher32": True}
-        if column.values.dtype.kind in "iuS":
-            options |= {"shuffle": True, "compression": "gzip", "compression_opts": _GZIP_LEVEL}
-    dataset = tree.create_dataset(column.place, data=column.values, track_times=False, **options)
-    if column.units is not None:
-        dataset.attrs["units"] = column.units
+class _GrowingDataset:
+    """A dataset of known length, written chunk by chunk."""
+
+    def __init__(self, tree: Any, column: Column, reserve: Callable[[int], None]) -> None:
+        self._column, self._reserve = column, reserve
+        self._digest = hashlib.sha256()
+        self._written = self._held = 0
+        options: dict[str, Any] = {}
+        if column.shape[0]:
+            options = {"chunks": (column.chunk_rows, *column.shape[1:]), "fletcher32": True}
+            if column.dtype.kind in "iuS":
+                options |= {"shuffle": True, "compression": "gzip", "compression_opts": _GZIP_LEVEL}
+        self._dataset = tree.create_dataset(
+            column.place, shape=column.shape, dtype=column.dtype, track_times=False, **options
+        )
+        if column.units is not None:
+            self._dataset.attrs["units"] = column.units
+        self._chunk = np.zeros((column.chunk_rows, *column.shape[1:]), dtype=column.dtype)
+
+    def append(self, values: NDArray[Any]) -> None:
+        if self._written + self._held + len(values) > self._column.shape[0]:
+            raise ValueError(f"{self._column.place} gets more rows than were announced")
+        while len(values):
+            taken = min(len(values), len(self._chunk) - self._held)
+            self._chunk[self._held : self._held + taken] = values[:taken]
+            self._held += taken
+            values = values[taken:]
+            if self._held == len(self._chunk):
+                self._flush()
+
+    def finish(self) -> dict[str, Any]:
+        """Write what is left; return what the metadata document says of the dataset."""
+        self._flush()
+        if self._written != self._column.shape[0]:
+            raise ValueError(f"{self._column.place} got fewer rows than were announced")
+        return {
+            "dtype": self._column.dtype.str,
+            "rows": self._written,
+            "units": self._column.units,
+            "sha256": self._digest.hexdigest(),
+        }
+
+    def _flush(self) -> None:
+        if not self._held:
+            return
+        rows = self._chunk[: self._held]
+        self._digest.update(rows.data)
+        self._reserve(self._chunk.nbytes + self._chunk.nbytes // 64 + 4096)  # gzip may make it larger
+        self._dataset[self._written : self._written + self._held] = rows
+        self._written += self._held
+        self._held = 0
 
 
 def _dress(group: Any, head: StreamHead) -> None:
     """Add what a NeXus reader needs to plot a stream."""
     group.attrs["NX_class"] = "NXdata"
     group.attrs["signal"] = head.channels[0].name
-    group.attrs["axes"] = "time_s" if "time_s" in group else "time_us"
+    time = "time_s" if "time_s" in group else "time_us"
+    group.attrs["axes"] = time
+    group.attrs[f"{time}_indices"] = 0
+    if others := [channel.name for channel in head.channels[1:]]:
+        group.attrs["auxiliary_signals"] = others
+
+
+def user_block(path: Path) -> bytes:
+    """Return the first 512 bytes that belong to a tree which lies on the disk behind them.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    with path.open("rb") as stream:
+        stream.seek(USER_BLOCK_BYTES)
+        digest = _digest(stream)
+    seal = (
+        f"{FORMAT} {FORMAT_VERSION}\n"
+        f"sha256 of all bytes after byte 512: {digest}\n"
+        "check: tail -c +513 FILE | sha256sum\n"
+    )
+    return seal.encode().ljust(USER_BLOCK_BYTES, b"\0")
 
 
 def stated_file_hash(block: bytes) -> str | None:

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from foundation.errors import BadInput
 
 RESTORE = "restore the file from a copy"
+_ROWS_AT_ONCE = 131_072
+_ALL = slice(None)
 
 
 @contextmanager
@@ -26,10 +28,19 @@ def open_tree(path: Path) -> Iterator[Any]:
     BadInput
         If there is no such file or it is no readable HDF5.
     """
+    tree = _opened(path)
+    try:
+        with _damage_named(path):
+            yield tree
+    finally:
+        tree.close()
+
+
+def _opened(path: Path) -> Any:
     if not path.is_file():
         raise BadInput("no such file", file=path, remedy="check the path")
     try:
-        tree = h5py.File(path, "r", locking=False)
+        return h5py.File(path, "r", locking=False)
     except OSError as error:
         if not h5py.is_hdf5(path):
             remedy = "name a run file (*.h5); “bufferstand import” makes one of a foreign record"
@@ -37,12 +48,63 @@ def open_tree(path: Path) -> Iterator[Any]:
                 "no HDF5 file", file=path, remedy=f"{remedy}; of a damaged one, {RESTORE}"
             ) from None
         raise BadInput(f"no HDF5 file, or damaged ({_short(error)})", file=path, remedy=RESTORE) from None
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
     try:
-        yield tree
+        yield
     except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:  # h5py on broken structure
         raise BadInput(f"damaged: {_short(error)}", file=path, remedy=RESTORE) from None
-    finally:
-        tree.close()
+
+
+class Reader:
+    """Reads datasets of one run file, which is opened for each one, or once for all while it is held.
+
+    Parameters
+    ----------
+    path : Path
+    sealed : bool
+        Whether all bytes of the file were found to be those that were sealed. What its datasets say of
+        themselves was compared with the metadata document then, and is not compared again.
+    """
+
+    def __init__(self, path: Path, *, sealed: bool = False) -> None:
+        self.path = path
+        self._sealed = sealed
+        self._tree: Any = None
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep the file open: opening it anew for every dataset costs as much as reading a small one.
+
+        Raises
+        ------
+        BadInput
+            As :func:`open_tree`.
+        """
+        if self._tree is not None:
+            yield
+            return
+        self._tree = _opened(self.path)
+        try:
+            yield
+        finally:
+            self._tree.close()
+            self._tree = None
+
+    def column(self, place: str, facts: Mapping[str, Any], rows: slice = _ALL) -> NDArray[Any]:
+        """Return a dataset that is as the metadata document says, or some rows of it.
+
+        Raises
+        ------
+        BadInput
+            As :func:`read_column`.
+        """
+        with self.held(), _damage_named(self.path):
+            if self._sealed and rows == _ALL:
+                return _sealed_column(self._tree, place)
+            return read_column(self._tree, self.path, place, facts, rows)
 
 
 def read_document(tree: Any, path: Path) -> dict[str, Any]:
@@ -68,17 +130,56 @@ def read_document(tree: Any, path: Path) -> dict[str, Any]:
     return document
 
 
-def read_column(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> NDArray[Any]:
-    """Return a dataset that is as the metadata document says.
+def read_column(
+    tree: Any, path: Path, place: str, facts: Mapping[str, Any], rows: slice = _ALL
+) -> NDArray[Any]:
+    """Return a dataset that is as the metadata document says, or some rows of it.
 
     Raises
     ------
     BadInput
         If it is missing, cannot be read, or has another type, length or unit.
     """
-    if not isinstance(tree.get(place), h5py.Dataset):
+    dataset = _dataset(tree, path, place, facts)
+    try:
+        values: NDArray[Any] = np.asarray(dataset[rows])
+    except OSError as error:
+        raise _unreadable(error, path, place) from None
+    return values
+
+
+def _sealed_column(tree: Any, place: str) -> NDArray[Any]:
+    """Return a dataset of a file that was checked, without what h5py does for files of any kind."""
+    dataset = h5py.h5d.open(tree.id, place.encode())
+    values: NDArray[Any] = np.empty(dataset.shape, dataset.dtype)
+    dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+    return values
+
+
+def column_blocks(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> Iterator[NDArray[Any]]:
+    """Return a dataset that is as the metadata document says, chunk by chunk.
+
+    Raises
+    ------
+    BadInput
+        As :func:`read_column`.
+    """
+    dataset = _dataset(tree, path, place, facts)
+    rows = len(dataset)
+    step = dataset.chunks[0] if dataset.chunks else _ROWS_AT_ONCE
+    for first in range(0, rows, step):
+        try:
+            block: NDArray[Any] = np.asarray(dataset[first : first + step])
+        except OSError as error:
+            raise _unreadable(error, path, place) from None
+        yield block
+
+
+def _dataset(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> Any:
+    """Return a dataset of an open tree whose type, length and unit are those of the metadata document."""
+    dataset = tree.get(place)
+    if not isinstance(dataset, h5py.Dataset):
         raise BadInput("the dataset is missing", file=path, place=place, remedy=RESTORE)
-    dataset = tree[place]
     units = dataset.attrs.get("units")
     if units != facts.get("units"):
         found = "has no unit" if units is None else f"is in “{units}”"
@@ -96,11 +197,11 @@ def read_column(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> 
             place=place,
             remedy=RESTORE,
         )
-    try:
-        values: NDArray[Any] = np.asarray(dataset[()])
-    except OSError as error:
-        raise BadInput(f"cannot be read: {_short(error)}", file=path, place=place, remedy=RESTORE) from None
-    return values
+    return dataset
+
+
+def _unreadable(error: OSError, path: Path, place: str) -> BadInput:
+    return BadInput(f"cannot be read: {_short(error)}", file=path, place=place, remedy=RESTORE)
 
 
 def _short(error: Exception) -> str:

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from foundation.calibration import Branch
 from foundation.channel import Channel
 from foundation.errors import BadInput
 from recording.clockmap import ClockMap
-from recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, Event, Segment, gaps_of
+from recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, gaps_of
 from recording.layout import ENTRY
-from recording.metadata import StreamHead
-from recording.reading import open_tree, read_column
+from recording.reading import Reader
+from recording.stream import Columns, StreamData
 
 STROKES = ("stroke_1", "stroke_2")
+_KEPT_ROWS = 1_000_000
+"""Calibrated channels of no more rows are kept once made: they are asked for several times."""
 
 
 @dataclass(frozen=True)
@@ -41,79 +45,6 @@ class RunEvent:
     data: Mapping[str, Any]
 
 
-class Columns(Mapping[str, NDArray[Any]]):
-    """Datasets of one group, each read when it is first asked for."""
-
-    def __init__(self, path: Path, places: Mapping[str, str], facts: Mapping[str, Mapping[str, Any]]) -> None:
-        self._path, self._places, self._facts = path, dict(places), facts
-        self._read: dict[str, NDArray[Any]] = {}
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        if name not in self._read:
-            place = self._places[name]
-            with open_tree(self._path) as tree:
-                values = read_column(tree, self._path, place, self._facts[place])
-            values.setflags(write=False)
-            self._read[name] = values
-        return self._read[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
-
-
-class StreamData:
-    """The samples of one device as received, uncorrected.
-
-    Raises
-    ------
-    BadInput
-        By ``time``, ``counts`` (when one is read) and ``segments``, if a dataset is damaged.
-    """
-
-    def __init__(self, path: Path, head: StreamHead, facts: Mapping[str, Mapping[str, Any]]) -> None:
-        place = f"{ENTRY}/{head.name}"
-        self.name, self.clock, self.device = head.name, head.clock, head.device
-        self.rate_Hz = head.rate_Hz
-        """Nominal sample rate [Hz], None where none is known."""
-        self.channels: Mapping[str, Channel] = {channel.name: channel for channel in head.channels}
-        self.time_name = "time_s" if f"{place}/time_s" in facts else "time_us"
-        """Which of the two the time stamps are."""
-        self.rows = int(facts.get(f"{place}/{self.time_name}", {}).get("rows", 0))
-        self._columns = Columns(path, {n: f"{place}/{n}" for n in (self.time_name, "segments")}, facts)
-        self.counts: Mapping[str, NDArray[Any]] = Columns(
-            path, {name: f"{place}/{name}" for name in self.channels}, facts
-        )
-        """Raw numbers by channel, shape (n,) each; read when asked for."""
-
-    @property
-    def time(self) -> NDArray[Any]:
-        """Get the time stamps as received: int64 [µs], of an imported record float64 [s]; shape (n,)."""
-        return self._columns[self.time_name]
-
-    @property
-    def time_s(self) -> NDArray[np.float64]:
-        """Get the time stamps in seconds of the stream's own clock, shape (n,)."""
-        if self.time_name == "time_s":
-            return self.time
-        return np.asarray(self.time * MICROSECOND_S, dtype=np.float64)
-
-    @cached_property
-    def segments(self) -> tuple[Segment, ...]:
-        """Get the uninterrupted stretches."""
-        return tuple(Segment(*(int(v) for v in row)) for row in self._columns["segments"])
-
-    @property
-    def sequence(self) -> NDArray[np.int64]:
-        """Get the device's sequence number of every row, shape (n,)."""
-        starts = np.array([s.first_row for s in self.segments], dtype=np.int64)
-        firsts = np.array([s.first_sequence for s in self.segments], dtype=np.int64)
-        lengths = np.diff(np.append(starts, self.rows))
-        return np.repeat(firsts - starts, lengths) + np.arange(self.rows)
-
-
 class Run:
     """One recorded run. Made by :func:`recording.runfile.open_run`.
 
@@ -123,18 +54,39 @@ class Run:
 
     def __init__(
         self,
-        path: Path,
+        reader: Reader,
         metadata: dict[str, Any],
         streams: Mapping[str, StreamData],
-        anchors: Sequence[Anchor],
-        events: Sequence[Event],
     ) -> None:
-        self.path = path
+        self.path = reader.path
+        self._reader = reader
         self.metadata = metadata
         """The metadata document (docs/run-file.md)."""
         self.streams = streams
-        self.anchors = tuple(anchors)
-        self._events = tuple(events)
+        self._times_s: dict[str, NDArray[np.float64]] = {}
+        self._series: dict[str, Series] = {}
+
+    def held_open(self) -> AbstractContextManager[None]:
+        """Keep the file open in a ``with`` block in which several datasets are read.
+
+        Raises
+        ------
+        BadInput
+            If it cannot be opened any more.
+        """
+        return self._reader.held()
+
+    def _rows(self, group: str, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+        facts = self.metadata["datasets"]
+        columns = Columns(self._reader, {name: f"{ENTRY}/{group}/{name}" for name in names}, facts)
+        with self.held_open():
+            return zip(*[columns[name].tolist() for name in names], strict=True)
+
+    @cached_property
+    def anchors(self) -> tuple[Anchor, ...]:
+        """Pairs of readings of the device's and the host's clock."""
+        rows = self._rows("anchors", ("device_us", "host_s", "utc"))
+        return tuple(Anchor(device_us, host_s, utc.decode()) for device_us, host_s, utc in rows)
 
     @property
     def id(self) -> str:
@@ -174,7 +126,11 @@ class Run:
     @property
     def events(self) -> tuple[RunEvent, ...]:
         """Get what happened, on the run's time."""
-        return tuple(RunEvent(self._event_time_s(e), e.kind, e.text, e.data) for e in self._events)
+        rows = self._rows("events", ("at_s", "kind", "text", "data"))
+        return tuple(
+            RunEvent(self._event_time_s(at_s), kind.decode(), text.decode(), json.loads(data))
+            for at_s, kind, text, data in rows
+        )
 
     def has(self, channel: str) -> bool:
         """Tell whether there are samples of a channel; ``stroke`` is there if any stroke channel is."""
@@ -215,9 +171,12 @@ class Run:
         if channel == "stroke":
             return self.stroke()
         stream = self.stream_of(channel)
-        facts = stream.channels[channel]
-        value = facts.calibration.apply(stream.counts[channel])
-        return Series(self._run_time_s(stream) - facts.delay_s, value, facts.unit)
+        if channel in self._series:
+            return self._series[channel]
+        series = _calibrated(stream.channels[channel], self._run_time_s(stream), stream.counts[channel])
+        if stream.rows <= _KEPT_ROWS:
+            self._series[channel] = series
+        return series
 
     def stroke(self) -> Series:
         """Return the stroke: the mean of ``stroke_1`` and ``stroke_2``, or the one that is present.
@@ -231,15 +190,58 @@ class Run:
             As :meth:`series`, and if the two are not sampled at the same instants.
         """
         names = [name for name in STROKES if self.has(name)] or [STROKES[0]]
-        each = [self.series(name) for name in names]
-        if len(each) == 1:
-            return each[0]
-        if self.stream_of(names[0]).name != self.stream_of(names[1]).name:
+        self._check_common_instants(names)
+        return mean_stroke([self.series(name) for name in names])
+
+    def _check_common_instants(self, wires: Sequence[str]) -> None:
+        if len({self.stream_of(name).name for name in wires}) > 1:
             raise BadInput(
                 "stroke_1 and stroke_2 are of different streams: no common instants", file=self.path
             )
-        one, two = each
-        return Series((one.time_s + two.time_s) / 2.0, (one.value + two.value) / 2.0, one.unit)
+
+    def blocks(self, channels: Sequence[str], rows: int) -> Iterator[dict[str, Series]]:
+        """Return channels of one stream block by block, in order: as :meth:`series`, and never the whole.
+
+        Parameters
+        ----------
+        channels : sequence of str
+            Channels of one stream; not ``stroke`` (:func:`mean_stroke`).
+        rows : int
+            Rows of a block; the last one may be shorter.
+
+        Raises
+        ------
+        BadInput
+            As :meth:`series`, and if the channels are of different streams.
+        """
+        streams = {self.stream_of(name).name: self.stream_of(name) for name in channels}
+        if len(streams) > 1:
+            raise BadInput(
+                f"{' and '.join(channels)} are of different streams: no common instants", file=self.path
+            )
+        (stream,) = streams.values()
+        branches = {name: Branch() for name in channels}
+        for first in range(0, stream.rows, rows):
+            part = slice(first, min(first + rows, stream.rows))
+            with self.held_open():
+                time_s = self._on_run_time_s(stream, stream.stamps(part))
+                counts = {name: stream.counts.rows(name, part) for name in channels}
+            yield {
+                name: _calibrated(stream.channels[name], time_s, counts[name], branches[name])
+                for name in channels
+            }
+
+    def time_blocks(self, stream: str, rows: int) -> Iterator[NDArray[np.float64]]:
+        """Return the times of a stream on the run's time [s], block by block; no channel's delay is in them.
+
+        Raises
+        ------
+        BadInput
+            If its time stamps are damaged, or its clock cannot be related to the run's.
+        """
+        data = self.streams[stream]
+        for first in range(0, data.rows, rows):
+            yield self._on_run_time_s(data, data.stamps(slice(first, min(first + rows, data.rows))))
 
     def gaps(self, stream: str) -> list[tuple[int, int]]:
         """Return the interruptions of a stream as (row before it, samples lost); never integrate across one.
@@ -272,17 +274,22 @@ class Run:
     def _origin_s(self) -> float:
         """The zero of the run's time, on the device's clock (on the host's, where no device has one)."""
         if self._device_stream is not None:
-            if self._device_stream.time.dtype.kind == "f":
-                return 0.0
-            return float(self._device_stream.time_s[0])
-        firsts = [float(stream.time_s[0]) for stream in self.streams.values() if stream.rows]
-        return min(firsts, default=0.0)
+            return _first_s(self._device_stream) if self._device_stream.time_name == "time_us" else 0.0
+        return min((_first_s(stream) for stream in self.streams.values() if stream.rows), default=0.0)
 
     def _run_time_s(self, stream: StreamData) -> NDArray[np.float64]:
-        if stream is self._device_stream and stream.time.dtype.kind == "i":
-            since_us = stream.time - stream.time[0]  # in integers: exact, however long the device is up
+        if stream.name in self._times_s:
+            return self._times_s[stream.name]
+        time_s = self._on_run_time_s(stream, stream.time)
+        if stream.rows <= _KEPT_ROWS:
+            self._times_s[stream.name] = time_s
+        return time_s
+
+    def _on_run_time_s(self, stream: StreamData, stamps: NDArray[Any]) -> NDArray[np.float64]:
+        if stream is self._device_stream and stream.time_name == "time_us":
+            since_us = stamps - stream.first_stamp  # in integers: exact, however long the device is up
             return np.asarray(since_us * MICROSECOND_S, dtype=np.float64)
-        time_s = stream.time_s
+        time_s = stream.in_seconds(stamps)
         if stream.clock == "host" and self._device_stream is not None:
             if self._clocks is None:
                 raise BadInput(
@@ -293,9 +300,27 @@ class Run:
             time_s = self._clocks.to_device_s(time_s)
         return time_s - self._origin_s
 
-    def _event_time_s(self, event: Event) -> float | None:
+    def _event_time_s(self, at_s: float) -> float | None:
         if self._device_stream is None:
-            return event.at_s - self._origin_s
+            return at_s - self._origin_s
         if self._clocks is None:
             return None
-        return float(self._clocks.to_device_s(np.array([event.at_s]))[0]) - self._origin_s
+        return float(self._clocks.to_device_s(np.array([at_s]))[0]) - self._origin_s
+
+
+def _first_s(stream: StreamData) -> float:
+    return float(stream.in_seconds(np.array([stream.first_stamp]))[0])
+
+
+def _calibrated(
+    channel: Channel, time_s: NDArray[np.float64], counts: NDArray[Any], branch: Branch | None = None
+) -> Series:
+    return Series(time_s - channel.delay_s, channel.calibration.apply(counts, branch), channel.unit)
+
+
+def mean_stroke(wires: Sequence[Series]) -> Series:
+    """Return the mean of the draw wires at the mean of their times (:meth:`Run.stroke`), or the only one."""
+    if len(wires) == 1:
+        return wires[0]
+    one, two = wires
+    return Series((one.time_s + two.time_s) / 2.0, (one.value + two.value) / 2.0, one.unit)

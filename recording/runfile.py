@@ -2,27 +2,38 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import NDArray
+
 from foundation.errors import BadInput
 from recording.content import Anchor, Event, StreamContent
-from recording.durable import give_final_name, write_under_temporary_name
+from recording.durable import give_final_name
 from recording.layout import (
     ENTRY,
     Column,
-    anchor_columns,
-    complete_document,
-    event_columns,
-    file_bytes,
+    TreeWriter,
+    Widths,
     file_is_as_sealed,
+    item_values,
+    segment_rows,
     stream_columns,
+    user_block,
 )
-from recording.metadata import FORMAT, FORMAT_VERSION, check_document, check_format, is_unaltered
-from recording.reading import RESTORE, open_tree, read_document
-from recording.run import Columns, Run, Series, StreamData
+from recording.metadata import (
+    FORMAT,
+    FORMAT_VERSION,
+    StreamHead,
+    check_document,
+    check_format,
+    is_unaltered,
+)
+from recording.reading import RESTORE, Reader, open_tree, read_document
+from recording.run import Run, Series
+from recording.stream import StreamData
+from recording.tree_file import TreeFile
 from recording.verify import content_faults
 
 __all__ = [
@@ -75,27 +86,103 @@ def write_run(
     OSError
         If it cannot be written, or not what was written can be read back.
     """
-    heads = check_document(metadata, path)
-    columns: list[Column] = []
-    for name, head in heads.items():
-        if name not in streams:
-            continue
-        if list(streams[name].counts) != [channel.name for channel in head.channels]:
-            raise BadInput(
-                f"stream {name} holds {', '.join(streams[name].counts)}", file=path, place=f"streams.{name}"
-            )
-        columns += stream_columns(name, streams[name], raw_units or {})
-    if unknown := set(streams) - set(heads):
-        raise BadInput(f"streams without metadata: {', '.join(sorted(unknown))}", file=path)
-    columns += [*event_columns(events), *anchor_columns(anchors)]
-    document = complete_document(metadata, columns)
+    held = {name: tuple(stream.counts) for name, stream in streams.items()}
+    heads = fitting_heads(metadata, held, path)
+    content = {name: streams[name] for name in heads if name in streams}
+    widths = Widths()
+    items: list[Event | Anchor] = [*events, *anchors]
+    for item in items:
+        widths.take(item)
+    columns = widths.columns()
+    for name, stream in content.items():
+        dtypes = {channel: values.dtype for channel, values in stream.counts.items()}
+        columns += stream_columns(
+            name, stream.rows, stream.time.dtype, dtypes, len(stream.segments), raw_units or {}
+        )
+    return write_columns(path, metadata, heads, columns, _values(content, items))
+
+
+def write_columns(
+    path: Path,
+    metadata: Mapping[str, Any],
+    heads: Mapping[str, StreamHead],
+    columns: Sequence[Column],
+    values: Iterable[tuple[str, NDArray[Any]]],
+) -> Path:
+    """Write a run file of known datasets, whose numbers come bit by bit; otherwise as :func:`write_run`.
+
+    Parameters
+    ----------
+    path, metadata
+        As :func:`write_run`.
+    heads : mapping of str to StreamHead
+        The document's streams.
+    columns : sequence of Column
+        All datasets.
+    values : iterable of (str, NDArray)
+        Place of a dataset and its next rows, in any mixture.
+
+    Raises
+    ------
+    BadInput
+        By ``values``.
+    OSError
+        If it cannot be written, or not what was written can be read back.
+    """
     temporary = path.with_suffix(TEMPORARY_SUFFIX)
-    write_under_temporary_name(temporary, file_bytes(document, columns, heads))
-    if not file_is_as_sealed(temporary) or (faults := content_faults(temporary)):
-        detail = faults[0].text if file_is_as_sealed(temporary) else "its bytes differ"
-        raise OSError(f"{temporary}: what was written cannot be read back ({detail})")
+    with TreeFile(temporary) as file:
+        with TreeWriter(file, columns) as tree:
+            for place, rows in values:
+                tree.append(place, rows)
+            tree.finish(metadata, heads)
+        file.keep(user_block(temporary))
+    if not file_is_as_sealed(temporary):
+        raise OSError(f"{temporary}: what was written cannot be read back (its bytes differ)")
+    if faults := content_faults(temporary):
+        raise OSError(f"{temporary}: what was written cannot be read back ({faults[0].text})")
     give_final_name(temporary, path)
     return path
+
+
+def fitting_heads(
+    metadata: Mapping[str, Any], held: Mapping[str, Sequence[str]], path: Path
+) -> dict[str, StreamHead]:
+    """Return the streams of a document that fits what is held.
+
+    Parameters
+    ----------
+    metadata : mapping
+        The metadata document.
+    held : mapping of str to sequence of str
+        The channels that there are numbers of, by stream.
+    path : Path
+        The run file to be, for the message.
+
+    Raises
+    ------
+    BadInput
+        If the document lacks something, or has other streams or channels than those held.
+    """
+    heads = check_document(metadata, path)
+    if unknown := set(held) - set(heads):
+        raise BadInput(f"streams without metadata: {', '.join(sorted(unknown))}", file=path)
+    for name, channels in held.items():
+        if list(channels) != [channel.name for channel in heads[name].channels]:
+            raise BadInput(f"stream {name} holds {', '.join(channels)}", file=path, place=f"streams.{name}")
+    return heads
+
+
+def _values(
+    streams: Mapping[str, StreamContent], items: Sequence[Event | Anchor]
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    for name, stream in streams.items():
+        place = f"{ENTRY}/{name}"
+        yield f"{place}/{'time_s' if stream.time.dtype.kind == 'f' else 'time_us'}", stream.time
+        for channel, values in stream.counts.items():
+            yield f"{place}/{channel}", values
+        yield f"{place}/segments", segment_rows(stream.segments)
+    for item in items:
+        yield from item_values(item)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
@@ -131,29 +218,15 @@ def open_run(path: Path) -> Run:
         raise BadInput(faults[0].text, file=path, place=faults[0].place, remedy=RESTORE)
     heads = check_document(document, path)
     facts: Mapping[str, Mapping[str, Any]] = document["datasets"]
+    reader = Reader(path, sealed=whole)
     streams = {
-        name: StreamData(path, head, facts)
+        name: StreamData(reader, head, facts)
         for name, head in heads.items()
         if f"{ENTRY}/{name}/segments" in facts
     }
     for stream in streams.values():
         _check_datasets(stream, facts, path)
-    anchors = [
-        Anchor(device_us, host_s, utc.decode())
-        for device_us, host_s, utc in _rows(path, facts, "anchors", ("device_us", "host_s", "utc"))
-    ]
-    events = [
-        Event(at_s, kind.decode(), text.decode(), json.loads(data))
-        for at_s, kind, text, data in _rows(path, facts, "events", ("at_s", "kind", "text", "data"))
-    ]
-    return Run(path, document, streams, anchors, events)
-
-
-def _rows(
-    path: Path, facts: Mapping[str, Any], group: str, names: Sequence[str]
-) -> Iterator[tuple[Any, ...]]:
-    columns = Columns(path, {name: f"{ENTRY}/{group}/{name}" for name in names}, facts)
-    return zip(*(columns[name].tolist() for name in names), strict=True)
+    return Run(reader, document, streams)
 
 
 def _check_datasets(stream: StreamData, facts: Mapping[str, Any], path: Path) -> None:

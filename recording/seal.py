@@ -7,14 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from foundation.errors import BadInput
-from recording.content import Anchor, Event, Segment, StreamContent, join_segments
-from recording.journal import DataRecord, EndRecord, Scan, Stop
 from recording.journal_file import JOURNAL_SUFFIX, STARTING_PATTERN, lock_or_refuse, remove_journal
-from recording.runfile import TEMPORARY_SUFFIX, read_metadata, write_run
-from recording.segments import later_segments, scan_chain, segment_path
+from recording.outline import Outline, outline, values_of
+from recording.runfile import TEMPORARY_SUFFIX, fitting_heads, read_metadata, write_columns
+from recording.segments import later_segments, segment_path
 from recording.verify import verify
 
 RUN_SUFFIX = ".h5"
@@ -67,20 +64,20 @@ def seal_held(journal: Path) -> Path:
     BadInput, OSError
         As :func:`seal`.
     """
-    content = scan_chain(journal)
+    content = outline(journal)
     if content.header is None:
-        raise BadInput(f"the journal has no header ({content.why})", file=journal)
+        raise BadInput(
+            f"the journal has no header ({content.why}): nothing can be recovered from it",
+            file=journal,
+            remedy="move it out of this folder, and look at the disk it came from",
+        )
     run_file = journal.with_suffix(RUN_SUFFIX)
     metadata = _document(content)
     if not _is_sealed_already(run_file, metadata):
-        streams = {name: _stream(content, name) for name in _streams_with_data(content)}
-        write_run(
-            run_file,
-            metadata,
-            streams,
-            [record for record in content.records if isinstance(record, Event)],
-            [record for record in content.records if isinstance(record, Anchor)],
-        )
+        held = {name: tuple(stream.dtypes) for name, stream in content.streams.items()}
+        heads = fitting_heads(metadata, held, run_file)
+        columns = content.columns([name for name in heads if name in held])
+        write_columns(run_file, metadata, heads, columns, values_of(journal, content))
     _put_away(journal, keep=content.more_follows)
     return run_file
 
@@ -173,45 +170,25 @@ def _is_sealed_already(run_file: Path, metadata: Mapping[str, Any]) -> bool:
     return True
 
 
-def _document(content: Scan) -> dict[str, Any]:
+def _document(content: Outline) -> dict[str, Any]:
     """Return the metadata document with how the recording ended and what it was sealed from."""
     header = content.header or {}
     document: dict[str, Any] = dict(header["metadata"])
-    end = next((record for record in content.records if isinstance(record, EndRecord)), None)
+    end = content.end
     ending: dict[str, str | None]
     if end is not None and not content.missing:
         ending = {"status": end.status, "reason": end.reason, "ended_utc": end.ended_utc}
         document["recorder"] = dict(end.figures)
     else:
-        utc = [record.utc for record in content.records if isinstance(record, Anchor)]
         reason = f"the recording broke off: {content.why} (no end record)"
         if content.more_follows:
             reason += f"; further records lie behind it, kept in the file *{DAMAGED_SUFFIX}"
-        ending = {"status": "recovered", "reason": reason, "ended_utc": utc[-1] if utc else None}
+        ending = {"status": "recovered", "reason": reason, "ended_utc": content.last_utc}
     document["run"] = {**document["run"], **ending}
     document["sealed_from"] = {
         "frames": content.frames,
         "bytes": content.valid_bytes,
         "crc": content.crc,
-        "stop": Stop(content.stop).value,
+        "stop": content.stop.value,
     }
     return document
-
-
-def _streams_with_data(content: Scan) -> list[str]:
-    return list(dict.fromkeys(r.stream for r in content.records if isinstance(r, DataRecord)))
-
-
-def _stream(content: Scan, name: str) -> StreamContent:
-    records = list(content.of_stream(name))
-    rows = np.cumsum([0, *(len(record.time_us) for record in records)])
-    segments = [
-        Segment(int(row), record.sequence, record.lost)
-        for row, record in zip(rows, records, strict=False)
-        if len(record.time_us)
-    ]
-    counts = {
-        channel: np.concatenate([record.counts[channel] for record in records])
-        for channel in records[0].counts
-    }
-    return StreamContent(np.concatenate([r.time_us for r in records]), counts, join_segments(segments))

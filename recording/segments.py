@@ -11,7 +11,7 @@ from __future__ import annotations
 import threading
 import zlib
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -24,7 +24,6 @@ from recording.journal import (
     JournalReader,
     JournalWriter,
     Record,
-    Scan,
     Stop,
     more_records_behind,
 )
@@ -32,6 +31,8 @@ from recording.journal_file import JournalFile
 
 SEGMENT_BYTES = 1 << 30
 """A file that has grown beyond this is followed by another."""
+BATCH_BYTES = 4 << 20
+"""So much of a journal is held in memory at once by who reads all of it."""
 
 
 def segment_path(first: Path, number: int) -> Path:
@@ -254,7 +255,8 @@ class ChainReader:
         """Why segments that lack records break off."""
         self._first = first
         self._number = 0
-        self._records = 0
+        self._records = 0  # of the run: so many were returned, or are missing
+        self._position = 0  # of the run: the number of the record that the present segment gives next
         self._more_behind = False
         self._done = (0, 0, 0)  # frames, bytes, fingerprint of the segments before
         self._reader = JournalReader(first)
@@ -271,6 +273,11 @@ class ChainReader:
     def stop(self) -> Stop:
         """Why reading stopped where it did."""
         return self._reader.stop
+
+    @property
+    def drained(self) -> bool:
+        """Whether the last call of :meth:`poll` came to where reading stops."""
+        return self._reader.drained
 
     @property
     def why(self) -> str:
@@ -290,84 +297,93 @@ class ChainReader:
             self.stop is not Stop.ENDED and more_records_behind(self._reader.path, self._reader.offset + 1)
         )
 
-    def poll(self) -> list[Record]:
+    def poll(self, at_most: int | None = None) -> list[Record]:
         """Return the records that have come in since the last call, each once.
+
+        Parameters
+        ----------
+        at_most : int, optional
+            Bytes after which the call leaves the rest to the next one: ``drained`` is false then.
 
         Raises
         ------
         BadInput
             If the journal was written in a newer format, or a segment is not one of this run.
         """
-        records = self._take(self._reader.poll())
-        while self._reader.stop is not Stop.ENDED:
+        records = self._take(self._reader.poll(at_most))
+        while self.drained and self.stop is not Stop.ENDED:
             following = self._following()
             if following is None:
                 break
             records += self._take(self._reader.poll())  # before there is a next one, this one is complete
-            records += self._go_on_with(following)
+            self._go_on_with(*following)
+            records += self._take(self._reader.poll(at_most))
         return records
+
+    def batches(self) -> Iterator[list[Record]]:
+        """Go through all records to the end of the last segment, some MiB at a time.
+
+        Raises
+        ------
+        BadInput
+            As :meth:`poll`.
+        """
+        while True:
+            records = self.poll(BATCH_BYTES)
+            yield records
+            if self.drained:
+                return
 
     def _take(self, records: list[Record]) -> list[Record]:
+        """Return those of the present segment's next records that no segment before gave."""
         if self.header is None:
             self.header = self._reader.header
-        self._records += len(records)
-        return records
+        known = max(self._records - self._position, 0)
+        self._position += len(records)
+        self._records = max(self._records, self._position)
+        return records[known:]
 
-    def _following(self) -> tuple[JournalReader, list[Record]] | None:
-        path = segment_path(self._first, self._number + 1)
-        if not path.exists():
-            return None
-        reader = JournalReader(path)
-        records = reader.poll()
-        header = reader.header
-        if header is None:
+    def _following(self) -> tuple[int, JournalReader] | None:
+        """Return the next segment whose header is whole, and its number; note those that are damaged."""
+        damaged: list[str] = []
+        for path in later_segments(self._first):
+            number = int(path.name.removeprefix(f"{self._first.name}."))
+            if number <= self._number:
+                continue
+            reader = JournalReader(path)
+            reader.poll(at_most=1)  # the header alone
+            header = reader.header
+            if header is not None:
+                self._demand_same_run(header, reader)
+                self._note_damaged(damaged)
+                return number, reader
+            damaged.append(f"{path.name}: {reader.why}")
             reader.close()
-            return None
-        if self.header is None or header["run_id"] != self.header["run_id"]:
-            reader.close()
-            raise BadInput("is no part of this run's journal", file=path, remedy="move it away")
-        return reader, records
+        self._note_damaged(damaged)
+        return None
 
-    def _go_on_with(self, following: tuple[JournalReader, list[Record]]) -> list[Record]:
-        reader, records = following
-        begins = int((reader.header or {})["first_record"])
+    def _demand_same_run(self, header: Mapping[str, Any], reader: JournalReader) -> None:
+        run_id = self.header["run_id"] if self.header is not None else self._first.stem
+        if header["run_id"] != run_id:
+            reader.close()
+            raise BadInput("is no part of this run's journal", file=reader.path, remedy="move it away")
+
+    def _note_damaged(self, whys: Sequence[str]) -> None:
+        self.breaks += [why for why in whys if why not in self.breaks]
+        self._more_behind |= bool(whys)
+
+    def _go_on_with(self, number: int, following: JournalReader) -> None:
+        begins = int((following.header or {})["first_record"])
         if begins > self._records:
             lacking = begins - self._records
             self.missing += lacking
             self._more_behind |= more_records_behind(self._reader.path, self._reader.offset + 1)
             self.breaks.append(f"{self._reader.path.name}: {self._reader.why}, {lacking} records are missing")
             self._records = begins
-        repeated = self._records - begins
         self._done = self.read_so_far
         self._reader.close()
-        self._reader, self._number = reader, self._number + 1
-        self._records = max(self._records, begins + len(records))
-        return records[repeated:]
+        self._reader, self._number, self._position = following, number, begins
 
 
 def _fold(before: int, after: int) -> int:
     return zlib.crc32(after.to_bytes(4, "little"), before)
-
-
-def scan_chain(first: Path) -> Scan:
-    """Read a whole journal through all its segments, each up to its first invalid record.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be read, was written in a newer format, or holds a segment of another run.
-    """
-    with ChainReader(first) as reader:
-        records = reader.poll()
-        frames, size, crc = reader.read_so_far
-        return Scan(
-            header=reader.header,
-            records=records,
-            valid_bytes=size,
-            frames=frames,
-            crc=crc,
-            stop=reader.stop,
-            why=reader.why,
-            more_follows=reader.more_lies_behind(),
-            missing=reader.missing,
-        )

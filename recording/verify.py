@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +12,11 @@ import h5py
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.content import Segment, gaps_of
-from recording.layout import ENTRY, file_is_as_sealed, sha256_of
+from recording.content import MAIN_STREAM, Segment, gaps_of
+from recording.layout import ENTRY, file_is_as_sealed
 from recording.metadata import check_document, check_format, is_unaltered
-from recording.reading import open_tree, read_column, read_document
+from recording.outline import outline
+from recording.reading import column_blocks, open_tree, read_column, read_document
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,28 @@ def verify(path: Path) -> list[Finding]:
         return [Finding("fault", error.place or "file", error.problem)]
 
 
+def verify_journal(journal: Path) -> list[Finding]:
+    """Check the journal of a run that is not sealed: what of it can be recovered, and what cannot.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, is of a newer format, or holds a segment of another run.
+    """
+    found = outline(journal)
+    if found.header is None:
+        return [Finding("fault", "header", f"nothing can be recovered: {found.why}")]
+    findings = []
+    if found.more_follows or found.missing:
+        text = f"records are damaged: {found.why}; what lies before them can be recovered"
+        findings.append(Finding("fault", "records", text))
+    elif found.end is None:
+        findings.append(Finding("note", "records", f"the recording broke off: {found.why}"))
+    rows = found.streams[MAIN_STREAM].rows if MAIN_STREAM in found.streams else 0
+    text = f"not sealed yet, holds {rows} sample(s) of the controller; “bufferstand resume” seals it"
+    return [*findings, Finding("note", "journal", text)]
+
+
 def content_faults(path: Path) -> list[Finding]:
     """Compare the metadata document and every dataset with their hashes; independent of the file's bytes.
 
@@ -87,11 +111,13 @@ def content_faults(path: Path) -> list[Finding]:
 
 
 def _dataset_faults(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> list[Finding]:
+    digest = hashlib.sha256()
     try:
-        values = read_column(tree, path, place, facts)
+        for block in column_blocks(tree, path, place, facts):
+            digest.update(np.ascontiguousarray(block).data)
     except BadInput as error:
         return [Finding("fault", place, error.problem)]
-    if sha256_of(values) != facts.get("sha256"):
+    if digest.hexdigest() != facts.get("sha256"):
         return [Finding("fault", place, "the numbers are not those that were sealed (SHA-256)")]
     return []
 
@@ -134,9 +160,14 @@ def _time_notes(tree: Any, path: Path, name: str, datasets: Mapping[str, Any]) -
     place = f"{ENTRY}/{name}/time_us"
     if place not in datasets:
         return []  # of an imported record: among the findings of the import
-    steps = np.diff(read_column(tree, path, place, datasets[place]))
-    if not (steps <= 0).any():
+    count, first, row, last = 0, 0, 0, None
+    for block in column_blocks(tree, path, place, datasets[place]):
+        stamps = block if last is None else np.concatenate([last, block])
+        stuck = np.flatnonzero(np.diff(stamps) <= 0)
+        if len(stuck) and not count:
+            first = row + int(stuck[0]) - (last is not None)
+        count += len(stuck)
+        row, last = row + len(block), block[-1:]
+    if not count:
         return []
-    first = int(np.argmax(steps <= 0))
-    count = int((steps <= 0).sum())
     return [Finding("note", place, f"{count} time stamp(s) do not advance, the first after row {first}")]

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING
 
 import click
 
-from cli.campaigns import Prepared, prepare
-from cli.commands.run import finish
-from cli.evaluation_view import show_evaluation
 from cli.options import FILE, FOLDER, write_json
-from cli.running import perform
 from cli.samples import sample
-from daq.folder import load_record
-from evaluation.document import evaluate_paths
-from evaluation.report.writing import pdf_available, write_report
 from foundation.durations import duration_text
 from foundation.errors import BadInput, ExitStatus
 
+if TYPE_CHECKING:
+    from cli.campaigns import Prepared
+
 SPEED = 6.0
 """Stand time in multiples of real time: nine minutes of testing in one and a half."""
+
+_WHAT_NEXT = """
+What next
+  open the report above in a browser; its first page says what is still missing for a signature
+  bufferstand runs {folder}                       the recorded runs, and what was done in each
+  bufferstand evaluate {folder} --json -          every figure with its uncertainty, for your own programs
+  bufferstand model fit {folder}/runs --out spring.toml      the spring model, for vehicle dynamics
+  bufferstand plan {folder}/inputs/demo.toml      the campaign file behind it: copy it and make it yours
+  docs/tutorial.md: the same by hand; docs/how-to/connect-your-controller.md: your own stand"""
 
 
 @click.command("demo", epilog="Example:  bufferstand demo --out my-first-campaign")
@@ -38,6 +45,14 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     The stand is a process of its own on real wires (Modbus TCP, a serial line, a 1-Wire folder). The last
     step means to run into the 40 °C stop.
     """
+    from cli.campaigns import prepare
+    from cli.commands.run import finish
+    from cli.evaluation_view import show_evaluation
+    from cli.running import perform
+    from daq.folder import load_record
+    from evaluation.document import evaluate_paths
+    from evaluation.report.writing import pdf_available, write_report
+
     folder = out or Path("demo-output") / f"{datetime.now().astimezone():%Y-%m-%dT%H-%M-%S}"
     if load_record(folder) is not None:
         raise BadInput("this folder holds a campaign already", file=folder, remedy="choose another")
@@ -64,11 +79,14 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     click.echo(f"evaluation   {folder / 'evaluation.json'}")
     for file in files:
         click.echo(f"report       {file.resolve().as_uri() if file.suffix == '.html' else file}")
+    click.echo(_WHAT_NEXT.format(folder=quote(str(folder))))
     return ExitStatus.DONE
 
 
 def _stopped_as_intended(prepared: Prepared, folder: Path) -> bool:
     """Return whether all steps but the last are complete, and the last was stopped by a warm specimen."""
+    from daq.folder import load_record
+
     record = load_record(folder)
     if record is None:
         return False

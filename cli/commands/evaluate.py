@@ -2,53 +2,162 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from cli.evaluation_view import show_evaluation
 from cli.judging import Judging, judging_options
-from cli.options import EXISTING, FILE, write_json
-from evaluation.document import evaluate_paths
-from evaluation.table import write_table
-from foundation.errors import ExitStatus
+from cli.options import FILE, FOLDER, open_output, warn
+from evaluation.choices import DRAWS
+from foundation.errors import BadInput, ExitStatus
+from recording.cachefile import default_folder
+
+if TYPE_CHECKING:
+    from evaluation.archive.evaluate import ArchiveEvaluation, Workers
+
+SHOWN_RUNS = 40
+"""More runs are shown as an overview; each one is in the tables and the JSON."""
 
 
-@click.command("evaluate", epilog="Example:  bufferstand evaluate campaign --json - --table cycles.csv")
-@click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
+@click.command("evaluate", epilog="Example:  bufferstand evaluate 'archive/**/*.h5' --table cycles.csv")
+@click.argument("paths", metavar="PATH...", nargs=-1)
+@click.option(
+    "--from",
+    "lists",
+    metavar="FILE",
+    type=FILE,
+    multiple=True,
+    help="Evaluate what a list names, a path a line.",
+)
 @click.option(
     "--json", "json_file", metavar="FILE|-", help="Write the evaluation as JSON; - is standard output."
 )
-@click.option("--table", metavar="FILE", type=FILE, help="Write a row a cycle as .csv or .parquet.")
+@click.option("--table", metavar="FILE", type=FILE, help="Write a row a cycle as .csv, .parquet or .xlsx.")
+@click.option("--run-table", metavar="FILE", type=FILE, help="Write a row a run as .csv, .parquet or .xlsx.")
 @judging_options
+@click.option(
+    "--draws",
+    metavar="N",
+    type=click.IntRange(0),
+    default=DRAWS,
+    help=f"Monte Carlo draws a run (default {DRAWS}; 0: no uncertainties, some times faster).",
+)
+@click.option(
+    "--jobs",
+    metavar="N",
+    type=click.IntRange(1),
+    help="Processes at work (default: one a core of this machine).",
+)
+@click.option(
+    "--cluster", metavar="ADDRESS", help="Evaluate on the Dask cluster of this scheduler (tcp://HOST:PORT)."
+)
+@click.option(
+    "--cache",
+    "folder",
+    metavar="DIR",
+    type=FOLDER,
+    help="Where results are kept (default: the user's cache folder).",
+)
+@click.option("--no-cache", is_flag=True, help="Evaluate everything again, and keep nothing.")
 @click.option("--strict", is_flag=True, help="End with status 1 if a specimen failed.")
 def command(
-    paths: tuple[Path, ...],
+    paths: tuple[str, ...],
+    lists: tuple[Path, ...],
     json_file: str | None,
     table: Path | None,
+    run_table: Path | None,
     judging: Judging,
+    draws: int,
+    jobs: int | None,
+    cluster: str | None,
+    folder: Path | None,
+    no_cache: bool,
     strict: bool,
 ) -> int:
-    """Evaluate runs, campaigns or whole archives; PATH is a run file or a folder of them.
+    """Evaluate runs, campaigns or whole archives.
+
+    PATH is a run file, a folder of them, a pattern ('archive/**/*.h5', quoted) or @FILE, a list of paths.
 
     Energies, damping, stiffness and speeds a cycle with their uncertainty, trends over frequency, and the
-    requirements of EN 15551 or of another limit set. Exit status 0 whatever the verdict, unless --strict.
+    requirements of EN 15551 or of another limit set. Only what changed since last time is evaluated. A run
+    that cannot be evaluated is named and does not stop the others (status 2 at the end). Otherwise exit
+    status 0 whatever the verdict, unless --strict.
     """
-    document = evaluate_paths(
-        paths,
-        decision_rule=judging.decision_rule,
-        limit_set=judging.limit_set,
-        moving_mass_kg=judging.moving_mass_kg,
-        moving_mass_accuracy_percent=judging.moving_mass_accuracy_percent,
-        force_cell=judging.force_cell,
-        inspections=judging.inspections,
-    )
-    judging.warn_of_unused([entry["run"] for entry in document["runs"]])
+    from cli.archive_view import progress_bar, show_archive
+    from cli.evaluation_view import show_evaluation
+    from evaluation.archive.cache import Cache
+    from evaluation.archive.evaluate import evaluate_archive
+    from evaluation.archive.identity import Settings, software
+    from evaluation.archive.sources import find_runs
+    from evaluation.archive.tables import document, write_document, write_tables
+    from evaluation.table import check_table_name
+
+    for name in (table, run_table):
+        if name is not None:
+            check_table_name(name)
+    if cluster is not None and jobs is not None:
+        raise click.UsageError("--jobs is for this machine; how many work on a cluster, its workers say")
+    files = find_runs(paths, lists)
+    settings = Settings(replace(judging.options, draws=draws), judging.limit_set)
+    cache = None if no_cache else Cache(folder or default_folder(), settings.sha256, software().sha256)
+    to_terminal = json_file != "-"
+    shown_whole = len(files) <= SHOWN_RUNS
+    try:
+        with progress_bar() as report:
+            evaluation = evaluate_archive(
+                files,
+                settings,
+                _workers(cluster, jobs),
+                cache,
+                with_entries=json_file is not None or shown_whole,
+                report=report,
+            )
+    finally:
+        if cache is not None:
+            cache.close()
+    if cache is not None and cache.problem:
+        warn(cache.problem)
+    _refuse_single(files, evaluation)
+    judging.warn_of_unused([run.facts for run in evaluation.runs])
     if json_file is not None:
-        write_json(document, json_file)
-    if table is not None:
-        write_table(document, table)
-    if json_file != "-":
-        show_evaluation(document)
-    failed = any(entry["verdict"] in ("fail", "conditional-fail") for entry in document["runs"])
+        with open_output(json_file) as stream:
+            write_document(evaluation, stream)
+    write_tables(evaluation, table, run_table)
+    if to_terminal and shown_whole:
+        show_evaluation(document(evaluation))
+    elif to_terminal:
+        show_archive(evaluation)
+    return _status(evaluation, len(files), strict=strict)
+
+
+def _workers(cluster: str | None, jobs: int | None) -> Workers:
+    from evaluation.archive.local import Local
+
+    if cluster is None:
+        return Local(jobs)
+    from evaluation.archive.cluster import Cluster
+
+    return Cluster(cluster, warn)
+
+
+def _refuse_single(files: Sequence[Path], evaluation: ArchiveEvaluation) -> None:
+    """Refuse a single file that cannot be evaluated, as every other command does."""
+    if len(files) == 1 and evaluation.failures:
+        (failure,) = evaluation.failures
+        raise BadInput(failure.problem, file=failure.path)
+
+
+def _status(evaluation: ArchiveEvaluation, files: int, *, strict: bool) -> ExitStatus:
+    for failure in evaluation.failures:
+        click.echo(f"bufferstand: {BadInput(failure.problem, file=failure.path)}", err=True)
+    if evaluation.failures:
+        click.echo(
+            f"bufferstand: {len(evaluation.failures)} of {files} runs could not be evaluated",
+            err=True,
+        )
+        return ExitStatus.BAD_INPUT
+    failed = any(run.facts["verdict"] in ("fail", "conditional-fail") for run in evaluation.runs)
     return ExitStatus.SPECIMEN_FAILED if strict and failed else ExitStatus.DONE

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from cli.options import EXISTING, FOLDER
-from drivers.simulated.faults_control import SOCKET, ask
 from foundation.errors import BadInput
 
 
@@ -28,6 +27,8 @@ def command(
     A fault without @START begins now and lasts until it is cleared, or for --for seconds. Kinds of faults,
     and what is seen of each: docs/simulated-stand.md.
     """
+    from drivers.simulated.faults_control import SOCKET, ask
+
     path = (stand.parent / "wires" if wires is None else wires).absolute() / SOCKET
     if clear:
         for target in faults or (None,):

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-import numpy as np
 
-from cli.model_pictures import picture_comparison, picture_warming, save_picture
-from cli.model_runs import MeasuredRun, read_runs
-from cli.model_view import show_cycles
 from cli.options import EXISTING, FOLDER, show_table, warn
 from foundation.errors import ExitStatus
-from model.file import load_model
-from model.identification.identify import experiment_of
-from model.identification.response import Answer, BandStage, LagStage, answer
-from model.identification.validation import CycleCheck, check_cycles
-from model.spring import SpringModel
+
+if TYPE_CHECKING:
+    from cli.model_runs import MeasuredRun
+    from evaluation.model_check import RunCheck
+    from model.identification.response import Answer
+    from model.spring import SpringModel
 
 
 @click.command(
@@ -50,12 +48,17 @@ def command(
 
     Nothing is fitted; each run begins at its first measured temperature, unless one is given.
     """
+    from cli.model_runs import read_runs
+    from cli.model_view import show_cycles
+    from evaluation.model_check import check_run
+    from model.file import load_model
+
     model = load_model(model_file)
     runs = read_runs(paths, ambient_C)
     answers = [_answer(model, run, temperature_C, isothermal) for run in runs]
-    checks = [check_cycles(experiment_of(run.drive), given) for run, given in zip(runs, answers, strict=True)]
-    _show_runs(runs, answers, checks)
-    show_cycles("Cycles", [check for group in checks for check in group])
+    checks = [check_run(run.drive, given) for run, given in zip(runs, answers, strict=True)]
+    _show_runs(runs, checks)
+    show_cycles("Cycles", [cycle for check in checks for cycle in check.cycles])
     for sentence in model.warnings(
         min(float(given.temperature_C.min()) for given in answers),
         max(float(given.temperature_C.max()) for given in answers),
@@ -67,34 +70,23 @@ def command(
 
 
 def _answer(model: SpringModel, run: MeasuredRun, temperature_C: float | None, isothermal: bool) -> Answer:
+    from evaluation.model_check import answer_to, start_temperature_C
+
     drive = run.drive
-    start = temperature_C
-    if start is None:
-        start = float(np.mean(drive.sensor_C[:3])) if drive.sensor_C.size else drive.ambient_C
-        if not drive.sensor_C.size:
-            warn(f"{run.path.name}: no temperature of the specimen; {start:.1f} °C is assumed")
-    band = BandStage.of(model.tables, drive.stroke_mm)
-    lag = LagStage.of(band, drive.time_s, model.viscous.tau_s)
-    return answer(
-        model,
-        drive.time_s,
-        band,
-        lag,
-        start_C=start,
-        sensor_start_C=start,
-        ambient_C=start if isothermal else drive.ambient_C,
-        isothermal=isothermal,
-    )
+    if temperature_C is None and not drive.sensor_C.size:
+        start = start_temperature_C(drive)
+        warn(f"{run.path.name}: no temperature of the specimen; {start:.1f} °C is assumed")
+    return answer_to(model, drive, start_C=temperature_C, isothermal=isothermal)
 
 
-def _show_runs(runs: list[MeasuredRun], answers: list[Answer], checks: list[list[CycleCheck]]) -> None:
+def _show_runs(runs: list[MeasuredRun], checks: list[RunCheck]) -> None:
+    import numpy as np
+
     rows = []
-    for run, given, group in zip(runs, answers, checks, strict=True):
-        drive = run.drive
-        counted = experiment_of(drive).used
-        rest = (given.force_kN[drive.node] - drive.force_kN)[counted]
+    for run, check in zip(runs, checks, strict=True):
+        drive, given, group, rest = check.drive, check.answer, check.cycles, check.residual_kN
         sensor = np.interp(drive.sensor_s, drive.time_s, given.sensor_C) - drive.sensor_C
-        span = float(drive.force_kN.max())
+        span = check.largest_force_kN
         rows.append(
             [
                 run.path.stem,
@@ -136,6 +128,8 @@ def _show_runs(runs: list[MeasuredRun], answers: list[Answer], checks: list[list
 def _write_pictures(
     model: SpringModel, runs: list[MeasuredRun], answers: list[Answer], out: Path, kind: str
 ) -> None:
+    from cli.model_pictures import picture_comparison, picture_warming, save_picture
+
     for run, given in zip(runs, answers, strict=True):
         target = out / f"{run.path.stem}-loops.{kind}"
         save_picture(picture_comparison(model, run.drive, given), target)

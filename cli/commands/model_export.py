@@ -9,11 +9,7 @@ import click
 
 from cli.options import EXISTING, FILE, FOLDER, warn
 from foundation.errors import BadInput
-from model.export.c_source import export_c
-from model.export.fmu import export_fmu
-from model.export.options import FmuOptions, Positive, Units
-from model.export.tables import export_tables
-from model.file import load_model
+from model.export.choices import Positive, Units
 
 
 @click.command(
@@ -58,6 +54,12 @@ def command(
     Each export says in itself what it loses. The signs of the model file hold (loading positive) unless one
     of the two switches is given; the FMU also has a parameter for it.
     """
+    from model.export.c_source import export_c
+    from model.export.fmu import export_fmu
+    from model.export.options import FmuOptions
+    from model.export.tables import export_tables
+    from model.file import load_model
+
     if not (fmu or tables or c_folder):
         raise BadInput("nothing to write", file="model export", remedy="give --fmu, --tables or --c")
     if temperatures and not tables:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from cli.samples import sample
-from evaluation.figures.paint import draw, draw_png
-from evaluation.paper_comparison import Comparison, Row, compare_with_paper
 from foundation.errors import BadInput, ExitStatus
-from model.file import load_model
+
+if TYPE_CHECKING:
+    from evaluation.paper_comparison import Comparison, Row
 
 
 @click.command("paper", epilog="Example:  bufferstand model paper --out paper-figures")
@@ -29,6 +30,10 @@ def command(out: Path) -> int:
     The runs are evaluated like measured ones. The table says for each published figure what it is here, the
     difference, and why it cannot agree where it does not.
     """
+    from evaluation.figures.paint import draw, draw_png
+    from evaluation.paper_comparison import compare_with_paper
+    from model.file import load_model
+
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-import numpy as np
-from numpy.typing import NDArray
 
-from cli.model_pictures import picture_simulation, save_picture
-from cli.model_view import write_text
 from cli.options import EXISTING, FILE, warn
-from evaluation.load import load_run
 from foundation.errors import BadInput, ExitStatus
-from model.file import load_model
-from model.identification.drive import reduce_run
-from model.simulation import simulate
+from foundation.text_file import write_text
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
 
 _RATE_Hz = 200.0
 _COLUMNS = "time [s],stroke [mm],force [kN],temperature_1 [°C],bulk_temperature [°C],heat [J],work [J]"
@@ -61,6 +59,12 @@ def command(
     A sine begins and ends at contact, with ramps at 20 mm/s. A measured stroke is de-noised first
     (docs/identification.md).
     """
+    import numpy as np
+
+    from cli.model_pictures import picture_simulation, save_picture
+    from model.file import load_model
+    from model.simulation import simulate
+
     model = load_model(model_file)
     sine = (prestress_mm, amplitude_mm, frequency_Hz)
     if run_file is not None and any(value is not None for value in sine):
@@ -108,6 +112,8 @@ def command(
 
 
 def _sine(prestress: float, amplitude: float, frequency: float, cycles: int) -> tuple[Floats, Floats]:
+    import numpy as np
+
     for name, value in (("--amplitude", amplitude), ("--frequency", frequency)):
         if not value > 0.0:
             raise BadInput(f"must be above 0, got {value:g}", file=name)
@@ -126,6 +132,9 @@ def _sine(prestress: float, amplitude: float, frequency: float, cycles: int) -> 
 
 
 def _measured(path: Path) -> tuple[Floats, Floats]:
+    from evaluation.load import load_run
+    from model.identification.drive import reduce_run
+
     if path.suffix.lower() in (".csv", ".tsv", ".txt"):
         return _table(path)
     record, _ = load_run(path)
@@ -135,6 +144,8 @@ def _measured(path: Path) -> tuple[Floats, Floats]:
 
 def _table(path: Path) -> tuple[Floats, Floats]:
     """Read a plain table with columns ``time [s]`` and ``stroke [mm]``, comma separated."""
+    import numpy as np
+
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:

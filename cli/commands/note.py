@@ -8,7 +8,6 @@ import click
 
 from cli.options import FOLDER
 from daq.control import ask
-from daq.notes import add_note
 from foundation.errors import BadInput
 
 
@@ -20,6 +19,8 @@ def command(folder: Path, text: str) -> None:
 
     While the campaign runs, the note becomes an event of the run under way, too. All are in DIR/notes.jsonl.
     """
+    from daq.notes import add_note
+
     if (answer := ask(folder, {"note": text})) is not None:
         click.echo(answer)
         return

@@ -7,33 +7,76 @@ from pathlib import Path
 import click
 
 from cli.judging import Judging, judging_options
-from cli.options import EXISTING, out_option, warn
-from evaluation.report.writing import pdf_available, write_report
+from cli.options import EXISTING, FILE, out_option, warn
+from foundation.errors import BadInput
 
 
 @click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
-@click.argument("path", metavar="PATH", type=EXISTING)
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
 @out_option("Folder for the report.")
+@click.option(
+    "--fields",
+    "fields_file",
+    metavar="FILE.toml",
+    type=FILE,
+    help="What only the laboratory knows (default report.toml beside the runs).",
+)
+@click.option(
+    "--evaluation",
+    metavar="FILE.json",
+    type=FILE,
+    help="Report this evaluation instead of evaluating the runs anew.",
+)
+@click.option(
+    "--before",
+    metavar="FILE.json",
+    type=FILE,
+    help="An earlier evaluation of the same runs: say what moved, and whether beyond its uncertainty.",
+)
+@click.option(
+    "--model", metavar="MODEL.toml", type=FILE, help="Show what this spring model says to the same strokes."
+)
 @judging_options
-def command(path: Path, out: Path, judging: Judging) -> None:
-    """Write the test report (HTML and PDF) of a run or a campaign; PATH is a run file or a campaign's folder.
+def command(
+    paths: tuple[Path, ...],
+    out: Path,
+    fields_file: Path | None,
+    evaluation: Path | None,
+    before: Path | None,
+    model: Path | None,
+    judging: Judging,
+) -> None:
+    """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
 
-    What only the laboratory knows (address, customer, who authorises) is read from report.toml in the folder;
-    a report is marked as a draft until all of it is there. What runs are judged by is as in evaluate.
+    PATH is a run file or a campaign's folder; of two or more, the first is the reference that the others are
+    compared with. What only the laboratory knows (address, customer, who authorises) is read from report.toml
+    in the folder; a report is marked as a draft until all of it is there. What runs are judged by is as in
+    evaluate.
     """
+    from evaluation.archive.comparison import load_evaluation
+    from evaluation.report.fields import read_fields
+    from evaluation.report.reading import Given
+    from evaluation.report.writing import pdf_available, write_comparison, write_report
+
     formats = ["html", "pdf"] if pdf_available() else ["html"]
     if "pdf" not in formats:
         warn("no PDF: typst is not installed; pip install 'bufferstand[pdf]' adds it")
-    written = write_report(
-        path,
-        out,
-        formats=formats,
-        decision_rule=judging.decision_rule,
+    given = Given(
+        options=judging.options,
         limit_set=judging.limit_set,
-        moving_mass_kg=judging.moving_mass_kg,
-        moving_mass_accuracy_percent=judging.moving_mass_accuracy_percent,
-        force_cell=judging.force_cell,
-        inspections=judging.inspections,
+        fields=None if fields_file is None else read_fields(fields_file),
+        model=model,
+        jobs=None,
+        earlier=None if before is None else load_evaluation(before),
     )
+    if len(paths) > 1:
+        if evaluation is not None:
+            raise BadInput(
+                "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
+            )
+        written = write_comparison(paths, out, formats=formats, given=given)
+    else:
+        document = None if evaluation is None else load_evaluation(evaluation)
+        written = write_report(paths[0], out, formats=formats, document=document, given=given)
     for file in written:
         click.echo(file)

@@ -1,20 +1,130 @@
-"""``bufferstand runs``: what has been recorded?"""
+"""``bufferstand runs``: what has been recorded, and which runs match an expression?"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from cli.options import EXISTING, figure, show_table, warn
-from recording.catalogue import list_runs
+from cli.options import EXISTING, FOLDER, figure, show_table, warn, write_json
+from foundation.errors import ExitStatus
+from recording.cachefile import default_folder
+
+if TYPE_CHECKING:
+    from recording.catalogue import RunFacts
+    from recording.query import Query
+
+    Found = tuple[RunFacts, Mapping[str, Any]]
 
 
-@click.command("runs", epilog="Example:  bufferstand runs campaign")
+@click.command(
+    "runs",
+    epilog="Example:  bufferstand runs archive --where 'prestress == 50 and damping < 0.4'",
+)
 @click.argument("path", metavar="PATH", type=EXISTING)
-def command(path: Path) -> None:
-    """List recorded runs with their key facts; PATH is a run file or a folder of them."""
-    facts = list_runs(path)
+@click.option("--where", metavar="EXPR", help="Only runs that match; names are listed in docs/archives.md.")
+@click.option("--json", "json_file", metavar="FILE|-", help="Write them as JSON; - is standard output.")
+@click.option(
+    "--cache",
+    "folder",
+    metavar="DIR",
+    type=FOLDER,
+    help="Where the index lies (default: the user's cache folder).",
+)
+@click.option("--no-cache", is_flag=True, help="Open every run file; neither use nor keep an index.")
+def command(path: Path, where: str | None, json_file: str | None, folder: Path | None, no_cache: bool) -> int:
+    """List recorded runs with their key facts; PATH is a run file or a folder of them.
+
+    --where takes comparisons of names with values, joined by and, or, not. Of results (damping, verdict …)
+    it asks the evaluation with default settings; what is not known yet is evaluated first.
+    """
+    from recording.catalogue import list_runs
+    from recording.index import indexed_runs, recorded_facts
+    from recording.query import parse_query
+
+    place = None if no_cache else folder or default_folder()
+    query = None if where is None else parse_query(where, _fields())
+    listed = list_runs(path) if place is None else indexed_runs(path, place)
+    readable = [run for run in listed if run.problem is None]
+    results = _results(query, readable, place)
+    found: list[Found] = []
+    for run in readable:
+        facts = {**recorded_facts(run), **results.get(run.path, {})}
+        if query is None or query.matches(facts):
+            found.append((run, facts))
+    asked = _result_names(query)
+    if json_file is not None:
+        write_json(_document(where, found, listed, asked), json_file)
+    if json_file != "-":
+        _show(path, found, asked)
+        if query is not None:
+            click.echo(f"\n{len(found)} of {len(readable)} runs match")
+    for run in listed:
+        if run.problem is not None:
+            warn(f"{run.path}: {run.problem}")
+    return ExitStatus.DONE
+
+
+def _fields() -> Mapping[str, Any]:
+    from evaluation.archive.facts import FIELDS
+
+    return FIELDS
+
+
+def _result_names(query: Query | None) -> list[str]:
+    if query is None:
+        return []
+    from evaluation.archive.facts import RESULTS
+
+    return [name for name in RESULTS if name in query.facts]
+
+
+def _results(
+    query: Query | None, runs: Sequence[RunFacts], place: Path | None
+) -> Mapping[Path, Mapping[str, Any]]:
+    """Return the results of runs by their file, if the query asks for any."""
+    if not _result_names(query) or not runs:
+        return {}
+    from cli.archive_view import progress_bar
+    from evaluation.archive.cache import Cache
+    from evaluation.archive.evaluate import evaluate_archive
+    from evaluation.archive.facts import results_by_path
+    from evaluation.archive.identity import Settings, software
+    from evaluation.archive.local import Local
+
+    settings = Settings()
+    cache = None if place is None else Cache(place, settings.sha256, software().sha256)
+    try:
+        with progress_bar() as report:
+            evaluation = evaluate_archive(
+                [run.path for run in runs], settings, Local(), cache, with_entries=False, report=report
+            )
+    finally:
+        if cache is not None:
+            cache.close()
+    for failure in evaluation.failures:
+        warn(f"{failure.path}: no results: {failure.problem}")
+    return results_by_path(evaluation.runs)
+
+
+def _document(
+    where: str | None, found: Sequence[Found], listed: Sequence[RunFacts], asked: Sequence[str]
+) -> dict[str, Any]:
+    recorded = ("path", "id", "kind", "status", "started_utc", "specimen", "campaign", "operator", "step",
+                "prestress_mm", "amplitude_mm", "frequency_Hz", "sha256")  # fmt: skip
+    return {
+        "schema": "bufferstand/runs/1",
+        "where": where,
+        "runs": [{name: facts.get(name) for name in (*recorded, *asked)} for _, facts in found],
+        "problems": [
+            {"path": str(run.path), "problem": run.problem} for run in listed if run.problem is not None
+        ],
+    }
+
+
+def _show(path: Path, found: Sequence[Found], asked: Sequence[str]) -> None:
     show_table(
         [
             ("file", "left"),
@@ -26,6 +136,7 @@ def command(path: Path) -> None:
             ("prestress mm", "right"),
             ("amplitude mm", "right"),
             ("frequency Hz", "right"),
+            *((name, "right") for name in asked),
         ],
         [
             (
@@ -38,11 +149,12 @@ def command(path: Path) -> None:
                 figure(run.prestress_mm, 1),
                 figure(run.amplitude_mm, 1),
                 figure(run.frequency_Hz, 3),
+                *(_cell(facts.get(name)) for name in asked),
             )
-            for run in facts
-            if run.problem is None
+            for run, facts in found
         ],
     )
-    for run in facts:
-        if run.problem is not None:
-            warn(f"{run.path}: {run.problem}")
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value or "—")

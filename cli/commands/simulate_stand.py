@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from cli.options import EXISTING, FILE, FOLDER
-from drivers.simulated.faults import parse_fault
-from drivers.simulated.faults_file import load_faults
-from drivers.simulated.server import Options, Served, serve, write_endpoints
+
+if TYPE_CHECKING:
+    from drivers.simulated.server import Served
 
 
 @click.command("simulate-stand", epilog="Example:  bufferstand simulate-stand sample_runs/stand.toml")
@@ -37,6 +38,10 @@ def command(
 
     While it is served, `bufferstand fault` lets a device of it fail.
     """
+    from drivers.simulated.faults import parse_fault
+    from drivers.simulated.faults_file import load_faults
+    from drivers.simulated.server import Options, serve, write_endpoints
+
     scheduled, seed = ((), 0) if schedule is None else load_faults(schedule)
     options = Options(
         model=model,
@@ -57,6 +62,8 @@ def command(
             click.echo(f"controller   Modbus RTU {served.controller_serial}")
         if served.amplifier_port is not None:
             click.echo(f"amplifier    {served.amplifier_port}")
+        if served.amplifier_host is not None:
+            click.echo(f"amplifier    Modbus TCP {served.amplifier_host}:{served.amplifier_tcp_port}")
         if served.w1_root is not None:
             click.echo(f"1-Wire       {served.w1_root}")
         if served.onewire_port is not None:

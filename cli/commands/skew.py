@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cli.options import EXISTING, show_table, warn, write_json
-from evaluation.document import evaluate_file
-from evaluation.evidence import skew_effect
-from evaluation.load import load_run
-from evaluation.results import Options
-from evaluation.skew import REFERENCE_LOSS, SkewMeasurement, measure_skew
+from evaluation.choices import REFERENCE_LOSS
 from foundation.errors import ExitStatus
-from recording.catalogue import run_files
+
+if TYPE_CHECKING:
+    from evaluation.skew import SkewMeasurement
 
 _DRAWS = 100
 """The effect of a millisecond carries no uncertainty: few draws are enough."""
@@ -51,6 +49,13 @@ def command(
     several the reference's own loss is told apart. Says what delay_s to write into the stand file, and what
     1 ms changes in absorbed energy and damping of every run.
     """
+    from evaluation.document import evaluate_file
+    from evaluation.evidence import skew_effect
+    from evaluation.load import load_run
+    from evaluation.results import Options
+    from evaluation.skew import measure_skew
+    from recording.catalogue import run_files
+
     files = run_files(paths)
     measured = measure_skew([load_run(path) for path in files], reference_loss=reference_loss)
     shown = run_files([*files, *effect_on])

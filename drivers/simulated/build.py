@@ -29,6 +29,13 @@ def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
         have.append("amplifier")
     if stand_file.temperature is not None:
         have += [sensor.name for sensor in stand_file.temperature.sensor]
+    registers = stand_file.amplifier is not None and stand_file.amplifier.modbus is not None
+    if registers and (fault.target, fault.kind) == ("amplifier", "resync"):
+        raise BadInput(
+            "an amplifier with registers sends no stream whose spacing could be lost",
+            place=f"fault {fault}",
+            remedy="use drop, delay, corrupt or duplicate",
+        )
     if fault.target not in have:
         raise BadInput(
             f"the stand has no {fault.target}{nearest(fault.target, have)}",

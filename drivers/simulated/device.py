@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.simulated.amplifier_form import AmplifierForm, amplifier_form, amplifier_map
 from drivers.simulated.commands import Capabilities, Fault
 from drivers.simulated.controller import Controller
 from drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
@@ -27,8 +29,6 @@ DWELL = 100
 """Most samples that are bridged by one step while nothing moves."""
 CONVERSION_S = 0.75
 """Time that a DS18B20 takes at 12 bit [s]."""
-FULL_SCALE = 0x7FFFFF
-"""Largest count of the amplifier's bipolar 24-bit value."""
 
 _US = 1_000_000
 _KEPT_READINGS = 4096
@@ -40,7 +40,7 @@ class Frames:
     """Values of the amplifier that have become due: stand time [s] and counts about zero, shape (n,)."""
 
     time_s: NDArray[np.float64]
-    counts: NDArray[np.int64]
+    counts: NDArray[Any]
 
 
 class Thermometer:
@@ -160,12 +160,15 @@ class SimulatedDevice:
         )
         self._wires = WirePair(settings.wire_linearity_mm, settings.wire_tilt)
         self._amplifier: tuple[Resampler, Converters] | None = None
+        self.amplifier_form: AmplifierForm | None = None
         self.frames: deque[Frames] = deque(maxlen=_KEPT_FRAMES)
+        self.amplifier_map = amplifier_map(stand_file)
         if stand_file.amplifier is not None:
             channel = stand_file.amplifier.channel
-            converter = Converter(channel, -FULL_SCALE, FULL_SCALE, settings.force_noise_kN)
+            form = self.amplifier_form = amplifier_form(stand_file.amplifier, self.amplifier_map)
+            converter = Converter(channel, form.low, form.high, settings.force_noise_kN, form.whole)
             self._amplifier = (
-                Resampler(stand_file.amplifier.rate_Hz, channel.delay_s),
+                Resampler(form.rate_Hz, channel.delay_s),
                 Converters((converter,), seeds[1]),
             )
         self.thermometers = tuple(
@@ -372,7 +375,8 @@ class SimulatedDevice:
             due_s, value = resampler.take((sequence + 1) * self.period_s, table[:, 4])
             if due_s.size:
                 counts = converters.counts(value[:, np.newaxis])[:, 0]
-                self.frames.append(Frames(due_s, counts.astype(np.int64)))
+                whole = self.amplifier_form is None or self.amplifier_form.whole
+                self.frames.append(Frames(due_s, counts.astype(np.int64) if whole else counts))
         if self.truth is not None:
             truth = np.empty((count, 7))
             truth[:, 0] = sequence

@@ -34,6 +34,8 @@ FAULTS: Mapping[str, Mapping[str, Mapping[str, Setting]]] = {
     "controller": {
         "lost": {},
         **_FRAMES,
+        "request-drop": _SHARE,
+        "request-corrupt": _SHARE,
         "exception": {"share": 1.0, "code": 4.0},
         "stuck": {"register": "heartbeat"},
         "nan": {"register": "force"},

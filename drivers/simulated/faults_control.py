@@ -8,22 +8,20 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
-import socket
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from drivers.simulated.faults import FOREVER_S, ONCE, FaultSchedule, ScheduledFault, parse_fault, target_class
 from foundation.errors import BadInput
+from foundation.line_socket import exchange, short_address
 
 SOCKET = "faults"
 """Name of the socket in the folder of the wires."""
 WAIT_S = 5.0
 """Longest wait for a served stand's answer [s of the wall]."""
-_LONGEST = 100
 _LINE = 65536
 
 
@@ -73,7 +71,7 @@ class FaultControl:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self.path.unlink(missing_ok=True)
-            with _short(self.path) as address:
+            with short_address(self.path) as address:
                 self._server = await asyncio.start_unix_server(self._serve, address, limit=_LINE)
             self._inode = self.path.stat().st_ino
         except OSError as error:
@@ -143,12 +141,7 @@ def ask(path: Path, request: dict[str, object]) -> str:
         If no stand is served there, or it refuses.
     """
     try:
-        with _short(path) as address, socket.socket(socket.AF_UNIX) as wire:
-            wire.settimeout(WAIT_S)
-            wire.connect(address)
-            wire.sendall(json.dumps(request).encode() + b"\n")
-            with wire.makefile("rb") as lines:
-                reply = json.loads(lines.readline(_LINE))
+        reply = exchange(path, request, timeout_s=WAIT_S, longest=_LINE)
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else "no answer"
         raise BadInput(
@@ -169,16 +162,3 @@ def _shown(fault: ScheduledFault, now_s: float) -> str:
     else:
         state = "on" if fault.end_s == FOREVER_S or now_s < fault.end_s else "over"
     return f"{state:8}{fault}"
-
-
-@contextmanager
-def _short(path: Path) -> Iterator[str]:
-    """Give an address of a socket that fits into the 108 bytes that the system has for it."""
-    if len(str(path)) <= _LONGEST:
-        yield str(path)
-        return
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        yield f"/proc/self/fd/{folder}/{path.name}"
-    finally:
-        os.close(folder)

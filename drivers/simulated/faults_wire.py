@@ -1,4 +1,4 @@
-"""What faults do to the frames that a simulated device sends."""
+"""What faults do to the frames that a simulated device sends and hears."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOST_ALTERED = 5
 
 
 class FrameTrouble:
-    """Loses, delays, alters, doubles and reorders the frames of one device, as its schedule says.
+    """Loses, delays, alters, doubles and reorders what one device sends; loses and alters what it hears.
 
     Parameters
     ----------
@@ -43,6 +43,14 @@ class FrameTrouble:
             return [*self._released(), (delay.number("delay_s"), frame)]
         times = 2 if self._faults.strikes(self._target, "duplicate", now_s) else 1
         return [(0.0, frame)] * times + self._released()
+
+    def heard(self, frame: bytes) -> bytes | None:
+        """Return what the device hears of a request; None where it is lost on its way."""
+        now_s = self._now_s()
+        if self._faults.strikes(self._target, "request-drop", now_s):
+            return None
+        altered = frame and self._faults.strikes(self._target, "request-corrupt", now_s)
+        return self._altered(frame) if altered else frame
 
     def exception(self) -> int | None:
         """Return the code of the Modbus exception with which a request is to be answered, if so."""

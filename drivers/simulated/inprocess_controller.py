@@ -28,7 +28,7 @@ from drivers.stand_file import StandFile
 BLOCK = 1000
 """Most samples of one block."""
 
-_LOSING = ("drop", "corrupt", "reorder", "delay")
+_LOSING = ("drop", "corrupt", "reorder", "delay", "request-drop", "request-corrupt")
 """Faults of frames after which the driver of a real controller asks once more."""
 _FIELDS = {
     **{name: name for name in ("state", "fault_code", "done_sequence", "end_reason", "cycles_done")},
@@ -95,6 +95,10 @@ class InProcessController:
         """
         self._reach()
         return self._identity
+
+    def skip_backlog(self) -> None:
+        """Go on near the newest sample."""
+        self._next = max(self._next, self._device.ring.total - BLOCK)
 
     def read_block(self) -> SampleBlock | None:
         """Get the next samples (None where there are none yet).
@@ -337,11 +341,12 @@ class InProcessController:
     def _demand_even(self, time_us: NDArray[np.int64], lost: int) -> None:
         """Refuse samples whose clock does not step by the sample period, as the driver of a ring does."""
         period_us = 1e6 / RATE_HZ
-        steps = np.diff(time_us)
-        before = [] if self._last_us is None else [int(time_us[0]) - self._last_us - lost * period_us]
+        steps = (time_us[1:] - time_us[:-1]).astype(np.float64)
+        if self._last_us is not None:
+            steps = np.append(int(time_us[0]) - self._last_us - lost * period_us, steps)
         self._last_us = int(time_us[-1])
-        bad = [step for step in (*before, *steps) if abs(step - period_us) > 0.5 * period_us]
-        if bad:
+        bad = steps[np.abs(steps - period_us) > 0.5 * period_us]
+        if bad.size:
             raise DeviceFault(
                 "the simulated controller: two blocks of samples running cannot be true: the tick steps by "
                 f"{bad[0]:.0f} µs, {period_us:g} µs would be right; look at the faults that were given"

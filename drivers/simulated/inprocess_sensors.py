@@ -10,7 +10,7 @@ import numpy as np
 from drivers.ds18b20 import FAULT_TEXTS, ReadingFault
 from drivers.interfaces import SampleBlock, SensorFault, StreamFacts
 from drivers.serial_amplifier import resync_text, with_saturation
-from drivers.simulated.device import FULL_SCALE, Frames, SimulatedDevice, Thermometer
+from drivers.simulated.device import Frames, SimulatedDevice, Thermometer
 from drivers.simulated.virtual_clock import VirtualClock
 from drivers.stand_file import StandFile
 from foundation.plausibility import Watch
@@ -43,14 +43,17 @@ class InProcessAmplifier:
 
     def __init__(self, device: SimulatedDevice, stand_file: StandFile, clock: VirtualClock) -> None:
         amplifier = stand_file.amplifier
-        if amplifier is None:
+        form = device.amplifier_form
+        if amplifier is None or form is None:
             raise ValueError("the stand has no amplifier")
         self._device = device
+        self._form = form
+        self._passed = 0
         self._clock = clock
         self._name = amplifier.channel.name
         self._sequence = 0
         self._calibration = amplifier.channel.calibration
-        self._watch = Watch(with_saturation(amplifier.channel, (-FULL_SCALE, FULL_SCALE)))
+        self._watch = Watch(with_saturation(amplifier.channel, (form.low, form.high)))
         self._wrong: set[str] = set()
         self._lost = self._resyncs = 0
         self._silent = False
@@ -64,15 +67,14 @@ class InProcessAmplifier:
 
     def drain(self) -> Sequence[SampleBlock | SensorFault]:
         """Get (and forget) what has come in since the last call."""
-        frames = list(self._device.frames)
-        self._device.frames.clear()
+        frames = self._asked_for()
         faults = self._device.faults
         frames, lost = self._spoiled(frames)
         said = self._wire_faults()
         if said and frames:
             lost += frames.pop(0).counts.size
         frames = [
-            replace(f, counts=np.full_like(f.counts, FULL_SCALE))
+            replace(f, counts=np.full_like(f.counts, self._form.high))
             if faults.find("amplifier", "overload", float(f.time_s[-1]))
             else f
             for f in frames
@@ -82,11 +84,23 @@ class InProcessAmplifier:
             return said
         lost, self._lost = lost + self._lost, 0
         time_us = np.rint(np.concatenate([f.time_s for f in frames]) * 1e6).astype(np.int64)
-        counts = np.concatenate([f.counts for f in frames]).astype(np.int32)
+        counts = np.concatenate([f.counts for f in frames]).astype(self._form.dtype)
         first = self._sequence + lost
         self._sequence = first + counts.size
         block = SampleBlock("amplifier", first, time_us, {self._name: counts}, lost, self._clock.now_s())
         return [*said, block, *self._complaints(block)]
+
+    def _asked_for(self) -> list[Frames]:
+        """Take what has been measured; of an amplifier with registers, that which would be asked for."""
+        taken: list[Frames] = []
+        for one in self._device.frames:
+            first = -self._passed % self._form.every
+            self._passed += one.counts.size
+            if first < one.counts.size:
+                every = slice(first, None, self._form.every)
+                taken.append(Frames(one.time_s[every], one.counts[every]))
+        self._device.frames.clear()
+        return taken
 
     def _spoiled(self, frames: list[Frames]) -> tuple[list[Frames], int]:
         """Return what comes through in spite of the schedule's faults, and how many values do not."""

@@ -1,24 +1,29 @@
-"""What the simulated controller answers to a Modbus request: one snapshot of the device each, no sockets.
+"""What a simulated device answers to a Modbus request: one snapshot of its registers each, no sockets.
 
 Source: Modbus application protocol 1.1b3, 6.3, 6.4, 6.6, 6.12, 6.17 and 7.
 """
 
 from __future__ import annotations
 
+import asyncio
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Protocol
 
 from drivers.modbus_link import Table
-from drivers.profile import MAX_READ, Profile
+from drivers.profile import MAX_READ
 from drivers.simulated.faults_wire import FrameTrouble
-from drivers.simulated.register_bank import RegisterBank
 
 READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_SEVERAL, EXCHANGE = 3, 4, 6, 16, 23
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, NOT_THERE = 1, 2, 3, 0x0B
 """Exception codes."""
 MOST_WRITTEN = {WRITE_SEVERAL: 123, EXCHANGE: 121}
 """Registers that one write can carry."""
+
+_REMEMBERED = 256
+"""Requests whose addresses need not be judged again; clients ask the same over and over."""
 
 
 class RefusedError(Exception):
@@ -39,14 +44,42 @@ class _Request:
     values: tuple[int, ...]
 
 
+class Bank(Protocol):
+    """The registers of a device."""
+
+    @property
+    def readable(self) -> Mapping[Table, frozenset[int]]:
+        """Addresses that exist, by table; those between are illegal, a table without any unknown."""
+        ...
+
+    @property
+    def writable(self) -> frozenset[int]:
+        """Addresses of the holding table that can be written."""
+        ...
+
+    def read_packed(self, address: int, count: int, table: Table) -> bytes:
+        """Return registers, as they are on the wire, as one snapshot of the device."""
+        ...
+
+    def write(self, address: int, values: Sequence[int]) -> int:
+        """Write registers; return 0, or the exception code with which nothing has been changed."""
+        ...
+
+    def is_harmless(self, address: int, count: int) -> bool:
+        """Return whether a write does nothing to the stand."""
+        ...
+
+    def is_momentary(self, addresses: range, table: Table) -> bool:
+        """Return whether a read wants present values, not those of some milliseconds ago."""
+        ...
+
+
 class Responder:
     """Answers requests by a register bank.
 
     Parameters
     ----------
-    bank : RegisterBank
-    profile : Profile
-        Says which addresses exist and which of them can be written; those between are illegal.
+    bank : Bank
     catch_up : callable
         Brings the device up to the present; called once before a request is done, with whether the request
         acts on the stand or wants its momentary values. An acknowledgement of samples does neither.
@@ -58,8 +91,7 @@ class Responder:
 
     def __init__(
         self,
-        bank: RegisterBank,
-        profile: Profile,
+        bank: Bank,
         catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
         trouble: FrameTrouble | None = None,
@@ -68,14 +100,7 @@ class Responder:
         self._catch_up = catch_up
         self.cut = cut
         self.trouble = trouble
-        self._readable: dict[Table, frozenset[int]] = {}
-        tables: tuple[Table, ...] = ("holding", "input")
-        for table in tables:
-            self._readable[table] = _addresses(profile, table, "r") | _addresses(profile, table, "rw")
-        self._writable = _addresses(profile, "holding", "rw")
-        if profile.window is not None:
-            ring = profile.window
-            self._readable["holding"] |= set(range(ring.address, ring.address + ring.registers))
+        self._needs_present = lru_cache(_REMEMBERED)(self._judge)
 
     def answer(self, request: bytes) -> bytes | None:
         """Do a request (function code and data); return the reply, None where the link is cut."""
@@ -83,44 +108,52 @@ class Responder:
         if self.trouble is not None and (code := self.trouble.exception()) is not None:
             return bytes((function | 0x80, code))
         try:
-            wanted = self._parse(function, request[1:])
-            self._demand_addresses(wanted)
-            return self._do(function, request, wanted)
+            return self._do(function, request, self._parse(function, request[1:]))
         except RefusedError as refused:
             return bytes((function | 0x80, refused.code))
 
-    def arrivals(self, frame: bytes) -> list[tuple[float, bytes]]:
-        """Return what arrives of a frame that is sent: after how long [s of the wall], and its bytes."""
-        return [(0.0, frame)] if self.trouble is None else self.trouble.arrivals(frame)
+    def hear(self, frame: bytes) -> bytes | None:
+        """Return what arrives of a request that was sent, None where nothing does."""
+        return frame if self.trouble is None else self.trouble.heard(frame)
+
+    def deliver(self, frame: bytes, write: Callable[[bytes], None]) -> None:
+        """Send a frame by ``write``, or what a fault on the wire makes of it, in a running event loop."""
+        arrivals = [(0.0, frame)] if self.trouble is None else self.trouble.arrivals(frame)
+        for delay_s, piece in arrivals:
+            if delay_s > 0.0:
+                asyncio.get_running_loop().call_later(delay_s, write, piece)
+            else:
+                write(piece)
 
     def _parse(self, function: int, data: bytes) -> _Request:
         match function:
-            case 3:
+            case 3 if self._bank.readable["holding"]:
                 return _Request("holding", _reading(data), range(0), ())
-            case 4 if self._readable["input"]:
+            case 4 if self._bank.readable["input"]:
                 return _Request("input", _reading(data), range(0), ())
-            case 6:
+            case 6 if self._bank.writable:
                 if len(data) != 4:
                     raise RefusedError(ILLEGAL_VALUE)
                 address, value = struct.unpack(">HH", data)
                 return _Request("holding", range(0), range(address, address + 1), (value,))
-            case 16:
+            case 16 if self._bank.writable:
                 return _Request("holding", range(0), *_writing(data, MOST_WRITTEN[function]))
-            case 23:
+            case 23 if self._bank.writable:
                 return _Request("holding", _reading(data[:4]), *_writing(data[4:], MOST_WRITTEN[function]))
             case _:
                 raise RefusedError(ILLEGAL_FUNCTION)
 
-    def _demand_addresses(self, wanted: _Request) -> None:
-        if not (
-            self._readable[wanted.table].issuperset(wanted.read) and self._writable.issuperset(wanted.written)
-        ):
+    def _judge(self, table: Table, read: range, written: range) -> bool:
+        """Refuse addresses that are not there; return whether the stand must be up to date for the rest."""
+        bank = self._bank
+        if not (bank.readable[table].issuperset(read) and bank.writable.issuperset(written)):
             raise RefusedError(ILLEGAL_ADDRESS)
+        acts = len(written) > 0 and not bank.is_harmless(written.start, len(written))
+        return acts or bank.is_momentary(read, table)
 
     def _do(self, function: int, request: bytes, wanted: _Request) -> bytes | None:
         bank, written = self._bank, wanted.written
-        acts = len(written) > 0 and not bank.is_harmless(written.start, len(written))
-        self._catch_up(acts or bank.is_momentary(wanted.read, wanted.table))
+        self._catch_up(self._needs_present(wanted.table, wanted.read, written))
         if self.cut():  # since the request came; the reply is held back too
             return None
         if len(written) and (code := bank.write(written.start, wanted.values)):
@@ -130,8 +163,7 @@ class Responder:
         if function == WRITE_SEVERAL:
             return request[:5]
         count = len(wanted.read)
-        words = bank.read(wanted.read.start, count, wanted.table)
-        return struct.pack(f">BB{count}H", function, 2 * count, *words)
+        return bytes((function, 2 * count)) + bank.read_packed(wanted.read.start, count, wanted.table)
 
 
 def _reading(data: bytes) -> range:
@@ -152,12 +184,3 @@ def _writing(data: bytes, most: int) -> tuple[range, tuple[int, ...]]:
     if not 1 <= count <= most or size != 2 * count or len(data) != 5 + size:
         raise RefusedError(ILLEGAL_VALUE)
     return range(address, address + count), struct.unpack(f">{count}H", data[5:])
-
-
-def _addresses(profile: Profile, table: Table, access: str) -> frozenset[int]:
-    return frozenset(
-        address
-        for register in profile.registers.values()
-        if register.table == table and register.access == access
-        for address in range(register.address, register.address + register.words)
-    )

@@ -1,4 +1,4 @@
-"""The simulated controller on a serial line: Modbus RTU on a pseudo-terminal.
+"""A simulated device on a serial line: Modbus RTU on a pseudo-terminal.
 
 A real line tells frames apart by 3.5 characters of silence. A pseudo-terminal has no character times, so here
 a frame's length follows from its function code, and what makes no frame is forgotten after a pause.
@@ -10,16 +10,12 @@ from __future__ import annotations
 import asyncio
 import os
 import tty
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
 from pymodbus.framer.rtu import FramerRTU
 
-from drivers.profile import Profile
-from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.modbus_pdu import EXCHANGE, WRITE_SEVERAL, Responder
-from drivers.simulated.register_bank import RegisterBank
 from foundation.errors import BadInput
 
 SILENCE_S = 0.05
@@ -32,38 +28,33 @@ _BROADCAST = 0
 
 
 class RtuStandServer:
-    """Serves a register bank on a pseudo-terminal at a path of one's choice.
+    """Serves a device's registers on a pseudo-terminal at a path of one's choice.
 
     Parameters
     ----------
-    bank, profile, device_id, catch_up, cut, trouble
-        As :class:`drivers.simulated.modbus_server.ModbusStandServer` takes them; a request to another unit is
-        not answered, since on a line somebody else will.
+    responder : Responder
+    device_id : int
+        Unit identifier that it answers to; a request to another unit is not answered, since on a line
+        somebody else will.
     """
 
-    def __init__(
-        self,
-        bank: RegisterBank,
-        profile: Profile,
-        device_id: int,
-        catch_up: Callable[[bool], object],
-        cut: Callable[[], bool],
-        trouble: FrameTrouble | None = None,
-    ) -> None:
-        self._responder = Responder(bank, profile, catch_up, cut, trouble)
+    def __init__(self, responder: Responder, device_id: int) -> None:
+        self._responder = responder
         self._device_id = device_id
         self._received = b""
         self._heard_s = 0.0
         self._link: Path | None = None
         self._ends: tuple[int, int] | None = None
 
-    def start(self, link: Path) -> None:
+    def start(self, link: Path, place: str = "controller.serial") -> None:
         """Make the line and listen on it.
 
         Parameters
         ----------
         link : Path
             Where the serial device shall appear, as a symbolic link.
+        place : str
+            What of the stand file says so, for messages.
 
         Raises
         ------
@@ -72,9 +63,9 @@ class RtuStandServer:
         """
         if link.exists() and not link.is_symlink():
             raise BadInput(
-                "a device or file lies where the simulated controller shall appear",
+                f"a device or file lies where the simulated {place.partition('.')[0]} shall appear",
                 file=link,
-                place="controller.serial",
+                place=place,
                 remedy="choose another path: a real device is never replaced",
             )
         master, slave = os.openpty()
@@ -87,9 +78,7 @@ class RtuStandServer:
             link.symlink_to(os.ttyname(slave))
         except OSError as error:
             self.stop()
-            raise BadInput(
-                f"cannot be made: {error.strerror}", file=link, place="controller.serial"
-            ) from None
+            raise BadInput(f"cannot be made: {error.strerror}", file=link, place=place) from None
         self._link = link
         asyncio.get_running_loop().add_reader(master, self._hear)
 
@@ -118,10 +107,10 @@ class RtuStandServer:
         length = _frame_length(self._received)
         if length is None or len(self._received) < length:
             return
-        frame, self._received = (
-            self._received[:length],
-            b"",
-        )  # whoever asks twice without waiting is not heard
+        # Whoever asks twice without waiting is not heard.
+        frame, self._received = self._responder.hear(self._received[:length]), b""
+        if frame is None:
+            return
         if FramerRTU.compute_CRC(frame[:-2]) != int.from_bytes(frame[-2:], "big"):
             return
         if frame[0] not in (self._device_id, _BROADCAST):
@@ -129,16 +118,7 @@ class RtuStandServer:
         reply = self._responder.answer(frame[1:-2])
         if reply is not None and frame[0] != _BROADCAST:
             answer = frame[:1] + reply
-            self._send(answer + FramerRTU.compute_CRC(answer).to_bytes(2, "big"))
-
-    def _send(self, frame: bytes) -> None:
-        """Send a frame, or what a fault on the line makes of it."""
-        loop = asyncio.get_running_loop()
-        for delay_s, piece in self._responder.arrivals(frame):
-            if delay_s > 0.0:
-                loop.call_later(delay_s, self._write, piece)
-            else:
-                self._write(piece)
+            self._responder.deliver(answer + FramerRTU.compute_CRC(answer).to_bytes(2, "big"), self._write)
 
     def _write(self, data: bytes) -> None:
         if self._ends is not None:

@@ -1,4 +1,4 @@
-"""The simulated controller on a network: Modbus TCP, every request answered in order.
+"""A simulated device on a network: Modbus TCP, every request answered in order.
 
 An own responder, since the server of pymodbus (3.16) answers only the first of several requests that come
 together and costs four times the processor time. Source: Modbus messaging on TCP/IP 1.0b.
@@ -8,13 +8,9 @@ from __future__ import annotations
 
 import asyncio
 import struct
-from collections.abc import Callable
 from typing import cast
 
-from drivers.profile import Profile
-from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.modbus_pdu import NOT_THERE, Responder
-from drivers.simulated.register_bank import RegisterBank
 from foundation.errors import BadInput
 
 HEADER = 7
@@ -24,35 +20,30 @@ LONGEST = 254
 
 
 class ModbusStandServer:
-    """Serves a register bank on a TCP port, to any number of clients.
+    """Serves a device's registers on a TCP port, to any number of clients.
 
     Parameters
     ----------
-    bank : RegisterBank
-    profile : Profile
-        Says which addresses exist and which of them can be written; those between are illegal.
+    responder : Responder
     device_id : int
         Unit identifier that it answers to; others get exception 0x0B.
-    catch_up, cut, trouble
-        As :class:`drivers.simulated.modbus_pdu.Responder` takes them.
     """
 
-    def __init__(
-        self,
-        bank: RegisterBank,
-        profile: Profile,
-        device_id: int,
-        catch_up: Callable[[bool], object],
-        cut: Callable[[], bool],
-        trouble: FrameTrouble | None = None,
-    ) -> None:
-        self._responder = Responder(bank, profile, catch_up, cut, trouble)
+    def __init__(self, responder: Responder, device_id: int) -> None:
+        self._responder = responder
         self._device_id = device_id
         self._connections: set[asyncio.Transport] = set()
         self._server: asyncio.Server | None = None
 
-    async def start(self, host: str, port: int) -> int:
+    async def start(self, host: str, port: int, place: str = "controller.port") -> int:
         """Listen; return the port (0 takes a free one).
+
+        Parameters
+        ----------
+        host, port
+            Where.
+        place : str
+            What of the stand file says so, for messages.
 
         Raises
         ------
@@ -67,7 +58,7 @@ class ModbusStandServer:
         except (OSError, OverflowError):
             raise BadInput(
                 f"cannot listen on {host}:{port}",
-                place="controller.port",
+                place=place,
                 remedy="another program may hold the port, or it is not one that you may take: "
                 "end that program, or choose another port (0: a free one)",
             ) from None
@@ -120,22 +111,17 @@ class _Connection(asyncio.Protocol):
             end = HEADER - 1 + length
             if len(self._received) < end:
                 return
-            request, self._received = self._received[HEADER:end], self._received[end:]
+            request, self._received = self._responder.hear(self._received[HEADER:end]), self._received[end:]
+            if request is None:
+                continue
             if unit == self._device_id:
                 reply = self._responder.answer(request)
             else:
                 reply = bytes((request[0] | 0x80, NOT_THERE))
             if reply is not None:
-                self._send(struct.pack(">HHHB", transaction, 0, len(reply) + 1, unit) + reply)
-
-    def _send(self, frame: bytes) -> None:
-        """Send a frame, or what a fault on the wire makes of it."""
-        loop = asyncio.get_running_loop()
-        for delay_s, piece in self._responder.arrivals(frame):
-            if delay_s > 0.0:
-                loop.call_later(delay_s, self._write, piece)
-            else:
-                self._write(piece)
+                self._responder.deliver(
+                    struct.pack(">HHHB", transaction, 0, len(reply) + 1, unit) + reply, self._write
+                )
 
     def _write(self, data: bytes) -> None:
         if self._transport is not None and not self._transport.is_closing():

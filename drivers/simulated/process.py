@@ -7,8 +7,10 @@ import os
 import select
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
@@ -19,6 +21,8 @@ READY_S = 30.0
 """Longest wait for a stand to come up [s of the wall]."""
 STOP_S = 15.0
 """Longest wait for a stand to end when asked [s of the wall]."""
+MEMORY = Path("/dev/shm")
+"""File system in memory, where the system has one."""
 
 
 class SimulatedStandProcess:
@@ -89,6 +93,22 @@ class SimulatedStandProcess:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.stop()
+
+
+@contextmanager
+def wires_folder() -> Iterator[Path]:
+    """Make a folder for a stand's wires, in memory if possible, and take it away at the end.
+
+    The kernel's 1-Wire folder lies in memory, too. On a disk the renaming of a sensor's file can wait for the
+    disk for half a second, and with it the whole stand, whose wires are served by one thread.
+
+    Yields
+    ------
+    Path
+    """
+    memory = MEMORY if os.access(MEMORY, os.W_OK | os.X_OK) else None
+    with tempfile.TemporaryDirectory(prefix="bufferstand-", dir=memory) as name:
+        yield Path(name)
 
 
 def start_process(

@@ -9,6 +9,7 @@ import math
 import struct
 import zlib
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -109,6 +110,30 @@ class RegisterBank:
                 remedy="use a shipped profile, or one with its names at other addresses",
             )
 
+    @cached_property
+    def readable(self) -> Mapping[Table, frozenset[int]]:
+        """Addresses that exist, by table."""
+        tables: tuple[Table, ...] = ("holding", "input")
+        window = self._profile.window
+        of_window = () if window is None else range(window.address, window.address + window.registers)
+        return {
+            table: self._addresses(table, "r", "rw").union(of_window if table == "holding" else ())
+            for table in tables
+        }
+
+    @cached_property
+    def writable(self) -> frozenset[int]:
+        """Addresses of the holding table that can be written."""
+        return self._addresses("holding", "rw")
+
+    def _addresses(self, table: Table, *access: str) -> frozenset[int]:
+        return frozenset(
+            address
+            for register in self._profile.registers.values()
+            if register.table == table and register.access in access
+            for address in range(register.address, register.address + register.words)
+        )
+
     @property
     def size(self) -> int:
         """Addresses from 0 on that the bank spans."""
@@ -125,13 +150,17 @@ class RegisterBank:
         if self._profile.has("writer") and address <= self._profile.find("writer").address < end:
             self._store("writer", self._writer.number)
         window = self._window
-        if window is not None and table == "holding":
-            if window.address == address and window.words == count:
-                return window.latch(int(self._value("ring_acknowledge")))
-            if address < window.address + window.words and end > window.address:
-                words = window.latch(int(self._value("ring_acknowledge")))
-                self._words[window.address : window.address + window.words] = words
+        if window is not None and table == "holding" and window.overlaps(address, end):
+            words = struct.unpack(f">{window.words}H", window.latch(int(self._value("ring_acknowledge"))))
+            self._words[window.address : window.address + window.words] = words
         return self._tables[table][address:end]
+
+    def read_packed(self, address: int, count: int, table: Table = "holding") -> bytes:
+        """Return the same as bytes on the wire; the window of the ring without a detour over numbers."""
+        window = self._window
+        if window is not None and table == "holding" and window.is_whole(address, count):
+            return window.latch(int(self._value("ring_acknowledge")))
+        return pack(self.read(address, count, table))
 
     def write(self, address: int, values: Sequence[int]) -> int:
         """Write registers and let the device act on them.
@@ -319,13 +348,21 @@ class _WindowBank:
         self._header = profile.ring_header
         self._sample = profile.ring_sample
         self._most = ring.samples_per_block
-        self._fields = frozenset(name for name, _ in ring.header)
+        self._fields = tuple(name for name, _ in ring.header)
         self._rows = np.zeros((device.ring.capacity, self._sample.words), dtype=">u2")
         self._encoded = 0
         self.address, self.words = ring.address, ring.registers
 
-    def latch(self, acknowledged: int) -> list[int]:
-        """Return the window for a reader who wants the samples from ``acknowledged`` on."""
+    def is_whole(self, address: int, count: int) -> bool:
+        """Return whether these registers are just the window."""
+        return address == self.address and count == self.words
+
+    def overlaps(self, start: int, end: int) -> bool:
+        """Return whether some of the registers from ``start`` to before ``end`` are of the window."""
+        return start < self.address + self.words and end > self.address
+
+    def latch(self, acknowledged: int) -> bytes:
+        """Return the window, as it is on the wire, for a reader who wants the samples from there on."""
         samples = self._device.ring
         self._encode_new_samples()
         first, count = samples.locate(samples.absolute(acknowledged), self._most)
@@ -341,23 +378,22 @@ class _WindowBank:
             "status_word": self._device.controller.status_word,
             CHECK: 0,
         }
-        values = {name: value for name, value in values.items() if name in self._fields}
-        words = self._header.encode(values)
+        header = self._header.pack({name: values[name] for name in self._fields})
         if CHECK in self._fields:
-            crc = zlib.crc32(rows, zlib.crc32(pack(words[:-2])))
-            words[-2:] = encode_value(crc, "u32", self._header.word_order)
-        words += struct.unpack(f">{len(rows) // 2}H", rows)
-        return words + [0] * (self.words - len(words))
+            crc = zlib.crc32(rows, zlib.crc32(header[:-4]))
+            header = header[:-4] + pack(encode_value(crc, "u32", self._header.word_order))
+        return (header + rows).ljust(2 * self.words, b"\0")
 
     def _encode_new_samples(self) -> None:
         """Lay the samples that have come since the last look out as registers, all at once."""
-        samples, words = self._device.ring, self._sample.words
+        samples = self._device.ring
         encoded = max(self._encoded, samples.oldest)
         while encoded < samples.total:
             start = encoded % samples.capacity
             most = min(samples.total - encoded, samples.capacity - start)
             _, columns = samples.window(encoded, most)
-            picked = {place.name: columns[place.name] for place in self._sample.places}
-            self._rows[start : start + most] = np.reshape(self._sample.encode_rows(picked), (most, words))
+            self._rows[start : start + most] = self._sample.pack_rows(
+                {place.name: columns[place.name] for place in self._sample.places}
+            )
             encoded += most
         self._encoded = encoded

@@ -1,4 +1,7 @@
-"""The wires of a simulated stand's sensors, as its stand file says: which amplifier, which way to 1-Wire."""
+"""The wires of a simulated stand's sensors, as its stand file says: which amplifier, which way to 1-Wire.
+
+Those of bytes and folders; an amplifier behind Modbus is in ``modbus_amplifier``.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,6 @@ from drivers.simulated.onewire import FAULT_STATES, OneWireBus, OneWireSensor
 from drivers.simulated.serial_pty import AmplifierPty
 from drivers.simulated.w1_tree import W1Tree
 from drivers.stand_file import Endpoints, StandFile
-from foundation.errors import BadInput
 
 
 class SensorWires:
@@ -29,7 +31,7 @@ class SensorWires:
     Raises
     ------
     BadInput
-        If a wire cannot be made, or the amplifier is on none that is simulated here; none stays open then.
+        If a wire cannot be made; none stays open then.
     """
 
     def __init__(self, stand_file: StandFile, device: SimulatedDevice, folder: Path | None = None) -> None:
@@ -86,14 +88,7 @@ class SensorWires:
     def _open(self, file: StandFile, folder: Path | None) -> None:
         device = self._device
         port = file.amplifier_port() if folder is None else folder / "amplifier"
-        if file.amplifier is not None:
-            if file.amplifier.protocol == "modbus" or port is None:
-                raise BadInput(
-                    "the simulated stand serves no amplifier with Modbus registers",
-                    file=file.path,
-                    place="amplifier.protocol",
-                    remedy="use gsv2 or aed there",
-                )
+        if file.amplifier is not None and file.amplifier.modbus is None and port is not None:
             amplifier = amplifier_device(file.amplifier)
             trouble = FrameTrouble(device.faults, "amplifier", lambda: device.time_s)
             self._amplifier = AmplifierPty(

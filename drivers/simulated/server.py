@@ -13,7 +13,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from drivers import stand_file as stands
@@ -22,6 +22,8 @@ from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.faults import ScheduledFault
 from drivers.simulated.faults_control import SOCKET, FaultControl
 from drivers.simulated.faults_wire import FrameTrouble
+from drivers.simulated.modbus_amplifier import ModbusAmplifierWire
+from drivers.simulated.modbus_pdu import Responder
 from drivers.simulated.modbus_rtu import RtuStandServer
 from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.pace import Pace
@@ -63,6 +65,10 @@ class Served:
         Serial device of the 1-Wire adapter, absolute.
     faults_socket : str or None
         Where it takes faults (``bufferstand fault``), absolute.
+    amplifier_host : str or None
+        Of the amplifier, where it is on Modbus TCP.
+    amplifier_tcp_port : int or None
+        Its port.
     """
 
     host: str
@@ -74,6 +80,8 @@ class Served:
     controller_serial: str | None = None
     onewire_port: str | None = None
     faults_socket: str | None = None
+    amplifier_host: str | None = None
+    amplifier_tcp_port: int | None = None
 
     def endpoints(self) -> stands.Endpoints:
         """Return what :func:`drivers.stand_file.with_endpoints` needs to reach it."""
@@ -84,6 +92,8 @@ class Served:
             w1_root=None if self.w1_root is None else Path(self.w1_root),
             controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
             onewire_port=None if self.onewire_port is None else Path(self.onewire_port),
+            amplifier_host=self.amplifier_host,
+            amplifier_tcp_port=self.amplifier_tcp_port,
         )
 
 
@@ -98,7 +108,7 @@ class Options:
     speed : float
         Stand seconds in one second of the wall.
     port : int, optional
-        TCP port instead of the stand file's; 0 takes a free one.
+        The controller's TCP port instead of the stand file's; 0 takes a free one, for the amplifier too.
     wires : Path, optional
         Folder for serial device and 1-Wire tree instead of the stand file's paths.
     truth : Path, optional
@@ -154,9 +164,11 @@ class StandServer:
         bank = RegisterBank(self.device, profile, self._pace.now_s)
         device_id = stand_file.controller.device_id
         trouble = FrameTrouble(self.device.faults, "controller", lambda: self.device.time_s)
-        self._modbus = ModbusStandServer(bank, profile, device_id, self.catch_up, self._cut, trouble)
-        self._line = RtuStandServer(bank, profile, device_id, self.catch_up, self._cut, trouble)
+        responder = Responder(bank, self.catch_up, self._cut, trouble)
+        self._modbus = ModbusStandServer(responder, device_id)
+        self._line = RtuStandServer(responder, device_id)
         self._sensors: SensorWires | None = None
+        self._amplifier = self._make_amplifier()
         folder = stand_file.folder / "wires" if options.wires is None else options.wires
         self._control = FaultControl(
             (folder / SOCKET).absolute(),
@@ -167,6 +179,14 @@ class StandServer:
         self._bank = bank
         for fault in options.faults:
             self._demand_possible(fault)
+
+    def _make_amplifier(self) -> ModbusAmplifierWire | None:
+        """Return the amplifier, where it is one with registers."""
+        amplifier, device = self._file.amplifier, self.device
+        form, registers = device.amplifier_form, device.amplifier_map
+        if amplifier is None or amplifier.modbus is None or form is None or registers is None:
+            return None
+        return ModbusAmplifierWire(device, registers, form, amplifier.modbus, self.catch_up)
 
     def _demand_possible(self, fault: ScheduledFault) -> None:
         demand_possible(self._file, fault)
@@ -195,7 +215,7 @@ class StandServer:
         for descriptor in self._sensors.descriptors():
             asyncio.get_running_loop().add_reader(descriptor, self._serve_slow_wires)
         await self._control.start()
-        ends = self._sensors.endpoints()
+        ends = await self._serve_amplifier(self._sensors.endpoints())
         line = file.controller_serial() if wires is None else wires / "controller"
         if not file.controller.serial or line is None:
             line = None
@@ -213,21 +233,43 @@ class StandServer:
             controller_serial=None if line is None else str(line),
             onewire_port=None if ends.onewire_port is None else str(ends.onewire_port),
             faults_socket=str(self._control.path),
+            amplifier_host=ends.amplifier_host,
+            amplifier_tcp_port=ends.amplifier_tcp_port,
         )
 
     async def _listen(self) -> tuple[str, int]:
         """Open the TCP port; return where it is."""
         file = self._file
         port = file.controller.port if self._options.port is None else self._options.port
-        host = "127.0.0.1" if file.controller.host == "localhost" else file.controller.host
+        host = self._own(file.controller.host, "controller.host")
+        return host, await self._modbus.start(host, port)
+
+    async def _serve_amplifier(self, ends: stands.Endpoints) -> stands.Endpoints:
+        """Open the wire of an amplifier with registers; return the sensors' ends with it."""
+        wire, file, folder = self._amplifier, self._file, self._options.wires
+        settings = None if file.amplifier is None else file.amplifier.modbus
+        if wire is None or settings is None:
+            return ends
+        port = file.amplifier_port()
+        if settings.host is None and port is not None:
+            link = (port if folder is None else folder / "amplifier").absolute()
+            wire.start_line(link)
+            return replace(ends, amplifier_port=link)
+        host = self._own(settings.host or "", "amplifier.modbus.host")
+        found = await wire.listen(host, 0 if self._options.port == 0 else settings.tcp_port)
+        return replace(ends, amplifier_host=host, amplifier_tcp_port=found)
+
+    def _own(self, host: str, place: str) -> str:
+        """Return the address of this machine that a stand file names; refuse any other."""
+        host = "127.0.0.1" if host == "localhost" else host
         if host not in {"127.0.0.1", "::1"}:
             raise BadInput(
                 f"the simulated stand serves this machine only, not {host}",
-                file=file.path,
-                place="controller.host",
+                file=self._file.path,
+                place=place,
                 remedy="write 127.0.0.1 there",
             )
-        return host, await self._modbus.start(host, port)
+        return host
 
     async def run(self, stop: asyncio.Event) -> None:
         """Keep the stand in step with the clock until ``stop`` is set."""
@@ -259,6 +301,8 @@ class StandServer:
         """
         await self._modbus.stop()
         self._line.stop()
+        if self._amplifier is not None:
+            await self._amplifier.stop()
         await self._control.stop()
         sensors, self._sensors = self._sensors, None
         if sensors is not None:

@@ -35,9 +35,10 @@ class Writer:
         if number not in (0, holder) and holder:
             return False
         self._number = number
-        self.keep()
+        self._alive_s = self._wall_s()
         return True
 
     def keep(self) -> None:
-        """Take a sign of life of the holder: the watchdog was fed."""
-        self._alive_s = self._wall_s()
+        """Take a sign of life of the holder: the watchdog was fed. A lock that fell free stays free."""
+        if self.number:
+            self._alive_s = self._wall_s()

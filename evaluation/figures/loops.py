@@ -15,11 +15,16 @@ from evaluation.figures.style import COLOURS
 STROKE_LABEL = "Stroke [mm]"
 FORCE_LABEL = "Force [kN]"
 _LOOP_POINTS = 1500
+_FIGURE_POINTS = 12_000
+_LEAST_POINTS = 200
+"""Points of a loop: fewer where many share a figure; 300 still draw a smooth one."""
 _DOTTED = -1
 _SAME_PRESTRESS_MM = 2.0
 
 
-class _Ranges(TypedDict):
+class Ranges(TypedDict):
+    """Both axes of a figure."""
+
     x_range: tuple[float, float]
     y_range: tuple[float, float]
 
@@ -78,14 +83,16 @@ def dynamic_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
         tone = tones[loop.prestress_mm or 0.0]
         variant = within[tone] = within.get(tone, -1) + 1
         label = f"{_mm(loop.prestress_mm)} ± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}"
-        curves.append(_curve(loop, label, tone=tone, dash=variant))
+        curves.append(_curve(loop, label, tone=tone, dash=variant, among=len(loops)))
     return _over(static, loops, curves, whole=True)
 
 
 def frequency_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
     """Return loops of one prestress and amplitude at several frequencies (paper, Fig. 6)."""
     ordered = sorted(loops, key=lambda loop: loop.frequency_Hz or 0.0)
-    curves = [_curve(loop, _hz(loop), tone=n, dash=n, marker=n) for n, loop in enumerate(ordered)]
+    curves = [
+        _curve(loop, _hz(loop), tone=n, dash=n, marker=n, among=len(loops)) for n, loop in enumerate(ordered)
+    ]
     return _over(static, loops, curves)
 
 
@@ -93,14 +100,16 @@ def amplitude_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
     """Return loops of one prestress at several amplitudes (paper, Fig. 7)."""
     ordered = sorted(loops, key=_by_condition)
     curves = [
-        _curve(loop, f"± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}", tone=n, dash=n, marker=n)
+        _curve(
+            loop, f"± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}", tone=n, dash=n, marker=n, among=len(loops)
+        )
         for n, loop in enumerate(ordered)
     ]
     return _over(static, loops, curves)
 
 
-def temperature_loops(loops: Sequence[Loop], labels: Sequence[str]) -> Plot:
-    """Return loops of one step at several temperatures, each with its label (paper, Fig. 9)."""
+def labelled_loops(loops: Sequence[Loop], labels: Sequence[str]) -> Plot:
+    """Return loops of one step with their labels: several temperatures (paper, Fig. 9), or specimens."""
     curves = tuple(
         _curve(loop, label, tone=n, dash=n, marker=n)
         for n, (loop, label) in enumerate(zip(loops, labels, strict=True))
@@ -110,7 +119,7 @@ def temperature_loops(loops: Sequence[Loop], labels: Sequence[str]) -> Plot:
 
 def _over(static: Loop | None, loops: Sequence[Loop], curves: list[Curve], *, whole: bool = False) -> Plot:
     """Lay curves over the quasi-static cycle, dotted as in the paper; show it ``whole`` or near the loops."""
-    ranges = _close_ranges(loops)
+    ranges = framed_ranges(loops)
     if static is not None:
         envelope = _curve(static, "quasi-static", tone=BLACK, dash=_DOTTED, filled=True)
         curves = [envelope, *curves]
@@ -121,13 +130,21 @@ def _over(static: Loop | None, loops: Sequence[Loop], curves: list[Curve], *, wh
 
 
 def _curve(
-    loop: Loop, label: str, *, tone: int, dash: int, marker: int | None = None, filled: bool = False
+    loop: Loop,
+    label: str,
+    *,
+    tone: int,
+    dash: int,
+    marker: int | None = None,
+    filled: bool = False,
+    among: int = 1,
 ) -> Curve:
-    kept = kept_samples(loop.stroke_mm, loop.force_kN, _LOOP_POINTS)
+    points = min(_LOOP_POINTS, max(_LEAST_POINTS, _FIGURE_POINTS // among))
+    kept = kept_samples(loop.stroke_mm, loop.force_kN, points)
     return Curve(label, loop.stroke_mm[kept], loop.force_kN[kept], tone, dash, marker, filled)
 
 
-def _ranges(loops: Sequence[Loop], windows: Sequence[Window]) -> _Ranges:
+def _ranges(loops: Sequence[Loop], windows: Sequence[Window]) -> Ranges:
     """Return both axes from zero, or from the least value if that is negative, with room for symbols."""
     xs = [0.0, *(window.at for window in windows)]
     ys = [0.0, *(window.upper for window in windows)]
@@ -138,14 +155,14 @@ def _ranges(loops: Sequence[Loop], windows: Sequence[Window]) -> _Ranges:
     left = min(xs) - (margin if windows or min(xs) < 0 else 0.0)
     low, high = min(ys), max(ys)
     # Noise around zero force is no reason to start the axis far below it.
-    return _Ranges(x_range=(left, max(xs) + margin), y_range=(min(0.0, 1.02 * low), 1.1 * high or 1.0))
+    return Ranges(x_range=(left, max(xs) + margin), y_range=(min(0.0, 1.02 * low), 1.1 * high or 1.0))
 
 
-def _close_ranges(loops: Sequence[Loop]) -> _Ranges:
+def framed_ranges(loops: Sequence[Loop]) -> Ranges:
     """Return axes that frame the loops with a quarter of their extent around, yet not below zero."""
     x_range = _framed([loop.stroke_mm for loop in loops])
     y_range = _framed([loop.force_kN for loop in loops])
-    return _Ranges(x_range=x_range, y_range=y_range)
+    return Ranges(x_range=x_range, y_range=y_range)
 
 
 def _framed(values: Sequence[Floats]) -> tuple[float, float]:

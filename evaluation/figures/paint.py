@@ -66,10 +66,20 @@ def _figure(plot: Plot) -> Figure:
     mpl.rcdefaults()
     mpl.rcParams.update(style.RC)
     figure = Figure(layout="constrained")
-    handles = _paint(figure.add_subplot(), plot)
-    columns = _columns([str(handle.get_label()) for handle in handles])
+    panels = plot.panels()
+    heights = [panel.height_mm for panel in panels]
+    grid = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)
+    by_label: dict[str, Handle] = {}
+    for axes, panel in zip(grid[:, 0], panels, strict=True):
+        for handle in _paint(axes, panel):
+            by_label.setdefault(str(handle.get_label()), handle)
+        if panel is not panels[-1]:
+            axes.set_xlabel("")
+    figure.align_ylabels()
+    handles = list(by_label.values())
+    columns = _columns(list(by_label))
     rows = -(-len(handles) // columns)
-    height_mm = plot.height_mm + _LEGEND_ROW_MM * rows
+    height_mm = sum(heights) + _LEGEND_ROW_MM * rows
     figure.set_size_inches(style.WIDTH_MM * style.MM, height_mm * style.MM)
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)

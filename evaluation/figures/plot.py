@@ -112,6 +112,12 @@ class Plot:
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     height_mm: float = field(default=95.0)
+    below: Plot | None = None
+    """A further panel under this one, over the same x axis."""
+
+    def panels(self) -> tuple[Plot, ...]:
+        """Return this panel and those below it, from the top."""
+        return (self,) if self.below is None else (self, *self.below.panels())
 
     def facts(self) -> dict[str, Any]:
         """Return what is drawn as a JSON object (breaks are null): the figure's part of the report's hash."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from evaluation.figures.decimate import kept_samples
 from evaluation.figures.plot import Curve, Floats, Level, Plot, Span, Stop
 
 TEMPERATURE = "Temperature [°C]"
+ENERGY = "Energy absorbed [kJ]"
 STROKE = "Stroke [mm]"
 _TRACE_POINTS = 3000
 _MOST_STEP_LABELS = 30
@@ -35,13 +36,19 @@ class Step:
     stop: str = ""
 
 
-def temperature_plot(traces: Sequence[Trace], steps: Sequence[Step], stop_C: float | None) -> Plot:
-    """Return the temperatures over the campaign, its steps shaded, temperature limit and stops marked."""
+def temperature_plot(
+    traces: Sequence[Trace], steps: Sequence[Step], stop_C: float | None, energy: Trace | None = None
+) -> Plot:
+    """Return the temperatures over the campaign, its steps shaded, temperature limit and stops marked.
+
+    ``energy`` [J] is drawn below them, in kJ (paper, Fig. 11).
+    """
     levels = () if stop_C is None else (Level(stop_C, f"stop at {stop_C:g} °C"),)
     lowest, highest = _span(traces)
     tops = [highest, *(level.at for level in levels)]
     margin = 0.06 * (max(tops) - lowest) or 1.0
-    return _timeline(
+    below = None if energy is None else _energy_panel(energy, steps, tone=len(traces))
+    plot = _timeline(
         traces,
         steps,
         TEMPERATURE,
@@ -49,6 +56,19 @@ def temperature_plot(traces: Sequence[Trace], steps: Sequence[Step], stop_C: flo
         y_range=(lowest - margin, max(tops) + margin),
         height_mm=80.0,
     )
+    return replace(plot, below=below)
+
+
+def _energy_panel(energy: Trace, steps: Sequence[Step], tone: int) -> Plot:
+    """Return the energy absorbed since the start of the campaign; its steps are named in the panel above."""
+    trace = Trace(energy.label, energy.time_s, energy.value / 1000.0)
+    _, highest = _span([trace])
+    unnamed = [replace(step, label="", stop="") for step in steps]
+    plot = _timeline(
+        [trace], unnamed, ENERGY, levels=(), y_range=(0.0, 1.05 * highest or 1.0), height_mm=45.0
+    )
+    (curve,) = plot.curves
+    return replace(plot, curves=(replace(curve, tone=tone, dash=tone),))
 
 
 def stroke_plot(traces: Sequence[Trace], steps: Sequence[Step]) -> Plot:

@@ -1,5 +1,6 @@
 """Test reports: one content from runs and their evaluation, rendered as HTML and as PDF."""
 
-from evaluation.report.writing import pdf_available, write_report
+from evaluation.report.reading import Given
+from evaluation.report.writing import pdf_available, write_comparison, write_report
 
-__all__ = ["pdf_available", "write_report"]
+__all__ = ["Given", "pdf_available", "write_comparison", "write_report"]

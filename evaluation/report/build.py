@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from evaluation.report.amendment import amendment_notice, amendment_section
 from evaluation.report.budgets import budgets_section
 from evaluation.report.closing import (
     data_section,
     deviations_section,
     not_as_required,
+    opinions_section,
     rule_section,
     statements_section,
     warnings_section,
 )
+from evaluation.report.conditions import conditions_section
+from evaluation.report.conformity import conformity_section, not_tested_section
 from evaluation.report.content import Block, Content, Section, Texts
 from evaluation.report.evidence import evidence_section, temperature_section
 from evaluation.report.fields import missing_fields
@@ -25,6 +29,8 @@ from evaluation.report.identification import (
     overdue,
     simulated,
 )
+from evaluation.report.modelled import model_section
+from evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
 from evaluation.report.source import Source, runs_text
 from evaluation.report.tables import cycles_section, runs_section
 from evaluation.report.verdicts import requirements_section, verdict_line
@@ -46,28 +52,36 @@ def build_content(source: Source) -> Content:
     version = (source.document.get("software") or {}).get("version")
     software = f"bufferstand {version}" if version else "bufferstand"
     calibration = calibrations(source)
+    changes = changes_of(source)
     sections = [
+        amendment_section(source),
         _summary(source),
+        reevaluation_section(source, changes),
         identification(source),
+        conditions_section(source),
+        conformity_section(source),
         requirements_section(source),
         runs_section(source),
         cycles_section(source),
         temperature_section(source),
+        model_section(source.runs, source.modelled) if source.modelled else None,
         figures_section(source),
         deviations_section(source),
+        not_tested_section(source),
         warnings_section(source, overdue(calibration)),
         rule_section(source),
         evidence_section(source),
         budgets_section(source),
         calibration,
         data_section(source),
+        opinions_section(source),
         statements_section(source),
     ]
     ends = [run.ended for run in source.runs if run.ended is not None]
     return Content(
         title="Test report: static and dynamic characteristics",
         subtitle=_subtitle(source),
-        notices=_notices(source),
+        notices=(*reevaluation_notice(changes), *notices_of(source)),
         missing=missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
         head=head(source, software),
         sections=tuple(section for section in sections if section is not None),
@@ -83,8 +97,9 @@ def _subtitle(source: Source) -> str:
     return f"{' '.join(known) or 'specimen not recorded'} · {source.name}"
 
 
-def _notices(source: Source) -> tuple[str, ...]:
-    notices = []
+def notices_of(source: Source) -> tuple[str, ...]:
+    """Return what must be seen before anything else."""
+    notices = list(amendment_notice(source))
     if simulated(source):
         notices.append("Simulated stand: nothing in this report was measured on a specimen.")
     notices += [f"Run {run.number} {run.status}: {run.reason}." for run in source.runs if run.ended_early]

@@ -28,6 +28,10 @@ _TOLERANCES = (
     ("frequency_Hz", "frequency", "Hz", 0.0, 0.05),
 )
 """How far a harmonic run may be from its step before the report says so: absolute, or relative if larger."""
+_APPLIES = (
+    "It applies to every statement of conformity in this report; to which runs and cycles each of them "
+    "refers stands beside it."
+)
 _UNKNOWN_RULE = "The evaluation document does not state by which decision rule its verdicts were given."
 _UNCERTAINTY = (
     "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
@@ -87,6 +91,7 @@ def _derived_deviations(source: Source) -> list[str]:
         f"Force limited to {limit:g} kN by {by} ({runs_text(numbers)}): full stroke was not reached."
         for (limit, by), numbers in limited.items()
     ]
+    items += [f"Results of external providers: {text}" for text in source.fields.external_results]
     imported = [run.number for run in source.runs if run.status == "imported"]
     if imported:
         items.append(
@@ -128,12 +133,27 @@ def _capital(text: str) -> str:
 
 def rule_section(source: Source) -> Section:
     """Return the decision rule with its risk, and how uncertainties are stated."""
+    by = source.fields.decision_rule_set_by
     items = [
         _RULES.get(str(source.decision_rule), _UNKNOWN_RULE),
+        *((f"The rule was set by: {by}.",) if by else ()),
+        _APPLIES,
         _UNCERTAINTY,
         "A result that is missing, not reached or not shown by the record is never counted as passed.",
     ]
     return Section("decision-rule", "Decision rule and uncertainty", (Texts(tuple(items)),))
+
+
+def opinions_section(source: Source) -> Section | None:
+    """Return opinions and interpretations, kept apart from the results; None if there are none."""
+    if not source.fields.opinions:
+        return None
+    apart = "These are not results of the tests; who authorised the report answers for them."
+    return Section(
+        "opinions",
+        "Opinions and interpretations",
+        (Texts(source.fields.opinions, listed=True), Texts((apart,))),
+    )
 
 
 def data_section(source: Source) -> Section:

@@ -17,6 +17,8 @@ _Lines = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinst
 class ReportFields(Settings):
     """The report's own facts; an empty one is missing, and the report a draft."""
 
+    number: str = ""
+    """The laboratory's own number of the report, printed beside the id."""
     laboratory: str = ""
     laboratory_address: str = ""
     place_of_test: str = ""
@@ -26,6 +28,8 @@ class ReportFields(Settings):
     """Test method with edition and procedure version."""
     received: Day | None = None
     """When the specimen was received."""
+    specimen_condition: str = ""
+    """What state it was in: damage, wear, completeness (7.8.2.1 g)."""
     issued: Day | None = None
     tested_by: str = ""
     checked_by: str = ""
@@ -35,11 +39,23 @@ class ReportFields(Settings):
     deviations: _Lines = ()
     """Additions to, deviations or exclusions from the method."""
     remarks: _Lines = ()
+    not_tested: _Lines = ()
+    """What of the method was not tested, and why, beyond what the runs themselves show."""
+    external_results: _Lines = ()
+    """Results that are another laboratory's, and whose (7.8.2.1 p)."""
+    decision_rule_set_by: str = ""
+    """Who prescribed the decision rule: the standard, the customer, or the laboratory (7.8.6.1)."""
+    opinions: _Lines = ()
+    """Opinions and interpretations, kept apart from the results (7.8.7)."""
     customer_supplied: _Lines = ()
     """Data that the customer supplied, for which the laboratory does not answer."""
     amends: str = ""
-    """Id of the report that this one replaces."""
+    """Id of the report that this one replaces (7.8.8)."""
+    amends_issued: Day | None = None
+    """When that one was issued."""
     amendment_reason: str = ""
+    amendment_changes: _Lines = ()
+    """What is different from that one."""
 
 
 _REQUIRED = {
@@ -54,17 +70,32 @@ _REQUIRED = {
 }
 
 
+_OF_AN_AMENDMENT = {
+    "amends_issued": "date of the report that this one replaces",
+    "amendment_changes": "what this report changes",
+}
+
+
 def load_fields(folder: Path) -> ReportFields:
     """Read ``report.toml`` in ``folder``; without one every field is missing.
 
     Raises
     ------
     BadInput
-        If it cannot be read or breaks the schema.
+        As :func:`read_fields`.
     """
     path = folder / FILE_NAME
-    if not path.exists():
-        return ReportFields()
+    return read_fields(path) if path.exists() else ReportFields()
+
+
+def read_fields(path: Path) -> ReportFields:
+    """Read a file of report fields.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read or breaks the schema, or changes a report and does not say which or why.
+    """
     fields = load_settings(path, ReportFields)
     if fields.amends and not fields.amendment_reason:
         raise BadInput(
@@ -72,6 +103,14 @@ def load_fields(folder: Path) -> ReportFields:
             file=path,
             place="amendment_reason",
             remedy="add the reason",
+        )
+    of_an_amendment = ("amends_issued", "amendment_reason", "amendment_changes")
+    if not fields.amends and (stray := [name for name in of_an_amendment if getattr(fields, name)]):
+        raise BadInput(
+            "the report is said to change another one, and not which",
+            file=path,
+            place=stray[0],
+            remedy="add amends, the id of the report that it replaces",
         )
     return fields
 
@@ -88,4 +127,5 @@ def missing_fields(fields: ReportFields, laboratory: str, customer: str, tested_
     """
     known = {"laboratory": laboratory, "customer": customer, "operator": tested_by}
     absent = [f"name of the {what}" for what, name in known.items() if not name]
-    return (*absent, *(text for name, text in _REQUIRED.items() if not getattr(fields, name)))
+    required = _REQUIRED | (_OF_AN_AMENDMENT if fields.amends else {})
+    return (*absent, *(text for name, text in required.items() if not getattr(fields, name)))

@@ -12,12 +12,13 @@ from evaluation.figures.loops import (
     amplitude_loops,
     dynamic_loops,
     frequency_loops,
+    labelled_loops,
     static_loops,
-    temperature_loops,
 )
 from evaluation.figures.plot import Plot, Window
 from evaluation.report.content import DASH, Cell, Column, Picture, Section, Table, Texts
 from evaluation.report.evidence import as_recorded
+from evaluation.report.model_figures import model_pictures
 from evaluation.report.numbers import fixed, quantity_cell, significant, usable
 from evaluation.report.samples import at_strokes, loop_of
 from evaluation.report.source import ReportRun, Source, runs_text
@@ -47,7 +48,13 @@ def figures_section(source: Source) -> Section:
         *trend_pictures(source),
         *_temperature_pictures(source),
         *timeline_pictures(source),
+        *(model_pictures(source.runs, source.modelled) if source.modelled else ()),
     ]
+    return numbered_section(pictures)
+
+
+def numbered_section(pictures: Sequence[Unnumbered]) -> Section:
+    """Return the section of figures, numbered in their order."""
     numbered = tuple(
         Picture(number, one.caption, one.alt, one.plot, one.numbers)
         for number, one in enumerate(pictures, start=1)
@@ -201,7 +208,7 @@ def _temperature_pictures(source: Source) -> list[Unnumbered]:
             Unnumbered(
                 caption=f"Force over stroke of the same step at {len(loops)} temperatures of the specimen.",
                 alt=f"Force–stroke loops at {', '.join(labels)}; the numbers are tabulated.",
-                plot=temperature_loops(loops, labels),
+                plot=labelled_loops(loops, labels),
                 numbers=as_recorded(source, comparison),
             )
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import date
 
 from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table
@@ -93,6 +93,8 @@ def head(source: Source, software: str) -> Sheet:
     return Sheet(
         "",
         (
+            *((("Number", Cell(source.fields.number)),) if source.fields.number else ()),
+            *((("Replaces report", Cell(source.fields.amends)),) if source.fields.amends else ()),
             ("Specimen", source.common("specimen", "id")),
             ("Campaign", _campaign(source)),
             ("Test stand", stand_text(source)),
@@ -121,10 +123,18 @@ def _recording_software(source: Source) -> Cell:
     return Cell("; ".join(f"{version or DASH} ({runs_text(of)})" for version, of in versions.items()))
 
 
-def identification(source: Source) -> Section:
-    """Return the section on laboratory, customer, specimen, stand and dates."""
+def identification(source: Source, specimens: Sequence[tuple[str, Source]] = ()) -> Section:
+    """Return the section on laboratory, customer, specimen, stand and dates.
+
+    ``specimens`` are those of a comparison, each with the title of its sheet; otherwise there is one.
+    """
+    sheets = [specimen_sheet(title, of) for title, of in specimens or (("Specimen", source),)]
+    return Section("identification", "Identification", (_parties(source), *sheets, _stand(source)))
+
+
+def _parties(source: Source) -> Sheet:
     fields = source.fields
-    parties = Sheet(
+    return Sheet(
         "Laboratory and customer",
         (
             ("Laboratory", given(laboratory(source))),
@@ -134,21 +144,17 @@ def identification(source: Source) -> Section:
             ("Customer’s address", given(fields.customer_address)),
             ("Test method", given(fields.method)),
             ("Specimen received", given(fields.received)),
+            ("Its condition", given(fields.specimen_condition, "not stated in report.toml")),
             ("Tested", test_dates(source)),
             ("Report issued", given(fields.issued)),
             *((("Sampling", Cell(fields.sampling)),) if fields.sampling else ()),
-            *(
-                (("Replaces report", Cell(f"{fields.amends}: {fields.amendment_reason}")),)
-                if fields.amends
-                else ()
-            ),
         ),
     )
-    specimen = Sheet(
-        "Specimen",
-        tuple((name, _specimen_fact(source, key)) for name, key in _SPECIMEN),
-    )
-    return Section("identification", "Identification", (parties, specimen, _stand(source)))
+
+
+def specimen_sheet(title: str, source: Source) -> Sheet:
+    """Return what is on record of the specimen."""
+    return Sheet(title, tuple((name, _specimen_fact(source, key)) for name, key in _SPECIMEN))
 
 
 def _specimen_fact(source: Source, key: str) -> Cell:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from evaluation.document import evaluate_file, evaluation_document
+from evaluation.archive.evaluate import evaluate_archive
+from evaluation.archive.identity import Settings
+from evaluation.archive.local import Local
+from evaluation.archive.tables import document as evaluation_document
 from evaluation.load import load_run
 from evaluation.record import Record
-from evaluation.report.fields import load_fields
+from evaluation.report.fields import ReportFields, load_fields
+from evaluation.report.modelled import apply_model
 from evaluation.report.source import ReportRun, Source
-from evaluation.requirements.limit_set import LimitSet
+from evaluation.requirements.limit_set import LimitSet, find_limit_set, shipped_limit_set, shipped_names
 from evaluation.results import Options
 from foundation.canonical import file_hash
 from foundation.errors import BadInput
@@ -66,12 +70,35 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
     return sorted(loaded, key=lambda one: _order(one.run)), findings
 
 
-def read_source(
-    path: Path,
-    document: Mapping[str, Any] | None = None,
-    options: Options | None = None,
-    limit_set: LimitSet | None = None,
-) -> Source:
+@dataclass(frozen=True)
+class Given:
+    """What a report is made with besides the runs.
+
+    Attributes
+    ----------
+    options : Options
+        How to evaluate where runs are evaluated for the report.
+    limit_set : LimitSet or None
+        Limits to judge by then; None: the shipped set.
+    fields : ReportFields or None
+        What only the laboratory knows; None: ``report.toml`` beside the runs.
+    model : Path or None
+        A spring model (TOML) to show beside the runs.
+    earlier : mapping or None
+        An earlier evaluation document of the same runs, to say what moved.
+    jobs : int or None
+        Processes that evaluate; None: one a core, spawned: a script needs its ``__main__`` guard then.
+    """
+
+    options: Options = field(default_factory=Options)
+    limit_set: LimitSet | None = None
+    fields: ReportFields | None = None
+    model: Path | None = None
+    earlier: Mapping[str, Any] | None = None
+    jobs: int | None = 1
+
+
+def read_source(path: Path, document: Mapping[str, Any] | None = None, given: Given | None = None) -> Source:
     """Read the runs of a report and join each with its evaluation.
 
     Parameters
@@ -79,11 +106,9 @@ def read_source(
     path : Path
         A run file or a campaign folder.
     document : mapping, optional
-        The evaluation document of these runs (contracts § 4); without one they are evaluated here.
-    options : Options, optional
-        How to evaluate where they are evaluated here.
-    limit_set : LimitSet, optional
-        Limits to judge by then; the shipped set by default.
+        The evaluation document of the runs; without one they are evaluated here.
+    given : Given, optional
+        How to evaluate, and what to show besides.
 
     Returns
     -------
@@ -95,18 +120,58 @@ def read_source(
     BadInput
         If there are no runs, none can be read, the document lacks one of them or is of another content.
     """
+    given = given or Given()
     loaded, findings = load_files(path)
-    options = options or Options()
-    rule: str | None = options.decision_rule
+    rule: str | None = given.options.decision_rule
     if document is None:
-        document = evaluation_document([evaluate_file(one.run.path, options, limit_set) for one in loaded])
+        loaded, document = _evaluated(loaded, given, findings)
     else:
         rule = document.get("decision_rule")
     entries = _entries(document)
     runs = tuple(_report_run(number, one, entries) for number, one in enumerate(loaded, start=1))
-    name = path.stem if path.is_file() else path.resolve().name
-    fields = load_fields(path if path.is_dir() else path.parent)
-    return Source(name, runs, document, fields, tuple(findings), rule)
+    fields = given.fields
+    if fields is None:
+        fields = load_fields(path if path.is_dir() else path.parent)
+    if given.earlier is not None:
+        _entries(given.earlier)
+    return Source(
+        name=path.stem if path.is_file() else path.resolve().name,
+        runs=runs,
+        document=document,
+        fields=fields,
+        findings=tuple(findings),
+        decision_rule=rule,
+        limit_sets=_limit_sets(runs, given.limit_set),
+        modelled=None if given.model is None else apply_model(given.model, runs),
+        earlier=given.earlier,
+    )
+
+
+def _evaluated(
+    loaded: list[Loaded], given: Given, findings: list[str]
+) -> tuple[list[Loaded], dict[str, Any]]:
+    """Evaluate the runs, and return those that could be with the document; the others become findings."""
+    files = [one.run.path for one in loaded]
+    settings = Settings(given.options, given.limit_set or shipped_limit_set())
+    evaluation = evaluate_archive(files, settings, Local(given.jobs))
+    problems = {failure.path: failure.problem for failure in evaluation.failures}
+    if len(problems) == len(loaded):
+        path, problem = next(iter(problems.items()))
+        raise BadInput(problem, file=Path(path))
+    findings += [
+        f"{Path(path).name} could not be evaluated and is not in this report: {problem}"
+        for path, problem in problems.items()
+    ]
+    return [one for one in loaded if str(one.run.path) not in problems], evaluation_document(evaluation)
+
+
+def _limit_sets(runs: Sequence[ReportRun], given: LimitSet | None) -> tuple[LimitSet, ...]:
+    """Return the sets that the runs were judged by: the given or a shipped one of the same hash."""
+    used = {str(limits.get("sha256")) for run in runs if (limits := run.evaluated.get("limit_set"))}
+    if not used:
+        return ()
+    known = {one.sha256: one for one in (*map(find_limit_set, shipped_names()), *([given] if given else []))}
+    return tuple(known[hash_] for hash_ in sorted(used) if hash_ in known)
 
 
 def _order(run: Run) -> tuple[datetime, int, str]:

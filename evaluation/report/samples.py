@@ -16,7 +16,7 @@ from evaluation.record import Record
 from evaluation.report.numbers import usable
 from evaluation.report.source import ReportRun
 
-_RUN_POINTS = 3000
+_RUN_POINTS = 1500
 _LONGEST_SENSOR_STEPS = 5.0
 
 
@@ -145,6 +145,33 @@ def stroke_trace(runs: Sequence[ReportRun], clock: Clock) -> Trace:
         times += [time[kept] + start, np.array([np.nan])]
         values += [stroke[kept], np.array([np.nan])]
     return _trace("stroke", times, values)
+
+
+def energy_trace(runs: Sequence[ReportRun], clock: Clock) -> Trace | None:
+    """Return the energy [J] that the complete cycles absorbed since the start of the first run.
+
+    It rises at the end of each cycle by what the evaluation found for it, and stays between runs.
+
+    Returns
+    -------
+    Trace or None
+        None where no cycle has an absorbed energy.
+    """
+    times, values, total = [0.0], [0.0], 0.0
+    for run, start in zip(runs, clock.starts_s, strict=True):
+        for cycle in run.cycles:
+            end, absorbed = usable(cycle.get("end_s")), usable(cycle.get("absorbed_energy_J"))
+            if end is None or absorbed is None:
+                continue
+            times += [start + end, start + end]
+            values += [total, total + absorbed]
+            total += absorbed
+    if len(times) == 1:
+        return None
+    last = max(start + run.duration_s for run, start in zip(runs, clock.starts_s, strict=True))
+    times.append(max(last, times[-1]))
+    values.append(total)
+    return Trace("energy absorbed by complete cycles", np.array(times), np.array(values))
 
 
 def temperature_traces(runs: Sequence[ReportRun], clock: Clock) -> list[Trace]:

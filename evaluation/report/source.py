@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from evaluation.record import Record
 from evaluation.report.content import DASH, Cell
 from evaluation.report.fields import ReportFields
 from evaluation.report.numbers import moment_of, usable
+from evaluation.requirements.limit_set import LimitSet
+
+if TYPE_CHECKING:  # that module answers to the runs defined here
+    from evaluation.report.modelled import Modelled
 
 NOT_RECORDED = "not recorded in the run file"
 
@@ -187,6 +191,12 @@ class Source:
     findings: tuple[str, ...] = ()
     decision_rule: str | None = None
     """``simple`` or ``guard-band``; None where the document does not say."""
+    limit_sets: tuple[LimitSet, ...] = ()
+    """The limit sets that runs were judged by, as far as they are known by more than their hash."""
+    modelled: Modelled | None = None
+    """A spring model beside the runs, where one was given."""
+    earlier: Mapping[str, Any] | None = None
+    """An earlier evaluation document of the same runs, to say what moved."""
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot
 from evaluation.report.content import DASH, Cell, Column, Table
-from evaluation.report.numbers import fixed, quantity_cell
-from evaluation.report.samples import campaign_clock, steps_of, stroke_trace, temperature_traces
+from evaluation.report.numbers import fixed, quantity_cell, usable
+from evaluation.report.samples import campaign_clock, energy_trace, steps_of, stroke_trace, temperature_traces
 from evaluation.report.source import ReportRun, Source
 from evaluation.report.unnumbered import Unnumbered
 from foundation.durations import duration_text
@@ -26,11 +26,13 @@ def timeline_pictures(source: Source) -> list[Unnumbered]:
         limits = [run.temperature_stop_C for run in source.runs]
         known = sorted({limit for limit in limits if limit is not None})
         limit_text = f", limit {known[0]:g} °C" if known else ", no temperature limit on record"
+        energy = energy_trace(source.runs, clock)
+        of_energy = "" if energy is None else "; below, the energy that the complete cycles absorbed"
         pictures.append(
             Unnumbered(
-                caption=f"Temperatures over the campaign{limit_text}. {note}",
+                caption=f"Temperatures over the campaign{limit_text}{of_energy}. {note}",
                 alt=_temperature_words(traces, known[0] if known else None),
-                plot=temperature_plot(traces, steps, known[0] if known else None),
+                plot=temperature_plot(traces, steps, known[0] if known else None, energy),
                 numbers=_temperature_table(source),
             )
         )
@@ -72,8 +74,20 @@ def _temperature_table(source: Source) -> Table:
     columns = [Column("Run")]
     for sensor in sensors:
         columns += [Column(f"{sensor}: start", "°C"), Column("max.", "°C"), Column("end", "°C")]
-    rows = tuple((Cell(str(run.number), "number"), *_readings(run, sensors)) for run in source.runs)
-    return Table("Temperatures of each run", tuple(columns), rows)
+    columns.append(Column("Energy absorbed", "kJ"))
+    rows = tuple(
+        (Cell(str(run.number), "number"), *_readings(run, sensors), _absorbed(run)) for run in source.runs
+    )
+    return Table("Temperatures of each run, and what its complete cycles absorbed", tuple(columns), rows)
+
+
+def _absorbed(run: ReportRun) -> Cell:
+    energies = [
+        value for cycle in run.cycles if (value := usable(cycle.get("absorbed_energy_J"))) is not None
+    ]
+    if not energies:
+        return Cell(DASH, "missing", "no complete cycle")
+    return Cell(fixed(sum(energies) / 1000.0, 2), "number")
 
 
 def _readings(run: ReportRun, sensors: list[str]) -> list[Cell]:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from evaluation.figures.paint import draw
-from evaluation.inertia import ForceCell
 from evaluation.report.build import build_content
+from evaluation.report.build_comparison import build_comparison
 from evaluation.report.content import Content
+from evaluation.report.fields import ReportFields
 from evaluation.report.html import render_html
 from evaluation.report.pdf import render_pdf
-from evaluation.report.reading import read_source
-from evaluation.requirements.inspection import Inspection
-from evaluation.requirements.limit_set import LimitSet
-from evaluation.results import DecisionRule, Options
+from evaluation.report.reading import Given, read_source
+from evaluation.report.sides import MOST_SIDES, side_by_side
 from foundation.errors import BadInput
 
 
@@ -38,12 +39,7 @@ def write_report(
     *,
     formats: Sequence[str] = ("html", "pdf"),
     document: Mapping[str, Any] | None = None,
-    decision_rule: DecisionRule = "simple",
-    limit_set: LimitSet | None = None,
-    moving_mass_kg: float | None = None,
-    moving_mass_accuracy_percent: float | None = None,
-    force_cell: ForceCell | None = None,
-    inspections: Sequence[Inspection] = (),
+    given: Given | None = None,
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
 
@@ -58,10 +54,8 @@ def write_report(
         ``html``, ``pdf`` or both.
     document : mapping, optional
         The evaluation document of these runs (contracts § 4); without one they are evaluated here.
-    decision_rule : "simple" or "guard-band"
-        How to judge where they are evaluated here; a document states its own.
-    limit_set, moving_mass_kg, moving_mass_accuracy_percent, force_cell, inspections
-        As of :func:`evaluation.document.evaluate_paths`, where they are evaluated here.
+    given : Given, optional
+        How to evaluate, and what to show besides: fields, model, earlier evaluation.
 
     Returns
     -------
@@ -75,25 +69,82 @@ def write_report(
         If there are no runs, one cannot be used, a format is unknown, typst is missing for a PDF, or the
         folder cannot be written.
     """
+    _check_formats(formats)
+    source = read_source(path, document, given)
+    return _write(build_content(source), out, f"{source.name}-report", formats)
+
+
+def write_comparison(
+    paths: Sequence[Path],
+    out: Path,
+    *,
+    formats: Sequence[str] = ("html", "pdf"),
+    given: Given | None = None,
+) -> list[Path]:
+    """Write the report that sets several specimens or campaigns side by side; the first is the reference.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Two or more run files or campaign folders.
+    out, formats
+        As of :func:`write_report`.
+    given : Given, optional
+        How to evaluate. Its fields are those of the comparison; the campaigns' own are not used.
+
+    Returns
+    -------
+    list of Path
+        ``comparison-report.html`` and ``.pdf``.
+
+    Raises
+    ------
+    BadInput
+        As :func:`write_report`, or if there are fewer than two paths, more than 26, or the same one twice.
+    """
+    _check_formats(formats)
+    given = given or Given()
+    if given.model is not None or given.earlier is not None:
+        raise BadInput(
+            "a comparison of specimens takes no model and no earlier evaluation",
+            remedy="give one PATH for a report with them",
+        )
+    _check_sides(paths)
+    sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
+    sides = side_by_side(sources, given.fields or ReportFields())
+    return _write(build_comparison(sides), out, "comparison-report", formats)
+
+
+def _check_formats(formats: Sequence[str]) -> None:
     if unknown := [name for name in formats if name not in _RENDERERS]:
         raise BadInput(f"there is no report format “{unknown[0]}”", remedy=f"use {' or '.join(_RENDERERS)}")
-    options = Options(
-        decision_rule=decision_rule,
-        moving_mass_kg=moving_mass_kg,
-        moving_mass_accuracy_percent=moving_mass_accuracy_percent,
-        force_cell=force_cell,
-        inspections=tuple(inspections),
-    )
-    source = read_source(path, document, options, limit_set)
-    content = build_content(source)
+
+
+def _check_sides(paths: Sequence[Path]) -> None:
+    if not 2 <= len(paths) <= MOST_SIDES:
+        raise BadInput(f"a comparison takes 2 to {MOST_SIDES} paths, not {len(paths)}")
+    seen: set[Path] = set()
+    for path in paths:
+        if path.resolve() in seen:
+            raise BadInput(
+                "this is given twice: it does not differ from itself", file=path, remedy="give it once"
+            )
+        seen.add(path.resolve())
+
+
+def _write(content: Content, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
     figures = [draw(picture.plot) for picture in content.pictures()]
-    # All are rendered before the first is written: a report is whole or not there.
-    rendered = {name: _RENDERERS[name](content, figures) for name in formats}
+    # All are rendered before the first is written: a report is whole or not there. Side by side, because the
+    # typesetter works without Python's lock.
+    with ThreadPoolExecutor() as pool:
+        rendered = dict(
+            zip(formats, pool.map(lambda kind: _RENDERERS[kind](content, figures), formats), strict=True)
+        )
     written = []
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for name, data in rendered.items():
-            target = out / f"{source.name}-report.{name}"
+        for kind, data in rendered.items():
+            target = out / f"{name}.{kind}"
             unfinished = target.with_name(target.name + ".tmp")
             unfinished.write_bytes(data)
             unfinished.replace(target)

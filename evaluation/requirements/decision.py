@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from evaluation.results import DecisionRule, RequirementResult, Verdict
+from evaluation.choices import DecisionRule
+from evaluation.results import RequirementResult, Verdict
 
 
 def conformance_probability(

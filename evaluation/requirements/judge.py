@@ -18,6 +18,8 @@ def why_not_judged(facts: RunFacts, limits: LimitSet) -> str:
     """
     if facts.kind == "harmonic":
         return ""
+    if _prepares(facts):
+        return "the run is a conditioning step of its campaign, whose cycles only prepare the specimen"
     if not limits.covers(facts.kind):
         return f"limit set {limits.id} has nothing on {facts.kind} runs"
     return limits.why_not_for(facts.specimen)
@@ -25,7 +27,11 @@ def why_not_judged(facts: RunFacts, limits: LimitSet) -> str:
 
 def is_judged(facts: RunFacts, limits: LimitSet) -> bool:
     """Say whether a limit set requires anything of a run."""
-    return limits.covers(facts.kind) and not limits.why_not_for(facts.specimen)
+    return limits.covers(facts.kind) and not _prepares(facts) and not limits.why_not_for(facts.specimen)
+
+
+def _prepares(facts: RunFacts) -> bool:
+    return facts.step.get("kind") == "conditioning"
 
 
 def judge(case: Case) -> list[RequirementResult]:

@@ -16,8 +16,8 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from evaluation.requirements.readings import Readings
 from foundation.canonical import content_hash
 from foundation.errors import BadInput
+from foundation.kind import Kind
 from foundation.settings import Day, Settings, load_settings
-from foundation.specimen import Kind
 
 FOLDER = Path(__file__).resolve().parent.parent / "limit_sets"
 SHIPPED = FOLDER / "en15551-105mm.toml"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from evaluation.quantities import SPEED_WINDOW
 from evaluation.record import FloatArray, Record
@@ -32,6 +31,8 @@ def branch_speed(record: Record, start_s: float, end_s: float, noise_mm: float) 
     (float, float) or None
         None below five samples.
     """
+    from scipy.signal import savgol_filter  # noqa: PLC0415 - half a second, for runs that are judged only
+
     first = int(np.searchsorted(record.time_s, start_s, side="right"))
     last = int(np.searchsorted(record.time_s, end_s, side="left"))
     time, stroke = record.time_s[first:last], record.stroke_mm[first:last]

@@ -7,9 +7,8 @@ import textwrap
 from importlib.resources import files
 from pathlib import Path
 
-from model.export.cells import cells
+from foundation.text_file import write_text
 from model.export.losses import C_SOURCE
-from model.export.tables import write_text
 from model.spring import SpringModel
 
 _EXAMPLE = """\
@@ -66,7 +65,7 @@ def _identifier(stem: str) -> str:
 def _header(model: SpringModel, prefix: str) -> str:
     core = (files("model.export") / "c" / "bufferstand_spring.h").read_text(encoding="utf-8")
     tables, law, heat = model.tables, model.temperature, model.heat
-    rows = cells(tables).tolist()
+    rows = tables.rows().tolist()
     scale = "HUGE_VAL" if tables.width_scale_max == float("inf") else repr(tables.width_scale_max)
     numbers = {
         "reference_C": law.reference_C,

@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from foundation.errors import BadInput
-from model.export.cells import columns
 from model.export.description import IDENTIFIER, model_description, page
 from model.export.options import FmuOptions
 from model.export.variables import Variable, start_values, variables
@@ -89,7 +88,7 @@ def spring_table(model: SpringModel, options: FmuOptions, found: tuple[Variable,
     for values in start_values(found):
         head += values
     body = guid.encode("ascii").ljust(40, b"\0")
-    body += np.concatenate([np.array(head), columns(tables).ravel()]).astype("<f8").tobytes()
+    body += np.concatenate([np.array(head), tables.columns().ravel()]).astype("<f8").tobytes()
     return b"BSSPRNG1" + struct.pack("<IIII", 0x01020304, len(tables.A) - 1, zlib.crc32(body), 0) + body
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 from foundation.errors import BadInput
+from model.export.choices import Positive, Units
 from model.spring import SpringModel
-
-Units = Literal["SI", "mm-kN"]
-Positive = Literal["loading", "compression", "tension"]
 
 
 @dataclass(frozen=True)

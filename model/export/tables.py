@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
+from foundation.text_file import write_text
 from model.export.losses import FANCHER, TABLES
 from model.spring import SpringModel
 
@@ -123,21 +123,6 @@ def export_tables(
     for name, text in texts.items():
         write_text(folder / name, text)
     return tuple(folder / name for name in texts)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file; make its folder.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise BadInput(f"cannot be written: {error.strerror}", file=path) from None
 
 
 def _slope(table: Floats, step_mm: float, x: Floats) -> Floats:

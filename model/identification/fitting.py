@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from foundation.errors import BadInput
-from model.identification.parameters import LAWS, NAMES, bounds, curves_at_knots
+from model.identification.laws import LAWS, NAMES
+from model.identification.parameters import bounds, curves_at_knots
 from model.identification.problem import Problem
 
 Floats = NDArray[np.float64]

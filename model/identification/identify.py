@@ -13,7 +13,8 @@ from foundation.errors import BadInput
 from model.identification.coverage import RunFacts, facts_of, reason
 from model.identification.drive import Drive
 from model.identification.fitting import Estimate, Solution, estimates, freeze, identified, solve
-from model.identification.parameters import LAWS, NAMES, Frame, model_of
+from model.identification.laws import LAWS, NAMES
+from model.identification.parameters import Frame, model_of
 from model.identification.problem import Experiment, Problem
 from model.identification.starting import knots_of, start_vector
 from model.identification.validation import CycleCheck, check_cycles, cycles_of, quality

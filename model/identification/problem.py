@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from model.curves import Curves
 from model.identification.drive import Drive
-from model.identification.parameters import LAWS, STAGE_OF, Frame, curves_of, model_of, scales
+from model.identification.laws import LAWS
+from model.identification.parameters import STAGE_OF, Frame, curves_of, model_of, scales
 from model.identification.response import Answer, BandStage, LagStage, answer
 from model.tables import BandTables
 

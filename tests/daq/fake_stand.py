@@ -184,6 +184,9 @@ class FakeController:
         self._wire("connect")
         return Identity("fake", "nowhere", "1", "ring", RATE_HZ)
 
+    def skip_backlog(self) -> None:
+        self._wire("skip_backlog")
+
     def read_block(self) -> SampleBlock | None:
         self._wire("read_block")
         if self.clock.now_s() >= self.orders.silent_from_s:

@@ -90,6 +90,14 @@ def test_the_watchdog_is_fed_through_a_long_wait() -> None:
     assert "its watchdog ran out" in acquisition.panel.trip.reason
 
 
+def test_before_it_switches_on_a_program_feeds_nobody() -> None:
+    acquisition, controller, _ = acquire()
+    acquisition.feeding = False  # another program's actuator: its watchdog must see that one's death
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=500)
+    run(acquisition, 1.0)
+    assert controller.watchdog_trips == 1
+
+
 def test_feeding_counts_the_walls_time_on_a_fast_stand() -> None:
     acquisition, controller, _ = acquire(clock=FakeClock(wall_speed=0.05))
     run(acquisition, 20.0)  # one second of the wall

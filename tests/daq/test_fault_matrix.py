@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drivers.simulated.faults import CHANNELS
+from drivers.simulated.faults import FAULTS as INJECTED
 from recording.runfile import open_run
 from recording.verify import verify
 from tests.daq.fault_matrix import PHASES, Cell, every_fault, run_cell
@@ -18,7 +20,10 @@ WIRE = r"controller or its wire failed|simulated controller"
 SENSOR = r"temperature_1 \(spring plate 3\) has given no true reading for"
 UNHEARD = "amplifier has delivered nothing"
 FAULTS: Mapping[str, tuple[set[int], str]] = {
-    **{f"controller={kind}": ({4}, WIRE) for kind in ("lost", "drop", "delay", "corrupt", "reorder")},
+    **{
+        f"controller={kind}": ({4}, WIRE)
+        for kind in ("lost", "drop", "delay", "corrupt", "reorder", "request-drop", "request-corrupt")
+    },
     "controller=exception": ({4}, WIRE),
     "controller=duplicate": ({0}, ""),
     "controller=stuck": ({4}, "does not count its heartbeat"),
@@ -149,6 +154,20 @@ def test_no_cell_of_the_fault_matrix_fails(
     assert_cell(run_cell(tmp_path, phase, fault), fault, phase)
 
 
+TARGETS = {
+    "controller": ("controller",), "channel": CHANNELS, "amplifier": ("amplifier",),
+    "temperature": ("temperature_1",),
+}  # fmt: skip
+"""By class of the injector: what of it the matrix strikes."""
+
+
 def test_the_matrix_has_every_fault_of_the_injector() -> None:
-    assert {f"{target}={kind}" for target, kind, _ in every_fault()} == set(FAULTS)
+    """A class, a target or a fault that the injector gets fails here until the matrix knows it."""
+    assert INJECTED.keys() == TARGETS.keys()
+    injected = {
+        f"{target}={kind}" for name, kinds in INJECTED.items() for kind in kinds for target in TARGETS[name]
+    }
+    assert {f"{target}={kind}" for target, kind, _ in every_fault()} == injected
+    assert set(FAULTS) == injected
     assert len(cells()) == len(PHASES) * len(every_fault())
+    assert len(set(PHASES)) == len(PHASES) == 6

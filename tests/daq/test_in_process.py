@@ -16,6 +16,7 @@ from drivers.interfaces import MotionState
 from drivers.simulated.faults import ScheduledFault
 from drivers.simulated.inprocess import InProcessStand, open_in_process
 from evaluation.document import evaluate_paths
+from evaluation.results import Options
 from recording.runfile import open_run
 from recording.verify import verify
 from tests.daq.cases import SAMPLES, Lines
@@ -80,7 +81,7 @@ def test_a_proof_step_is_recorded_and_judged_as_the_proof_load_that_it_names(tmp
     assert outcome.exit_status == 0
     found = open_run(outcome.runs[0])
     assert (found.kind, found.step["proof_load"]) == ("proof", "F3")
-    (entry,) = evaluate_paths([outcome.runs[0]], draws=50)["runs"]
+    (entry,) = evaluate_paths([outcome.runs[0]], Options(draws=50))["runs"]
     verdicts = {row["id"]: row["verdict"] for row in entry["requirements"]}
     assert verdicts["proof-load-f3"] == "pass", "206 kN of at least 200"
     # The tolerance is the maker's, and nobody has looked at the buffer yet.

@@ -497,3 +497,33 @@ def test_progress_says_where_it_is_at_most_ten_times_a_second(tmp_path: Path) ->
     assert shown[-1].remaining_s == 0.0
     begun = [line for line in case.shown.lines if line.startswith("step ")]
     assert begun[0].startswith("step 1 of 2: ")
+
+
+def test_a_step_whose_run_was_sealed_whole_is_not_repeated_though_nobody_noted_it(tmp_path: Path) -> None:
+    """Killed between the sealing of the run and the note in campaign.json."""
+    case = Case(tmp_path)
+    assert case.run().status == "complete"
+    path = case.out / "campaign.json"
+    content = json.loads(path.read_text())
+    whole = dict(content["steps"][0])
+    content["steps"][0] |= {
+        "status": "running",
+        "cycles_done": 0,
+        "runs": [*whole["runs"], "runs/never-begun.h5"],
+    }
+    path.write_text(json.dumps(content))
+    again = Case(tmp_path).run()
+    assert (again.status, again.runs) == ("complete", ())
+    assert json.loads(path.read_text())["steps"][0] == whole
+
+
+def test_a_step_whose_run_broke_off_is_done_again(tmp_path: Path) -> None:
+    case = Case(tmp_path, orders=Orders())
+    assert case.run().status == "complete"
+    path = case.out / "campaign.json"
+    content = json.loads(path.read_text())
+    content["steps"][0] |= {"status": "running", "runs": ["runs/never-begun.h5"]}
+    path.write_text(json.dumps(content))
+    again = Case(tmp_path).run()
+    assert again.status == "complete"
+    assert len(again.runs) == 1

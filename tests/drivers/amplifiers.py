@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
+from drivers.amplifier_map import AmplifierMap, Register
 from drivers.interfaces import SampleBlock, Sensor, SensorFault
+from drivers.modbus_link import Table
 from drivers.simulated.amplifier_devices import WireDevice
 from drivers.simulated.device import Frames
+from drivers.simulated.modbus_amplifier import AmplifierBank
+from drivers.simulated.modbus_pdu import Responder
+from drivers.simulated.modbus_rtu import RtuStandServer
+from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.serial_pty import AmplifierPty
 from drivers.stand_file import AmplifierSettings, load_stand
 from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.pump import Pump
+from tests.drivers.servers import loop_thread
 
 PATIENCE_S = 20.0
+_Got = TypeVar("_Got")
 
 
 def amplifier_settings(folder: Path, table: str, *, extra: str = "") -> AmplifierSettings:
@@ -47,7 +58,6 @@ class FarEnd:
         self.pty = AmplifierPty(link, self._frames, rate_Hz, device)
         self.heard = b""
         self.told: dict[str, int | bool] = {}
-        self._end = threading.Event()
         self._guard = threading.Lock()
         receive = self.pty.receive
 
@@ -57,8 +67,7 @@ class FarEnd:
             return data
 
         self.pty.receive = overhear  # type: ignore[method-assign]
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
+        self._pump = Pump(self._step, 0.002)
 
     def give(self, *counts: int, overload: bool = False, drop: int = 0) -> None:
         """Let the amplifier measure values, and send them with its next pump."""
@@ -67,14 +76,70 @@ class FarEnd:
             self.pty.pump(overload=overload, drop=drop)
 
     def close(self) -> None:
-        self._end.set()
-        self._thread.join()
+        self._pump.close()
         self.pty.close()
 
-    def _run(self) -> None:
-        while not self._end.wait(0.002):
-            with self._guard:
-                self.pty.pump()
+    def _step(self) -> None:
+        with self._guard:
+            self.pty.pump()
+
+
+class _CountedBank(AmplifierBank):
+    requests = 0
+
+    def read_packed(self, address: int, count: int, table: Table) -> bytes:
+        self.requests += 1
+        return super().read_packed(address, count, table)
+
+
+class RegisterAmplifier:
+    """A simulated amplifier with registers on TCP, or on a pty; values are given by the test."""
+
+    def __init__(self, registers: AmplifierMap, rate_Hz: float, link: Path | None = None) -> None:
+        self._bank = _CountedBank(registers, rate_Hz)
+        self.silent = False
+        responder = Responder(self._bank, bool, lambda: self.silent)
+        self._network = ModbusStandServer(responder, 1)
+        self._line = RtuStandServer(responder, 1)
+        self._thread = loop_thread()
+        self._loop = self._thread.__enter__()
+        self.port = self._do(self._serve(link))
+        self._closed = False
+
+    @property
+    def requests(self) -> int:
+        return self._bank.requests
+
+    def stick(self) -> None:
+        self._bank.stuck = True
+
+    def measure(self, value: float, status: int = 0) -> None:
+        async def act() -> None:
+            self._bank.measure(value, status)
+
+        self._do(act())
+
+    def put(self, register: Register, value: float) -> None:
+        self._bank.put(register, value)
+
+    def close(self) -> None:
+        if not self._closed:
+            self._closed = True
+            self._do(self._stop())
+            self._thread.__exit__(None, None, None)
+
+    async def _serve(self, link: Path | None) -> int:
+        if link is None:
+            return await self._network.start("127.0.0.1", 0)
+        self._line.start(link)
+        return 0
+
+    async def _stop(self) -> None:
+        await self._network.stop()
+        self._line.stop()
+
+    def _do(self, work: Coroutine[Any, Any, _Got]) -> _Got:
+        return asyncio.run_coroutine_threadsafe(work, self._loop).result(10)
 
 
 def until(done: Callable[[], bool]) -> None:

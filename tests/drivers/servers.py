@@ -237,3 +237,14 @@ def pymodbustcp_server(device: RingDevice) -> Iterator[int]:
         yield server._service.socket.getsockname()[1]
     finally:
         server.stop()
+
+
+@contextmanager
+def loop_thread() -> Iterator[asyncio.AbstractEventLoop]:
+    loop = asyncio.new_event_loop()
+    thread = threading.Thread(target=loop.run_forever)
+    thread.start()
+    yield loop
+    loop.call_soon_threadsafe(loop.stop)
+    thread.join()
+    loop.close()

@@ -14,11 +14,10 @@ from drivers.stand_file import load_stand, with_endpoints
 @pytest.mark.long
 def test_beside_a_bare_socket_and_to_disk(tmp_path: Path) -> None:
     stand = load_stand(acquisition.SAMPLE_STAND)
-    with start_process(
-        acquisition.SAMPLE_STAND, directory=tmp_path / "fast", speed=acquisition.FAST
-    ) as process:
+    alone = acquisition.controller_alone(tmp_path)
+    with start_process(alone, directory=tmp_path / "fast", speed=acquisition.FAST) as process:
         rate, ratio, _, each_us, lost = acquisition.fast_enough(
-            with_endpoints(stand, process.served.endpoints()), 10.0
+            with_endpoints(load_stand(alone), process.served.endpoints()), 10.0
         )
     print(f"\n{rate:.0f} samples/s, {each_us:.0f} µs at best, {ratio:.2f} of a bare socket")
     assert lost == 0

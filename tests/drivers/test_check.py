@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from drivers.check import check_stand
-from drivers.check_rows import CheckRow, Verdict, difference_row
+from drivers.check_rows import CheckRow, difference_row
+from drivers.check_verdict import Verdict
 from drivers.connect import build_sensors, open_stand
 from drivers.interfaces import DeviceFault
 from drivers.profile import Profile

@@ -11,7 +11,8 @@ import pytest
 from drivers.check import _sample_rate_row, _Seen, check_devices, check_stand
 from drivers.check_clock import drift_row, fit_drift
 from drivers.check_hints import controller_hint, port_hint
-from drivers.check_rows import CheckRow, Verdict, rate_row
+from drivers.check_rows import CheckRow, rate_row
+from drivers.check_verdict import Verdict
 from drivers.interfaces import DeviceFault, SampleBlock
 from drivers.modbus_wires import RtuWire
 from drivers.profile import Profile

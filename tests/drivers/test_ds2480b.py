@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +20,7 @@ from drivers.simulated.onewire import OneWireBus, OneWireSensor
 from drivers.stand_file import TemperatureSettings
 from foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, until
+from tests.drivers.pump import Pump
 
 ROMS = (
     "28-00000a3f91c2",
@@ -227,18 +227,11 @@ class Wired:
         self.device = Ds2480bDevice(self.bus)
         self.path = folder / "adapter"
         self._pty = Ds2480bPty(self.path, self.device)
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
+        self._pump = Pump(self._pty.pump, 0.0005)
 
     def close(self) -> None:
-        self._end.set()
-        self._thread.join()
+        self._pump.close()
         self._pty.close()
-
-    def _run(self) -> None:
-        while not self._end.wait(0.0005):
-            self._pty.pump()
 
 
 @pytest.fixture

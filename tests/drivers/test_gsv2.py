@@ -3,18 +3,18 @@ from __future__ import annotations
 import os
 import select
 import threading
-import time
 import tty
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drivers.gsv2 import Gsv2Amplifier, frequency_of, register_of
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault
+from drivers.interfaces import DeviceFault
 from drivers.stand_file import AmplifierSettings, load_stand
 from foundation.clock import WallClock
+from tests.drivers.amplifiers import PATIENCE_S, Collector, until
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.test_gsv2_frames import noisy, stream
 
@@ -26,7 +26,6 @@ def _settings() -> AmplifierSettings:
 
 
 SETTINGS = _settings()
-PATIENCE_S = 20.0
 
 
 class PtyAmplifier:
@@ -82,32 +81,6 @@ def amplifier(far: PtyAmplifier) -> Iterator[Gsv2Amplifier]:
     one = Gsv2Amplifier(far.path, SETTINGS, WallClock())
     yield one
     one.close()
-
-
-def until(done: Callable[[], bool]) -> None:
-    deadline_s = time.monotonic() + PATIENCE_S
-    while not done():
-        assert time.monotonic() < deadline_s
-        time.sleep(0.005)
-
-
-class Collector:
-    def __init__(self, amplifier: Gsv2Amplifier) -> None:
-        self.amplifier = amplifier
-        self.blocks: list[SampleBlock] = []
-        self.faults: list[SensorFault] = []
-
-    def take(self) -> Collector:
-        for item in self.amplifier.drain():
-            if isinstance(item, SampleBlock):
-                self.blocks.append(item)
-            else:
-                self.faults.append(item)
-        return self
-
-    @property
-    def counts(self) -> list[int]:
-        return [int(v) for block in self.blocks for v in block.counts["force_2"]]
 
 
 def test_frequency_register() -> None:

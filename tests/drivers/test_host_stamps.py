@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.host_stamps import JUMP_S, HostStamps
+from drivers.host_stamps import JUMP_S, RATE_DOUBT, RATE_WINDOW_S, HostStamps, RateWatch
 
 
 @settings(max_examples=12)
@@ -68,3 +68,60 @@ def test_stamps_rise_even_if_reception_outruns_them() -> None:
     second = stamps.stamp(5, 1.001)
     assert second[0] > first[-1]
     assert np.all(np.diff(second) > 0)
+
+
+def watched(
+    watch: RateWatch, rate_Hz: float, duration_s: float, *, begin_s: float = 0.0, speed: float = 1.0
+) -> list[str]:
+    """Let values come ten times a second of stand time; return what is said."""
+    said: list[str] = []
+    for number in range(round(10 * duration_s) + 1):
+        at_s = begin_s + 0.1 * number
+        text = watch.look(round(0.1 * rate_Hz), at_s, at_s / speed)
+        said += [text] if text else []
+    return said
+
+
+@given(share=st.floats(0.2, 3.0))
+def test_a_rate_is_doubted_beyond_its_tolerance_and_only_then(share: float) -> None:
+    asked_Hz = 1000.0
+    come_Hz = 10.0 * round(0.1 * asked_Hz * share)
+    said = watched(RateWatch(asked_Hz), come_Hz, 3 * RATE_WINDOW_S)
+    off = abs(come_Hz / asked_Hz - 1.0)
+    if off > RATE_DOUBT + 0.02:
+        assert len(said) == 1  # once while it stays so
+    elif off < RATE_DOUBT - 0.02:
+        assert said == []
+
+
+def test_the_message_names_both_rates_and_where_to_look() -> None:
+    (text,) = watched(RateWatch(250.0), 500.0, 12.0)
+    assert text.startswith("500 values a second come in instead of 250; look at its data rate and filter")
+
+
+def test_a_rate_that_is_right_again_and_wrong_again_is_told_again() -> None:
+    watch = RateWatch(250.0)
+    assert len(watched(watch, 500.0, 25.0)) == 1
+    assert watched(watch, 250.0, 30.0, begin_s=25.1) == []
+    assert len(watched(watch, 120.0, 25.0, begin_s=55.2)) == 1
+
+
+def test_known_losses_count_as_values_that_came() -> None:
+    """The caller adds them: a bad wire is told by its resyncs, not as a wrong rate."""
+    watch = RateWatch(100.0)
+    came, lost = 6, 4
+    assert not any(watch.look(came + lost, 0.1 * n, 0.1 * n) for n in range(300))
+
+
+def test_an_interruption_begins_a_new_count() -> None:
+    watch = RateWatch(100.0)
+    watched(watch, 100.0, 9.0)
+    watch.reset()  # nothing came for a minute
+    assert watched(watch, 100.0, 25.0, begin_s=70.0) == []
+
+
+def test_a_short_time_is_not_judged() -> None:
+    assert watched(RateWatch(100.0), 500.0, 0.9 * RATE_WINDOW_S) == []
+    fast = RateWatch(100.0)  # ten times as fast as the wall: both clocks must have gone on
+    assert watched(fast, 500.0, 4.0 * RATE_WINDOW_S, speed=10.0) == []
+    assert len(watched(fast, 500.0, 2.0 * RATE_WINDOW_S, begin_s=4.0 * RATE_WINDOW_S + 0.1, speed=10.0)) == 1

@@ -14,11 +14,12 @@ from drivers.interfaces import DeviceFault
 from drivers.modbus_amplifier import ModbusAmplifier
 from drivers.modbus_link import ModbusLink
 from drivers.modbus_wires import TcpWire
-from drivers.simulated.modbus_amplifier_server import ModbusAmplifierServer
 from drivers.stand_file import AmplifierSettings, load_stand
+from drivers.transcript import read_transcript
+from drivers.transcript_tap import record_wires
 from foundation.clock import WallClock
 from foundation.errors import BadInput
-from tests.drivers.amplifiers import Collector, amplifier_settings, until
+from tests.drivers.amplifiers import Collector, RegisterAmplifier, amplifier_settings, until
 
 MAP = load_amplifier_map("dms-float", Path())
 TABLE = (
@@ -32,15 +33,15 @@ def stand_settings(folder: Path, port: int, rate: float = 100.0, extra: str = ""
 
 
 @pytest.fixture
-def server() -> Iterator[ModbusAmplifierServer]:
-    one = ModbusAmplifierServer(MAP, 1000.0)
+def server() -> Iterator[RegisterAmplifier]:
+    one = RegisterAmplifier(MAP, 1000.0)
     yield one
     one.close()
 
 
 def opened(
     folder: Path,
-    server: ModbusAmplifierServer,
+    server: RegisterAmplifier,
     registers: AmplifierMap = MAP,
     rate: float = 100.0,
     extra: str = "",
@@ -50,7 +51,7 @@ def opened(
 
 
 def test_values_come_in_order_with_stamps_and_each_measurement_once(
-    tmp_path: Path, server: ModbusAmplifierServer
+    tmp_path: Path, server: RegisterAmplifier
 ) -> None:
     amplifier = opened(tmp_path, server)
     got = Collector(amplifier)
@@ -84,7 +85,7 @@ def test_values_come_in_order_with_stamps_and_each_measurement_once(
     ],
 )
 def test_status_bits_speak_in_the_maps_words(
-    tmp_path: Path, server: ModbusAmplifierServer, bit: int, message: str
+    tmp_path: Path, server: RegisterAmplifier, bit: int, message: str
 ) -> None:
     amplifier = opened(tmp_path, server)
     got = Collector(amplifier)
@@ -100,7 +101,7 @@ def test_status_bits_speak_in_the_maps_words(
         amplifier.close()
 
 
-def test_a_value_that_is_no_number_is_not_recorded(tmp_path: Path, server: ModbusAmplifierServer) -> None:
+def test_a_value_that_is_no_number_is_not_recorded(tmp_path: Path, server: RegisterAmplifier) -> None:
     amplifier = opened(tmp_path, server)
     got = Collector(amplifier)
     try:
@@ -114,12 +115,12 @@ def test_a_value_that_is_no_number_is_not_recorded(tmp_path: Path, server: Modbu
 
 
 def test_a_counter_that_stands_still_is_told_from_a_steady_force(
-    tmp_path: Path, server: ModbusAmplifierServer
+    tmp_path: Path, server: RegisterAmplifier
 ) -> None:
     amplifier = opened(tmp_path, server)
     got = Collector(amplifier)
     try:
-        server.stuck = True
+        server.stick()
         amplifier.start()
         until(lambda: bool(got.take().said))
         assert "it answers, but its counter stands at 1 for 2." in got.said[0]
@@ -129,7 +130,7 @@ def test_a_counter_that_stands_still_is_told_from_a_steady_force(
         amplifier.close()
 
 
-def test_silence_is_told_and_ends(tmp_path: Path, server: ModbusAmplifierServer) -> None:
+def test_silence_is_told_and_ends(tmp_path: Path, server: RegisterAmplifier) -> None:
     amplifier = opened(tmp_path, server)
     got = Collector(amplifier)
     try:
@@ -158,7 +159,7 @@ def test_silence_is_told_and_ends(tmp_path: Path, server: ModbusAmplifierServer)
     ],
 )
 def test_a_map_that_does_not_fit_is_named(
-    tmp_path: Path, server: ModbusAmplifierServer, change: dict[str, object], message: str
+    tmp_path: Path, server: RegisterAmplifier, change: dict[str, object], message: str
 ) -> None:
     other = AmplifierMap.model_validate({**MAP.model_dump(), **change})
     amplifier = opened(tmp_path, server, other)
@@ -168,7 +169,7 @@ def test_a_map_that_does_not_fit_is_named(
 
 
 def test_a_slow_amplifier_is_not_asked_faster_than_it_measures(
-    tmp_path: Path, server: ModbusAmplifierServer
+    tmp_path: Path, server: RegisterAmplifier
 ) -> None:
     assert MAP.rate is not None
     server.put(MAP.rate, 50.0)
@@ -181,7 +182,7 @@ def test_a_slow_amplifier_is_not_asked_faster_than_it_measures(
     amplifier.close()
 
 
-def test_nobody_there(tmp_path: Path, server: ModbusAmplifierServer) -> None:
+def test_nobody_there(tmp_path: Path, server: RegisterAmplifier) -> None:
     server.close()
     amplifier = opened(tmp_path, server)
     with pytest.raises(DeviceFault, match=r"amplifier at 127\.0\.0\.1:.* cannot connect"):
@@ -189,7 +190,7 @@ def test_nobody_there(tmp_path: Path, server: ModbusAmplifierServer) -> None:
     amplifier.close()
 
 
-def test_overload_by_the_channels_own_limit(tmp_path: Path, server: ModbusAmplifierServer) -> None:
+def test_overload_by_the_channels_own_limit(tmp_path: Path, server: RegisterAmplifier) -> None:
     amplifier = opened(tmp_path, server, extra="plausible = { overload = 600.0 }")
     got = Collector(amplifier)
     try:
@@ -223,7 +224,7 @@ def test_what_cannot_be_a_map_is_refused(tmp_path: Path, old: str, new: str, mes
         load_amplifier_map("mine.toml", tmp_path)
 
 
-def test_a_missing_map_lists_those_there_are(tmp_path: Path, server: ModbusAmplifierServer) -> None:
+def test_a_missing_map_lists_those_there_are(tmp_path: Path, server: RegisterAmplifier) -> None:
     table = TABLE.format(port=server.port, rate=100.0)
     amplifier_settings(tmp_path, table.replace("dms-float", "dms-flat"))
     with pytest.raises(
@@ -232,9 +233,27 @@ def test_a_missing_map_lists_those_there_are(tmp_path: Path, server: ModbusAmpli
         build_amplifier(load_stand(tmp_path / "stand.toml"), WallClock())
 
 
-def test_the_stand_file_leads_to_it(tmp_path: Path, server: ModbusAmplifierServer) -> None:
+def test_the_stand_file_leads_to_it(tmp_path: Path, server: RegisterAmplifier) -> None:
     stand_settings(tmp_path, server.port)
     amplifier = build_amplifier(load_stand(tmp_path / "stand.toml"), WallClock())
     assert isinstance(amplifier, ModbusAmplifier)
     amplifier.start()
     amplifier.close()
+
+
+def test_its_wire_is_recorded_byte_by_byte(tmp_path: Path, server: RegisterAmplifier) -> None:
+    stand_settings(tmp_path, server.port)
+    record = tmp_path / "session.txt"
+    with record_wires(load_stand(tmp_path / "stand.toml"), record) as tapped:
+        amplifier = build_amplifier(tapped, WallClock())
+        assert amplifier is not None
+        amplifier.start()
+        got = Collector(amplifier)
+        until(lambda: bool(got.take().blocks))
+        amplifier.close()
+    assert "# amplifier: TCP, map dms-float, unit 1" in record.read_text(encoding="utf-8")
+    pieces = [piece for piece in read_transcript(record) if piece.wire == "amplifier"]
+    asked = b"".join(piece.data for piece in pieces if piece.sign == ">")
+    answered = b"".join(piece.data for piece in pieces if piece.sign == "<")
+    assert asked[7:12] == bytes((4, 0, 6, 0, 2))  # FC4: the two registers of its identity
+    assert answered[7:13] == bytes((4, 4, 0x44, 0x4D, 0x53, 0x31))

@@ -138,9 +138,7 @@ def test_nobody_listens(profile: Profile) -> None:
     with raw_server(RingDevice(profile)) as server:
         port = server.port
     link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=TIMEOUT_S)
-    with pytest.raises(
-        DeviceFault, match="cannot connect: Connection refused; is the controller's Modbus server"
-    ):
+    with pytest.raises(DeviceFault, match="cannot connect: Connection refused; is its Modbus server"):
         link.open()
     link.close()
 

@@ -13,6 +13,7 @@ from drivers.modbus_link import ModbusLink
 from drivers.modbus_wires import RtuWire, TcpWire
 from drivers.profile import Profile
 from drivers.ring_controller import RingController
+from drivers.simulated.modbus_pdu import Responder
 from drivers.simulated.modbus_rtu import RtuStandServer
 from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.register_bank import RegisterBank
@@ -21,8 +22,9 @@ from foundation.clock import WallClock
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice
+from tests.drivers.servers import loop_thread
 from tests.drivers.simulated.standing import device as simulated_device
-from tests.drivers.test_noisy_wire import Bank, loop_thread
+from tests.drivers.test_noisy_wire import Bank
 
 CHANNELS = load_stand(SAMPLE_STAND).controller.channel
 TIMEOUT_S = 0.15
@@ -69,7 +71,7 @@ def cut_short(frame: bytes) -> list[tuple[float, bytes]]:
 @pytest.fixture
 def line(profile: Profile, tmp_path: Path) -> Iterator[tuple[RtuWire, Script, RingDevice]]:
     device, script = RingDevice(profile), Script()
-    server = RtuStandServer(Bank(device, 0), profile, 1, bool, lambda: False)  # type: ignore[arg-type]
+    server = RtuStandServer(Responder(Bank(device), bool, lambda: False), 1)
 
     async def start() -> None:
         server.start(tmp_path / "server")
@@ -141,7 +143,7 @@ def test_a_status_that_is_later_than_every_wait_is_not_taken(
 def test_an_altered_command_is_seen_before_it_moves_anything(profile: Profile, tmp_path: Path) -> None:
     """Over TCP, whose frames have no checksum: the third register of the amplitude's block is changed."""
     device, script = RingDevice(profile), Script()
-    server = ModbusStandServer(Bank(device, 0), profile, 1, bool, lambda: False)  # type: ignore[arg-type]
+    server = ModbusStandServer(Responder(Bank(device), bool, lambda: False), 1)
 
     def other_target(frame: bytes) -> list[tuple[float, bytes]]:
         if frame[7] != 16:
@@ -188,7 +190,7 @@ def test_a_line_that_another_program_has(line: tuple[RtuWire, Script, RingDevice
 
 def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
     stand = simulated_device(tmp_path)
-    server = ModbusStandServer(RegisterBank(stand, profile), profile, 1, bool, lambda: False)
+    server = ModbusStandServer(Responder(RegisterBank(stand, profile), bool, lambda: False), 1)
     with loop_thread() as loop:
         port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
         first, second = (

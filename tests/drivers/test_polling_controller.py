@@ -22,6 +22,7 @@ from drivers.poll_skew import PolledAt, SkewMeter
 from drivers.polling_controller import PollingController
 from drivers.profile import SHIPPED, load_profile
 from drivers.simulated.device import SimulatedDevice
+from drivers.simulated.modbus_pdu import Responder
 from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.register_bank import RegisterBank
 from drivers.stand_file import load_stand
@@ -29,8 +30,8 @@ from foundation.clock import WallClock
 from foundation.errors import BadInput
 from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.servers import loop_thread
 from tests.drivers.simulated.standing import device
-from tests.drivers.test_noisy_wire import loop_thread
 
 CHANNELS = load_stand(SAMPLE_STAND).controller.channel
 POLLING = load_profile("polling")
@@ -108,7 +109,7 @@ def served(tmp_path: Path) -> Iterator[Served]:
         if acting:  # as for every momentary value and every command: a new sample
             stand.advance(1)
 
-    server = ModbusStandServer(bank, POLLING, 1, advance, lambda: state["cut"])
+    server = ModbusStandServer(Responder(bank, advance, lambda: state["cut"]), 1)
     with loop_thread() as loop:
         port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
         link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=0.2)

@@ -263,6 +263,26 @@ class TestRing:
             "100 samples lost before sequence 114: the ring was read too late (overrun counter +1)"
         ]
 
+    def test_what_the_ring_holds_from_before_is_skipped_and_not_lost(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        controller.connect()
+        device.sample(3000)
+        device.set("tick", 3000 * 1000)  # its clock now
+        controller.skip_backlog()
+        sequence: list[int] = []
+        while (block := controller.read_block()) is not None:
+            assert block.lost == 0
+            sequence += range(block.first_sequence, block.first_sequence + len(block.time_us))
+        assert sequence == list(range(sequence[0], 3000))
+        assert 2750 < sequence[0] < 2850  # 0.2 s are kept
+        assert controller.events() == []
+        controller.skip_backlog()  # nothing lies behind: nothing changes
+        device.sample(5)
+        block = controller.read_block()
+        assert block is not None
+        assert (block.first_sequence, block.lost) == (3000, 0)
+
     def test_one_torn_block_is_asked_for_again(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.profile import load_profile
+from drivers.registers import pack
 from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
 from tests.drivers.profiles import plain_ring
 from tests.drivers.ring_device import PERIOD_US, RingDevice
@@ -16,9 +17,13 @@ SHIPPED = load_profile("ring")
 WRAP = 1 << 32
 
 
+def taken(reader: RingReader, registers: list[int]) -> RingRows | None:
+    return reader.take(pack(registers))
+
+
 def fetch(reader: RingReader, device: RingDevice) -> RingRows | None:
     device.set("ring_acknowledge", reader.acknowledge)
-    return reader.take(device.window())
+    return taken(reader, device.window())
 
 
 def first_rows(device: RingDevice) -> tuple[RingReader, RingRows]:
@@ -115,7 +120,7 @@ def running() -> tuple[RingReader, RingDevice]:
 def refuse(reader: RingReader, window: list[int], message: str) -> None:
     before = reader.acknowledge
     with pytest.raises(DoubtfulBlock, match=message):
-        reader.take(window)
+        taken(reader, window)
     assert reader.acknowledge == before  # nothing was taken
 
 
@@ -210,7 +215,7 @@ def test_without_a_crc_an_altered_force_is_taken(running: tuple[RingReader, Ring
     device.set("ring_acknowledge", 15)
     window = device.window()
     window[5 + 3] ^= 0x0100
-    rows = reader.take(window)
+    rows = taken(reader, window)
     assert rows is not None
     assert rows.counts["force"][0] != device.rows(15, 1)["force"][0]
 

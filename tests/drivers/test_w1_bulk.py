@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +11,7 @@ import pytest
 
 from drivers.ds18b20 import Reading, ReadingFault, decode_temperature
 from drivers.w1_folder import TRIGGER, FolderReader, read_temperature
+from tests.drivers.pump import Pump
 from tests.drivers.test_ds18b20 import scratchpad, w1_text
 from tests.drivers.test_w1_folder import ROMS, put
 
@@ -40,29 +40,25 @@ class Kernel:
         self.conversions = 0
         self._root = root
         self._takes, self._ends, self._conversion_s = takes, ends, conversion_s
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
+        self._pump = Pump(self._look)
 
     def close(self) -> None:
-        self._end.set()
-        self._thread.join()
+        self._pump.close()
 
-    def _run(self) -> None:
-        while not self._end.wait(0.001):
-            if not self.path.read_bytes().startswith(TRIGGER):
-                continue
-            if not self._takes:
-                self.path.write_text("0\n", encoding="ascii")
-                continue
-            self.path.write_text("-1\n", encoding="ascii")
-            if not self._ends:
-                continue
-            self._end.wait(self._conversion_s)
-            self.conversions += 1
-            for index, rom in enumerate(ROMS):
-                put(self._root, rom, w1_text(scratchpad(400 + index + self.conversions)))
-            self.path.write_text("1\n", encoding="ascii")
+    def _look(self) -> None:
+        if not self.path.read_bytes().startswith(TRIGGER):
+            return
+        if not self._takes:
+            self.path.write_text("0\n", encoding="ascii")
+            return
+        self.path.write_text("-1\n", encoding="ascii")
+        if not self._ends:
+            return
+        time.sleep(self._conversion_s)
+        self.conversions += 1
+        for index, rom in enumerate(ROMS):
+            put(self._root, rom, w1_text(scratchpad(400 + index + self.conversions)))
+        self.path.write_text("1\n", encoding="ascii")
 
 
 @pytest.fixture

@@ -113,8 +113,8 @@ def test_empty_table_has_its_columns() -> None:
 
 
 def test_table_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(BadInput, match=r"use .csv or .parquet"):
-        write_table(DOCUMENT, tmp_path / "t.xlsx")
+    with pytest.raises(BadInput, match=r"use .csv, .parquet or .xlsx"):
+        write_table(DOCUMENT, tmp_path / "t.ods")
     monkeypatch.setattr("evaluation.table.find_spec", lambda _: None)
     with pytest.raises(BadInput, match="install it"):
         write_table(DOCUMENT, tmp_path / "t.parquet")

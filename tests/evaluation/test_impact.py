@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from evaluation.choices import DecisionRule
 from evaluation.document import run_entry
 from evaluation.record import make_record
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from evaluation.results import DecisionRule, Options, RunEvaluation, RunFacts
+from evaluation.results import Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 

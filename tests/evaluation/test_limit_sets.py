@@ -20,10 +20,11 @@ from evaluation.requirements.limit_set import (
     shipped_names,
 )
 from evaluation.requirements.readings import Readings
-from evaluation.results import RunEvaluation
+from evaluation.results import Options, RunEvaluation
+from evaluation.run import evaluate_run
 from foundation.errors import BadInput
 from tests.evaluation.made_to_order import GOOD_CYCLE, MadeTest, bent, ids, table, usual
-from tests.evaluation.signals import BUFFER, Floats, later
+from tests.evaluation.signals import BUFFER, Floats, StaticTest, later
 from tests.evaluation.test_impact import impact
 
 SHIPPED = shipped_limit_set()
@@ -335,3 +336,18 @@ def test_a_copy_of_a_shipped_file_is_a_set_of_its_own(tmp_path: Path) -> None:
     shutil.copy(FOLDER / "en15551-105mm.toml", tmp_path / "own.toml")
     assert find_limit_set(str(tmp_path / "own.toml")).id == "en15551-105mm"
     assert GOOD_CYCLE.top_mm == 102.0
+
+
+def test_conditioning_is_not_judged() -> None:
+    """The very strokes of a static test: its cycles prepare the specimen, whatever they would show."""
+    test = StaticTest()
+    judged = evaluate_run(test.record(), test.facts(), Options(draws=20))
+    assert judged.requirements
+    step = {"name": "conditioning: static, 3 × at 5 mm/s", "kind": "conditioning"}
+    run = evaluate_run(test.record(), replace(test.facts(), step=step), Options(draws=20))
+    assert (run.requirements, run.verdict, run.limit_set) == ((), None, None)
+    (why,) = [text for text in run.warnings if "judged" in text]
+    assert why.startswith("nothing is judged: the run is a conditioning step of its campaign")
+    assert run.summary.values == judged.summary.values
+    static = replace(test.facts(), step={"name": "static", "kind": "static"})
+    assert evaluate_run(test.record(), static, Options(draws=20)).requirements == judged.requirements

@@ -11,10 +11,12 @@ import pytest
 
 from evaluation.document import evaluate_paths
 from evaluation.load import load_run, moving_mass_kg
+from evaluation.results import Options
 from foundation.channel import Calibration, Channel, ChannelUncertainty
 from foundation.errors import BadInput
 from recording.content import Anchor, Segment, StreamContent
-from recording.importing import ImportOptions, import_csv
+from recording.foreign.importing import import_file
+from recording.foreign.wanted import ImportOptions
 from recording.runfile import write_run
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
@@ -125,18 +127,20 @@ def test_moving_mass_of_the_stand() -> None:
 
 def test_delay_matters_and_is_undone(tmp_path: Path) -> None:
     """0.8 ms at 2 Hz would change the loss factor by ω τ = 0.01 of 0.15."""
-    document = evaluate_paths([write(tmp_path / "r1.h5")], draws=100)
+    document = evaluate_paths([write(tmp_path / "r1.h5")], Options(draws=100))
     (run,) = document["runs"]
     assert run["summary"]["loss_factor"]["value"] == pytest.approx(0.15, rel=1e-3)
     assert run["summary"]["damping"]["value"] == pytest.approx(ELLIPSE.absorbed / ELLIPSE.stored, rel=1e-3)
     assert run["summary"]["damping"]["expanded_uncertainty"] > 0.0
     late = FORCE.model_copy(update={"delay_s": 0.0})
-    wrong = evaluate_paths([write(tmp_path / "r2.h5", channels=[late, *WIRES])], draws=100)["runs"][0]
+    wrong = evaluate_paths([write(tmp_path / "r2.h5", channels=[late, *WIRES])], Options(draws=100))["runs"][
+        0
+    ]
     assert wrong["summary"]["loss_factor"]["value"] == pytest.approx(0.15 - 4.0 * np.pi * SKEW_S, rel=0.02)
 
 
 def test_temperature_is_the_specimens(tmp_path: Path) -> None:
-    (run,) = evaluate_paths([write(tmp_path / "r1.h5")], draws=100)["runs"]
+    (run,) = evaluate_paths([write(tmp_path / "r1.h5")], Options(draws=100))["runs"]
     first = run["cycles"][1]["temperature_C"]
     assert first["start"] == pytest.approx(22.0 + 0.5 * run["cycles"][1]["start_s"], abs=0.01)
 
@@ -147,7 +151,7 @@ def test_lost_samples_break_the_record(tmp_path: Path) -> None:
     record, _ = load_run(write(tmp_path / "r1.h5", kept=kept))
     assert record.breaks == (700,)
     assert [d.text for d in record.defects] == ["20 samples lost after 1.398 s"]
-    (run,) = evaluate_paths([tmp_path / "r1.h5"], draws=100)["runs"]
+    (run,) = evaluate_paths([tmp_path / "r1.h5"], Options(draws=100))["runs"]
     assert sum(not c["complete"] for c in run["cycles"]) >= 1
     assert run["summary"]["loss_factor"]["value"] == pytest.approx(0.15, rel=1e-3)
 
@@ -160,7 +164,7 @@ def test_uncertainty_that_nobody_states(tmp_path: Path) -> None:
 
 
 def test_run_without_samples(tmp_path: Path) -> None:
-    (run,) = evaluate_paths([write(tmp_path / "r1.h5", rows=False)], draws=100)["runs"]
+    (run,) = evaluate_paths([write(tmp_path / "r1.h5", rows=False)], Options(draws=100))["runs"]
     assert run["cycles"] == []
     assert any("nothing to evaluate" in w for w in run["warnings"])
 
@@ -191,8 +195,8 @@ def test_imported_static_test(tmp_path: Path) -> None:
         'assembled = 2026-01-01T00:00:00Z\n[test]\nkind = "static"\nstarted = 2026-02-01T00:00:00Z\n',
         encoding="utf-8",
     )
-    imported = import_csv(source, tmp_path / "out", ImportOptions())
-    (run,) = evaluate_paths([imported.path], draws=100)["runs"]
+    imported = import_file(source, tmp_path / "out", ImportOptions())
+    (run,) = evaluate_paths([imported.path], Options(draws=100))["runs"]
     assert run["run"]["kind"] == "static"
     assert [c["complete"] for c in run["cycles"]] == [True] * 3
     assert run["verdict"] == "pass"
@@ -212,7 +216,7 @@ def csv_of(path: Path, **columns: Floats) -> Path:
     lines = [",".join(given), *(",".join("" if np.isnan(v) else repr(float(v)) for v in row)
              for row in zip(*given.values(), strict=True))]  # fmt: skip
     path.write_text("\n".join(lines))
-    return import_csv(path, path.parent, ImportOptions(kind="harmonic")).path
+    return import_file(path, path.parent, ImportOptions(kind="harmonic")).path
 
 
 def test_an_empty_wire_is_a_wire_that_was_not_there(tmp_path: Path) -> None:

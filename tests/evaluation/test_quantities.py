@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from evaluation.cycles import find_cycles
 from evaluation.loops import cut_loop
-from evaluation.quantities import consistency_warnings, evaluate_cycle, stored_energy_J, temperature_of
+from evaluation.quantities import consistency_warnings, evaluate_cycle, stored_energy_J, temperatures_of
 from evaluation.record import Temperature, make_record
 from evaluation.results import CycleResult
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
@@ -180,7 +179,7 @@ def test_loop_area_is_checked_against_the_first_harmonic() -> None:
     assert consistency_warnings(complex(4.0, 0.6), result.cycle, area) == []
     (warning,) = consistency_warnings(complex(4.0, 0.66), result.cycle, area)
     assert "disagree by 10.0%" in warning
-    distorted = replace(result.cycle, stroke_distortion=0.05)
+    distorted = result.cycle._replace(stroke_distortion=0.05)
     assert consistency_warnings(complex(4.0, 0.66), distorted, area) == []
 
 
@@ -224,8 +223,7 @@ def test_temperatures() -> None:
         Temperature("temperature_2", at, 30.0 - 0.1 * at),
         Temperature("temperature_3", at, np.full(100, 90.0), role="ambient"),
     )
-    start, highest = temperature_of(sensors, 10.5, 40.0)
-    assert start == pytest.approx(28.95)
-    assert highest == pytest.approx(28.95)
-    assert temperature_of(sensors, 500.0, 510.0) == (None, None)
-    assert temperature_of(sensors[2:], 10.0, 20.0) == (None, None)
+    start, highest = temperatures_of(sensors, np.array([10.5, 500.0]), np.array([40.0, 510.0]))
+    assert start == pytest.approx([28.95, np.nan], nan_ok=True)
+    assert highest == pytest.approx([28.95, np.nan], nan_ok=True)
+    assert np.all(np.isnan(temperatures_of(sensors[2:], np.array([10.0]), np.array([20.0]))))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.record import describe, make_record
+from evaluation.defects import describe
+from evaluation.record import make_record
 from foundation.errors import BadInput
 
 TIME = np.arange(100) * 0.01

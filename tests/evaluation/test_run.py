@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from evaluation.record import Record, make_record
-from evaluation.results import Options, Quantities, RunFacts
+from evaluation.results import Options, RunFacts
 from evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
@@ -131,7 +131,7 @@ def test_every_missing_figure_is_explained() -> None:
     ):
         run = evaluate_run(record, FACTS)
         for result in run.cycles:
-            missing = [f.name for f in fields(Quantities) if getattr(result.quantities, f.name) is None]
+            missing = [name for name, value in result.quantities._asdict().items() if value is None]
             assert not missing or result.warnings or run.warnings
             if "damping" in missing:
                 assert any("no damping" in w or "no energies" in w for w in result.warnings)

@@ -9,7 +9,7 @@ from evaluation.cycles import find_cycles
 from evaluation.motion import TurningPoint
 from evaluation.record import make_record
 from evaluation.reversals import noise_sigma
-from evaluation.turn_sides import Reversal, TurnKind
+from evaluation.turn_sides import Reversals, TurnKind
 from evaluation.turning import fit_turning_points
 from tests.evaluation.signals import Floats
 
@@ -17,8 +17,9 @@ TIME = np.arange(0.0, 2.0, 0.001)
 
 
 def fitted(stroke: Floats, index: int, kind: TurnKind = "upper") -> TurningPoint:
-    reversal = Reversal(index, (0, stroke.size - 1), kind)
-    return fit_turning_points(TIME, stroke, [reversal], noise_sigma(stroke))[0]
+    ends = np.array([[0, stroke.size - 1]])
+    reversals = Reversals(np.array([index]), ends, np.array([kind == "upper"]), np.ones((1, 2), dtype=bool))
+    return fit_turning_points(TIME, stroke, reversals, noise_sigma(stroke))[0]
 
 
 def test_smooth_turn_in_noise_beats_the_extreme_sample() -> None:

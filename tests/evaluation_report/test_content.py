@@ -32,7 +32,9 @@ FILLED = ReportFields(
     deviations=("The room was at 27 °C.",),
     customer_supplied=("Date of assembly",),
     amends="BR-000000000000",
+    amends_issued=date(2026, 3, 1),
     amendment_reason="serial number corrected",
+    amendment_changes=("Serial number 0815 instead of 0816.",),
 )
 
 
@@ -233,7 +235,8 @@ def test_without_the_laboratory_s_facts_it_is_a_draft_that_lists_them(report: Ma
         "Date of assembly",
     ):
         assert fact in text
-    assert "BR-000000000000: serial number corrected" in text
+    for fact in ("Amendment to report BR-000000000000", "serial number corrected", "instead of 0816"):
+        assert fact in text
 
 
 def test_stopped_runs_are_on_top_and_in_the_deviations_with_their_reason(report: Made) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from evaluation.report import fields
 from evaluation.report.build import build_content
-from evaluation.report.reading import read_source
+from evaluation.report.reading import Given, read_source
 from evaluation.report.verdicts import name_of
 from evaluation.report.writing import write_report
 from evaluation.results import Options
@@ -160,7 +160,7 @@ def test_a_specimen_with_markup_in_its_name_goes_all_the_way(tmp_path: Path) -> 
 def test_without_a_document_the_runs_are_evaluated_and_the_rule_is_stated(tmp_path: Path) -> None:
     runs = (PAPER_LIKE[0], PAPER_LIKE[2], PAPER_LIKE[4])
     folder = write_campaign(tmp_path / "campaign", runs, rate_Hz=100.0)
-    source = read_source(folder, options=Options(decision_rule="guard-band"))
+    source = read_source(folder, given=Given(options=Options(decision_rule="guard-band")))
     text = "\n".join(strings(build_content(source).document()))
     assert "Guard band (ILAC-G8:09/2019, w = U)" in text
     static = source.runs[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 
 from recording.runfile import open_run
 from recording.verify import verify
-from tests.main_job.conftest import Demo
+from tests.main_job.conftest import Demo, bufferstand
 
 
 def used_cycles(entry: dict[str, Any]) -> list[dict[str, Any]]:
@@ -154,3 +155,16 @@ def test_progress_goes_to_standard_error_without_colour(demo: Demo) -> None:
     assert "safe stop: force 0.0 kN" in demo.process.stderr
     assert "\x1b[" not in demo.process.stderr + demo.process.stdout
     assert "step 13 of 13" not in demo.process.stdout
+
+
+def test_what_it_says_to_do_next_can_be_done(demo: Demo) -> None:
+    after = demo.process.stdout.partition("What next")[2]
+    typed = [line.partition("   ")[0].strip() for line in after.splitlines() if "bufferstand " in line]
+    assert len(typed) >= 4
+    for line in typed:
+        words = shlex.split(line)[1:]
+        if words[:2] == ["model", "fit"]:  # takes half a minute, and has tests of its own
+            assert list(Path(words[2]).glob("*.h5"))
+            continue
+        done = bufferstand(*words)
+        assert done.returncode == 0, f"{line}\n{done.stderr}"

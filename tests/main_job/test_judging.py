@@ -38,7 +38,7 @@ def write_set(folder: Path) -> Path:
 
 
 def run_report(folder: Path, monkeypatch: pytest.MonkeyPatch, *words: str | Path) -> tuple[Result, str]:
-    monkeypatch.setattr("cli.commands.report.pdf_available", lambda: False)
+    monkeypatch.setattr("evaluation.report.writing.pdf_available", lambda: False)
     done = CliRunner().invoke(
         report.command, [str(RUN), "--out", str(folder), *map(str, words)], catch_exceptions=False
     )

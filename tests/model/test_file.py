@@ -85,5 +85,6 @@ def test_what_is_wrong_is_refused_with_file_and_place(tmp_path, old, new, says):
 def test_a_file_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(BadInput, match="no such file"):
         load_model(tmp_path / "none.toml")
+    (tmp_path / "none").write_text("a file stands where the folder should")
     with pytest.raises(BadInput, match="cannot be written"):
         save_model(category_a(), tmp_path / "none" / "model.toml")

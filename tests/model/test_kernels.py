@@ -18,7 +18,7 @@ from model.isothermal import isothermal_force
 from model.kernels import READ, STATE_SIZE, drive
 from model.simulation import band_history, simulate
 from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper, cells_of
+from model.stepper import SpringStepper
 from tests.model.cases import path, spring, turning_points, valid_curves
 from tests.model.recipes import category_a, draw_hook
 
@@ -48,7 +48,7 @@ STROKES = [
 
 def rows(model: SpringModel, strokes, dt_s: float, *, compiled: bool = False):
     """Figures after each step by the kernel, shape (n, READ)."""
-    flat = [figure for cell in cells_of(model.tables) for figure in cell]
+    flat = model.tables.rows().ravel().tolist()
     state = rest_of(model)
     state[kernels.TEMPERATURE] = state[kernels.SENSOR] = 31.0
     state[kernels.AMBIENT] = 12.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scipy.optimize import brentq
 
@@ -53,8 +53,21 @@ class ClosedFormSpring:
         return Cycle(self.force_at(end_mm, temperature_C), absorbed_J, end_mm)
 
     def temperatures_after(
-        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+        self,
+        start: Temperatures,
+        ambient_C: float,
+        power_W: float,
+        duration_s: float,
+        *,
+        heating: float = 1.0,
+        cooling: float = 1.0,
     ) -> Temperatures:
+        if heating != 1.0 or cooling != 1.0:
+            return replace(
+                self,
+                capacity_J_per_K=self.capacity_J_per_K / heating,
+                loss_W_per_K=self.loss_W_per_K * cooling / heating,
+            ).temperatures_after(start, ambient_C, power_W, duration_s)
         gain = -math.expm1(-self.loss_W_per_K * duration_s / self.capacity_J_per_K)
         now_C = start.mass_C + (power_W / self.loss_W_per_K - (start.mass_C - ambient_C)) * gain
         return Temperatures(now_C, now_C)

@@ -359,8 +359,19 @@ class LaggingSpring(ClosedFormSpring):
     """The same spring with a sensor that follows in 30 s."""
 
     def temperatures_after(
-        self, start: Temperatures, ambient_C: float, power_W: float, duration_s: float
+        self,
+        start: Temperatures,
+        ambient_C: float,
+        power_W: float,
+        duration_s: float,
+        *,
+        heating: float = 1.0,
+        cooling: float = 1.0,
     ) -> Temperatures:
+        if heating != 1.0 or cooling != 1.0:
+            return super().temperatures_after(
+                start, ambient_C, power_W, duration_s, heating=heating, cooling=cooling
+            )
         now = super().temperatures_after(start, ambient_C, power_W, duration_s)
         return Temperatures(now.mass_C, sensor_after(self.heat(), start, ambient_C, power_W, duration_s))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 
 from foundation.channel import Calibration, Channel
 from recording.content import Anchor, Event, Segment, StreamContent
+from recording.journal import Record, Stop
+from recording.segments import ChainReader
 
 FORCE_KN_PER_COUNT = 2.0**-20 * 100.0
 STROKE_MM_PER_COUNT = 500.0 / 65536.0
@@ -106,6 +109,37 @@ ANCHORS = (
     Anchor(5_000_000_000, 9000.0005, "2026-03-01T08:00:00+00:00"),
     Anchor(5_001_000_000, 9001.02, "2026-03-01T08:00:01+00:00"),
 )
+
+
+@dataclass(frozen=True)
+class Scan:
+    """All that a reader finds in a journal."""
+
+    header: Any
+    records: list[Record]
+    stop: Stop
+    why: str
+    more_follows: bool
+    missing: int
+    frames: int
+    valid_bytes: int
+
+
+def scan(journal: Path) -> Scan:
+    """Read a whole journal through all its segments."""
+    with ChainReader(journal) as reader:
+        records = [record for batch in reader.batches() for record in batch]
+        frames, valid_bytes, _ = reader.read_so_far
+        return Scan(
+            reader.header,
+            records,
+            reader.stop,
+            reader.why,
+            reader.more_lies_behind(),
+            reader.missing,
+            frames,
+            valid_bytes,
+        )
 
 
 def flipped(path: Path, bit: int) -> None:

@@ -1,4 +1,4 @@
-"""A process that seals copies of a journal and dies in each at another system call."""
+"""A process that seals copies of a journal and dies in each some system calls later."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 from recording.seal import seal
 
-CALLS = {os.open, os.fsync, os.pwrite, os.fchmod, os.replace, os.unlink}
+CALLS = {os.open, os.fsync, os.pwrite, os.fchmod, os.ftruncate, os.posix_fallocate, os.replace, os.unlink}
 
 
 def die_at(number: int) -> None:
@@ -29,7 +29,7 @@ def die_at(number: int) -> None:
     sys.setprofile(watch)
 
 
-def main(journal: Path, out: Path) -> None:
+def main(journal: Path, out: Path, stride: int) -> None:
     number = 0
     while True:
         folder = out / f"{number:03}"
@@ -43,9 +43,9 @@ def main(journal: Path, out: Path) -> None:
         _, status = os.waitpid(child, 0)
         if os.WIFEXITED(status):
             break
-        number += 1
+        number += stride
     os.write(1, f"{number}\n".encode())
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))

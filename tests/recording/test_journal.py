@@ -23,7 +23,6 @@ from recording.journal import (
     JournalWriter,
     Record,
     Stop,
-    scan,
 )
 
 from . import samples
@@ -113,7 +112,7 @@ def test_round_trip_of_anything(records: list[Record], ended: bool) -> None:
         records = [*records, EndRecord("complete", "", "2026-01-01T00:00:00+00:00", {"late_syncs": 0})]
     frames, _ = journal_of(records)
     with temporary(b"".join(frames)) as path:
-        found = scan(path)
+        found = samples.scan(path)
     assert found.header is not None
     assert found.header["metadata"] == HEADER
     assert len(found.records) == len(records)
@@ -146,7 +145,7 @@ def test_torn_at_every_byte_of_the_last_record(tmp_path: Path, tail: bytes) -> N
     path = tmp_path / "r.journal"
     for kept in range(len(last)):
         path.write_bytes(before + last[:kept] + tail)
-        found = scan(path)
+        found = samples.scan(path)
         # Zeros behind a cut can by chance be the very bytes that were cut off: then nothing was lost.
         expected = records if (last[:kept] + tail).startswith(last) else records[:-1]
         assert len(found.records) == len(expected), kept
@@ -169,7 +168,7 @@ def test_a_flipped_bit_never_gives_other_values(seed: int) -> None:
         bit = dice.randrange(8 * len(data))
         data[bit // 8] ^= 1 << (bit % 8)
     with temporary(bytes(data)) as path:
-        found = scan(path)
+        found = samples.scan(path)
     assert found.stop is not Stop.ENDED or bytes(data) == b"".join(frames)
     assert is_prefix(list(found.records), records)
     assert str(found.valid_bytes) in found.why or "record" in found.why
@@ -181,7 +180,7 @@ def test_a_flipped_bit_in_the_middle_is_told_from_a_torn_end(tmp_path: Path) -> 
     data[len(b"".join(frames[:4])) + 40] ^= 1
     path = tmp_path / "r.journal"
     path.write_bytes(bytes(data))
-    found = scan(path)
+    found = samples.scan(path)
     assert len(found.records) == 3
     assert found.more_follows
     assert is_prefix(list(found.records), records)
@@ -192,8 +191,8 @@ def test_a_record_of_another_place_is_no_continuation(tmp_path: Path) -> None:
     path = tmp_path / "r.journal"
     for order in ([0, 1, 3, 2, 4], [0, 1, 1, 2], [0, 2, 3]):
         path.write_bytes(b"".join(frames[i] for i in order))
-        assert is_prefix(list(scan(path).records), records)
-        assert scan(path).stop is Stop.INVALID
+        assert is_prefix(samples.scan(path).records, records)
+        assert samples.scan(path).stop is Stop.INVALID
 
 
 def test_reading_while_it_grows_byte_by_byte(tmp_path: Path) -> None:
@@ -222,14 +221,14 @@ def test_a_newer_journal_is_refused_by_name(tmp_path: Path) -> None:
         writer._json(1, {"format": "bufferstand/journal", "format_version": 2, "run_id": "r"})  # type: ignore[arg-type]
     )
     with pytest.raises(BadInput, match=r"r\.journal: journal version 2 is newer .*update"):
-        scan(path)
+        samples.scan(path)
 
 
 def test_a_length_beyond_reason_is_not_read(tmp_path: Path) -> None:
     frames, _ = journal_of([])
     path = tmp_path / "r.journal"
     path.write_bytes(frames[0] + FRAME.pack(b"BSJ1", 0, 2**32 - 1, 3, 0, 0, 1))
-    assert scan(path).stop is Stop.INVALID
+    assert samples.scan(path).stop is Stop.INVALID
 
 
 def test_an_unknown_kind_ends_reading(tmp_path: Path) -> None:
@@ -237,14 +236,14 @@ def test_an_unknown_kind_ends_reading(tmp_path: Path) -> None:
     first = writer.header("r", HEADER)
     path = tmp_path / "r.journal"
     path.write_bytes(first + writer._json(9, {}))  # type: ignore[arg-type]
-    found = scan(path)
+    found = samples.scan(path)
     assert found.stop is Stop.INVALID
     assert "unknown kind 9" in found.why
 
 
 def test_no_journal_is_bad_input(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="No such file"):
-        scan(tmp_path / "none.journal")
+        samples.scan(tmp_path / "none.journal")
 
 
 def test_layout_is_as_documented(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from foundation.canonical import canonical_json, content_hash
 from foundation.channel import Calibration, Channel
 from foundation.errors import BadInput
 from recording.clockmap import ClockMap
-from recording.content import Anchor, Segment, StreamContent, gaps_of, join_segments
+from recording.content import Anchor, Segment, StreamContent, add_segment, gaps_of
 from recording.runfile import open_run, read_metadata, write_run
 
 from . import samples
@@ -206,16 +206,17 @@ def test_drift_of_a_long_run_is_followed() -> None:
     st.lists(st.tuples(st.integers(1, 30), st.integers(-3, 9), st.integers(0, 5)), min_size=1, max_size=20)
 )
 def test_gaps_from_jumps_and_from_what_was_lost(blocks: list[tuple[int, int, int]]) -> None:
-    segments, row, sequence = [], 0, 0
+    segments: list[Segment] = []
+    row, sequence = 0, 0
     expected = []
     for number, (rows, jump, lost) in enumerate(blocks):
         if number:
             sequence += jump
             if jump or lost:
                 expected.append((row - 1, max(jump, lost, 0)))
-        segments.append(Segment(row, sequence, lost if number else 0))
+        add_segment(segments, Segment(row, sequence, lost if number else 0))
         row, sequence = row + rows, sequence + rows
-    assert gaps_of(join_segments(segments)) == expected
+    assert gaps_of(segments) == expected
 
 
 def test_sequence_of_rows_and_gaps(tmp_path: Path) -> None:

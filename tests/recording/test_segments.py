@@ -13,7 +13,7 @@ from recording.journal import DataRecord, EndRecord, Record, Stop
 from recording.journal_file import JournalFile
 from recording.runfile import open_run
 from recording.seal import DAMAGED_SUFFIX, seal, seal_orphans
-from recording.segments import ChainReader, SegmentedJournal, later_segments, scan_chain, segment_path
+from recording.segments import ChainReader, SegmentedJournal, later_segments, segment_path
 from recording.writer import RunRecorder
 
 from . import samples
@@ -63,8 +63,8 @@ def test_a_long_run_lies_in_several_files_and_is_sealed_as_one(tmp_path: Path) -
 
 
 def test_the_chain_says_how_it_ends(tmp_path: Path) -> None:
-    found = scan_chain(chain(tmp_path, 23))
-    assert sequences(list(found.records)) == list(range(0, 460, 20))
+    found = samples.scan(chain(tmp_path, 23))
+    assert sequences(found.records) == list(range(0, 460, 20))
     assert (found.stop, found.missing, found.more_follows) == (Stop.ENDED, 0, False)
 
 
@@ -103,8 +103,8 @@ def test_records_written_again_count_once_wherever_the_first_file_breaks_off(tmp
     for kept in [safe_bytes, whole_bytes, *(dice.randint(safe_bytes, whole_bytes) for _ in range(40))]:
         rest = dice.choice([b"", b"\0" * 100, dice.randbytes(100)])
         first.write_bytes(content[:kept] + rest)
-        found = scan_chain(first)
-        assert sequences(list(found.records)) == list(range(0, 140, 20)), kept
+        found = samples.scan(first)
+        assert sequences(found.records) == list(range(0, 140, 20)), kept
         assert (found.stop, found.missing, found.more_follows) == (Stop.ENDED, 0, False)
 
 
@@ -140,7 +140,7 @@ def test_cut_off_anywhere_the_chain_gives_a_beginning(tmp_path: Path, without_en
             if left > 0:
                 path.write_bytes(content[:left])
             left -= len(content)
-        found = sequences(list(scan_chain(first).records))
+        found = sequences(samples.scan(first).records)
         assert found == list(range(0, 20 * len(found), 20))
 
 

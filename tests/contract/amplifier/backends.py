@@ -15,12 +15,12 @@ from drivers.build_sensors import build_amplifier
 from drivers.gsv2 import Gsv2Amplifier
 from drivers.interfaces import Sensor
 from drivers.simulated.amplifier_devices import AedDevice, Gsv2Device
-from drivers.simulated.device import FULL_SCALE, Frames
+from drivers.simulated.amplifier_form import FULL_SCALE
+from drivers.simulated.device import Frames
 from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.modbus_amplifier_server import ModbusAmplifierServer
 from drivers.stand_file import load_stand
 from foundation.clock import WallClock
-from tests.drivers.amplifiers import FarEnd, amplifier_settings
+from tests.drivers.amplifiers import FarEnd, RegisterAmplifier, amplifier_settings
 from tests.drivers.conftest import SAMPLE_STAND
 
 LIMITS = "plausible = { overload = 640.0 }"
@@ -96,13 +96,15 @@ class OnPty:
 
 
 class OverModbus:
-    """A simulated amplifier with registers, and its driver."""
+    """A simulated amplifier with registers on TCP or on a pty, and its driver."""
 
-    def __init__(self, folder: Path) -> None:
-        self._server = ModbusAmplifierServer(load_amplifier_map("dms-float", folder), 1000.0)
+    def __init__(self, folder: Path, *, line: bool) -> None:
+        registers = load_amplifier_map("dms-float", folder)
+        self._server = RegisterAmplifier(registers, 1000.0, folder / "wire" if line else None)
+        where = "" if line else f', host = "127.0.0.1", tcp_port = {self._server.port}'
         text = (
             'protocol = "modbus"\nrate_Hz = 200.0\nrange_kN = 630.0\n'
-            f'modbus = {{ map = "dms-float", host = "127.0.0.1", tcp_port = {self._server.port} }}\n'
+            f'modbus = {{ map = "dms-float"{where} }}\n' + ('port = "wire"\nbaud = 115200\n' if line else "")
         )
         amplifier_settings(folder, text, extra=LIMITS)
         sensor = build_amplifier(load_stand(folder / "stand.toml"), WallClock())
@@ -128,5 +130,6 @@ BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "gsv2-5-bytes": lambda folder: OnPty(folder, "gsv2", ""),
     "aed-binary": lambda folder: OnPty(folder, "aed", "aed = { output = 8 }"),
     "aed-text": lambda folder: OnPty(folder, "aed", "aed = { output = 9 }"),
-    "modbus-tcp": OverModbus,
+    "modbus-tcp": lambda folder: OverModbus(folder, line=False),
+    "modbus-rtu": lambda folder: OverModbus(folder, line=True),
 }

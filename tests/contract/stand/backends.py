@@ -20,6 +20,9 @@ TCP = 'host = "127.0.0.1"\nport = 15020'
 RTU = 'serial = "wires/controller"\nbaud = 115200'
 GSV2 = 'protocol = "gsv2"\nport = "wires/amplifier"\nbaud = 38400\nrate_Hz = 250.0\n'
 AED = 'protocol = "aed"\nport = "wires/amplifier"\nbaud = 38400\nrate_Hz = 100.0\naed = { output = 8 }\n'
+REGISTERS = 'protocol = "modbus"\nrate_Hz = 100.0\nmodbus = { map = "dms-float", '
+MODBUS_TCP = REGISTERS + 'host = "127.0.0.1" }\n'
+MODBUS_RTU = REGISTERS + 'parity = "none" }\nport = "wires/amplifier"\nbaud = 115200\n'
 W1 = 'kind = "w1"\nroot = "wires/w1/devices"\n'
 ADAPTER = 'kind = "ds2480b"\nport = "wires/onewire"\n'
 POLLING = ('profile = "ring"', 'profile = "polling"')
@@ -27,8 +30,12 @@ POLLING = ('profile = "ring"', 'profile = "polling"')
 STANDS: dict[str, tuple[tuple[str, str], ...]] = {
     "TCP, GSV-2, 1-Wire folder": (),
     "RTU, AED, DS2480B": ((TCP, RTU), (GSV2, AED), (W1, ADAPTER)),
-    "polled over TCP, GSV-2, bulk": (POLLING, (W1, W1 + 'access = "bulk"\n')),
-    "polled over RTU, AED, 1-Wire folder": (POLLING, (TCP, RTU), (GSV2, AED)),
+    "polled over TCP, Modbus TCP amplifier, bulk": (
+        POLLING,
+        (GSV2, MODBUS_TCP),
+        (W1, W1 + 'access = "bulk"\n'),
+    ),
+    "polled over RTU, Modbus RTU amplifier, 1-Wire folder": (POLLING, (TCP, RTU), (GSV2, MODBUS_RTU)),
 }
 """What each changes of the shipped stand file."""
 BACKENDS = ("in process", *STANDS, "hardware")

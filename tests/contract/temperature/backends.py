@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +18,7 @@ from drivers.stand_file import TemperatureSettings, load_stand
 from drivers.w1_folder import TRIGGER, W1Bus
 from foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.pump import Pump
 from tests.drivers.test_ds18b20 import scratchpad, w1_text
 from tests.drivers.test_w1_folder import ROMS, put
 
@@ -106,9 +106,7 @@ class Folder:
         self.sensors: tuple[Sensor, ...] = W1Bus(
             folder, temperature_settings(access=access), WallClock()
         ).sensors
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._convert)
-        self._thread.start()
+        self._pump = Pump(self._convert)
 
     def show(self, index: int, counts: int) -> None:
         self._pads[index] = scratchpad(counts)
@@ -129,8 +127,7 @@ class Folder:
         time.sleep(0.02)
 
     def close(self) -> None:
-        self._end.set()
-        self._thread.join()
+        self._pump.close()
 
     def _write(self, index: int) -> None:
         pad = self._pads[index]
@@ -139,9 +136,8 @@ class Folder:
         (self._root / ROMS[index] / "temperature").write_text(f"{shown}\n", encoding="ascii")
 
     def _convert(self) -> None:
-        while not self._end.wait(0.001):
-            if self._bulk.read_bytes().startswith(TRIGGER):
-                self._bulk.write_text("1\n", encoding="ascii")
+        if self._bulk.read_bytes().startswith(TRIGGER):
+            self._bulk.write_text("1\n", encoding="ascii")
 
 
 class Adapter:
@@ -156,9 +152,7 @@ class Adapter:
         self._pty = Ds2480bPty(folder / "adapter", Ds2480bDevice(OneWireBus(self._devices)))
         settings = temperature_settings(kind="ds2480b", port="adapter")
         self.sensors: tuple[Sensor, ...] = Ds2480bBus(folder / "adapter", settings, WallClock()).sensors
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
+        self._pump = Pump(self._pty.pump, 0.0005)
 
     def show(self, index: int, counts: int) -> None:
         self._counts[index] = counts
@@ -173,13 +167,8 @@ class Adapter:
         time.sleep(0.02)
 
     def close(self) -> None:
-        self._end.set()
-        self._thread.join()
+        self._pump.close()
         self._pty.close()
-
-    def _run(self) -> None:
-        while not self._end.wait(0.0005):
-            self._pty.pump()
 
 
 BACKENDS: dict[str, Callable[[Path], Backend]] = {

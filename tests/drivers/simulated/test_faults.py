@@ -140,6 +140,18 @@ def test_what_arrives_of_a_frame() -> None:
         assert arrivals(kind, [b"one"]) == [(0.0, b"one")]
 
 
+def test_requests_are_lost_or_altered_on_their_way() -> None:
+    def heard(fault: str) -> bytes | None:
+        schedule = FaultSchedule([parse_fault(fault)], 3)
+        return FrameTrouble(schedule, "controller", lambda: 0.0).heard(b"request of bytes")
+
+    assert heard("controller=request-drop@0") is None
+    altered = heard("controller=request-corrupt@0") or b""
+    assert 1 <= sum(a != b for a, b in zip(altered, b"request of bytes", strict=True)) <= 5
+    for other in ("controller=drop@0", "controller=request-drop@1", "controller=request-corrupt@0,share=0"):
+        assert heard(other) == b"request of bytes"
+
+
 def test_a_fault_begins_and_ends_at_its_sample(tmp_path: Path) -> None:
     del tmp_path
     stand = opened("stroke_1=broken@1.5:2.0,side=high")

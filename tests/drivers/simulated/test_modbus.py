@@ -19,6 +19,7 @@ from pyModbusTCP.client import ModbusClient
 from drivers.profile import Profile, load_profile
 from drivers.simulated.commands import Fault, Reject
 from drivers.simulated.device import SimulatedDevice
+from drivers.simulated.modbus_pdu import Responder
 from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.register_bank import RegisterBank
 from foundation.errors import BadInput
@@ -61,7 +62,7 @@ class Served:
 def served(tmp_path: Path) -> Iterator[Served]:
     made = Served(device(tmp_path), RING)
     bank = RegisterBank(made.stand, RING)
-    server = ModbusStandServer(bank, RING, 1, made.catch_up, lambda: made.cut)
+    server = ModbusStandServer(Responder(bank, made.catch_up, lambda: made.cut), 1)
     loop = made.loop = asyncio.new_event_loop()
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
@@ -360,7 +361,7 @@ def test_a_port_that_cannot_be_had_is_said(served: Served, port: int | str) -> N
 
     async def start() -> None:
         bank = RegisterBank(served.stand, RING)
-        await ModbusStandServer(bank, RING, 1, bool, lambda: False).start("127.0.0.1", wanted)
+        await ModbusStandServer(Responder(bank, bool, lambda: False), 1).start("127.0.0.1", wanted)
 
     with pytest.raises(BadInput, match=rf"cannot listen on 127\.0\.0\.1:{wanted}.*0: a free one"):
         asyncio.run(start())

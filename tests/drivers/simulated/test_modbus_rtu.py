@@ -14,12 +14,13 @@ import pytest
 from pymodbus.framer.rtu import FramerRTU
 
 from drivers.profile import load_profile
+from drivers.simulated.modbus_pdu import Responder
 from drivers.simulated.modbus_rtu import SILENCE_S, RtuStandServer
 from drivers.simulated.register_bank import RegisterBank
 from drivers.simulated.writer import HELD_S, Writer
 from foundation.errors import BadInput
+from tests.drivers.servers import loop_thread
 from tests.drivers.simulated.standing import HandClock, device
-from tests.drivers.test_noisy_wire import loop_thread
 
 RING = load_profile("ring")
 
@@ -61,7 +62,7 @@ def line(tmp_path: Path) -> Iterator[Line]:
     state = {"cut": False, "on": False}
     stand = device(tmp_path)
     bank = RegisterBank(stand, RING)
-    server = RtuStandServer(bank, RING, 1, lambda _: None, lambda: state["cut"])
+    server = RtuStandServer(Responder(bank, lambda _: None, lambda: state["cut"]), 1)
 
     async def start() -> None:
         server.start(tmp_path / "wires" / "controller")
@@ -147,7 +148,7 @@ def test_a_window_of_the_ring(line: Line) -> None:
 
 def test_what_lies_there_is_never_replaced(tmp_path: Path) -> None:
     (tmp_path / "controller").write_text("a real device")
-    server = RtuStandServer(RegisterBank(device(tmp_path), RING), RING, 1, bool, lambda: False)
+    server = RtuStandServer(Responder(RegisterBank(device(tmp_path), RING), bool, lambda: False), 1)
     with pytest.raises(BadInput, match="a device or file lies where the simulated controller shall appear"):
         server.start(tmp_path / "controller")
     assert (tmp_path / "controller").read_text() == "a real device"
@@ -172,5 +173,6 @@ class TestWriter:
         wall.now_s = 2 * HELD_S - 0.2
         assert not writer.write(8)
         wall.now_s = 2 * HELD_S
+        writer.keep()  # another program feeds the watchdog: that is no sign of life of the dead one
         assert writer.number == 0
         assert writer.write(8)

@@ -54,6 +54,7 @@ def test_a_run_over_real_wires_matches_the_truth(tmp_path: Path) -> None:
     with started(tmp_path, speed=4.0, truth=truth_path) as running:
         stand = opened(running, tmp_path)
         controller = stand.controller
+        full = stand_file(tmp_path).profile().ring.samples_per_block
 
         def drained() -> bool:
             controller.feed_watchdog()
@@ -61,6 +62,8 @@ def test_a_run_over_real_wires_matches_the_truth(tmp_path: Path) -> None:
                 if (block := controller.read_block()) is None:
                     return True
                 blocks.append(block)
+                if block.time_us.size < full:  # where a round trip takes long there is always one more
+                    return True
             return False
 
         def turn() -> int:
@@ -124,6 +127,8 @@ def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
         "controller_serial": None,
         "onewire_port": None,
         "faults_socket": str(tmp_path / "run/wires/faults"),
+        "amplifier_host": None,
+        "amplifier_tcp_port": None,
     }
     assert Path(served.amplifier_port or "").is_symlink()
     assert (Path(served.w1_root or "") / "28-00000a3f91c2/w1_slave").is_file()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,9 +17,9 @@ from drivers.simulated.w1_tree import W1Tree
 from drivers.stand_file import StandFile, load_stand, with_endpoints
 from drivers.w1_folder import FolderReader, read_sensor
 from foundation.clock import WallClock
-from foundation.errors import BadInput
 from tests.drivers.amplifiers import Collector, until
 from tests.drivers.conftest import SAMPLE_STAND
+from tests.drivers.pump import Pump
 from tests.drivers.simulated.standing import device
 
 GSV2 = 'protocol = "gsv2"\nport = "wires/amplifier"\nbaud = 38400\nrate_Hz = 250.0\n'
@@ -43,19 +42,15 @@ class Served:
         model = SAMPLE_STAND.parent / "models" / "category-a-elastomer.toml"
         self.device: SimulatedDevice = make_device(self.file, self._clock.wall_s, model=model)
         self.wires = SensorWires(self.file, self.device, folder / "wires")
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
+        self._pump = Pump(self._step)
 
     def close(self) -> None:
-        self._end.set()
-        self._thread.join()
+        self._pump.close()
         self.wires.close()
 
-    def _run(self) -> None:
-        while not self._end.wait(0.001):
-            self.device.advance_to(self._clock.now_s())
-            self.wires.serve(self.device.time_s)
+    def _step(self) -> None:
+        self.device.advance_to(self._clock.now_s())
+        self.wires.serve(self.device.time_s)
 
 
 @pytest.fixture
@@ -163,10 +158,3 @@ def test_the_tree_converts_all_at_once_when_it_is_told(tmp_path: Path) -> None:
     assert 0.7 <= now[0] <= 0.9
     tree.close()
     assert not tree.root.exists()
-
-
-def test_an_amplifier_that_cannot_be_simulated_is_refused(tmp_path: Path, served: list[Served]) -> None:
-    modbus = 'protocol = "modbus"\nrate_Hz = 50.0\nmodbus = { map = "dms-float", host = "::1" }\n'
-    with pytest.raises(BadInput, match="serves no amplifier with Modbus registers; use gsv2 or aed"):
-        served.append(Served(tmp_path, (GSV2, modbus)))
-    assert not (tmp_path / "wires").exists()

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import binom
 
 from model.identification.fitting import COVERAGE, Estimate, estimates
-from model.identification.parameters import LAWS
+from model.identification.laws import LAWS
 from tests.model.identification.synthetic import fitted, measured, true_values, truth
 
 LOG = {law.name for law in LAWS if law.kind == "log"}

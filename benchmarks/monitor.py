@@ -1,0 +1,227 @@
+"""What the live monitor costs the acquisition: with and without five open pages, in the same run.
+
+    .venv/bin/python -m benchmarks.monitor [--seconds 8] [--turns 3] [--pages 5]
+
+The simulated stand swings in a process of its own, sampled at 1 kHz. This process acquires, guards and
+records as a campaign does: in turns alone, and with the publisher, the web process and open pages (Chromium
+where it is installed, else WebSocket clients that read as pages do). Processor time is this process's own, of
+all its threads; the rest of the machine does not count in it. Samples are counted by the device's sequence
+numbers: a lost one would be a gap.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from daq.acquisition import Acquisition
+from daq.controller_guard import ControllerGuard
+from daq.guards import ChannelGuard
+from daq.metadata import stream_document
+from daq.monitor.access import Tokens
+from daq.monitor.process import Address, web_process
+from daq.monitor.publisher import Publisher, publishing
+from daq.panel import GuardPanel, GuardSet
+from drivers.connect import build_controller
+from drivers.interfaces import Stand
+from drivers.simulated.process import start_process
+from drivers.stand_file import load_stand, with_endpoints
+from foundation.clock import WallClock
+from recording.writer import RunRecorder
+
+SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
+TOKENS = Tokens(view="benchmark", control="", free_view=True)
+CLIENT = """
+import sys, time
+from threading import Thread
+from websockets.sync.client import connect
+def read():
+    address = sys.argv[1].replace("http", "ws") + "/live"
+    with connect(address, origin=sys.argv[1], max_size=1 << 24, proxy=None) as wire:
+        while True:
+            wire.recv()
+for _ in range(int(sys.argv[2])):
+    Thread(target=read, daemon=True).start()
+print("open", flush=True)
+sys.stdin.read()
+"""
+BROWSER = """
+import os, sys
+from playwright.sync_api import sync_playwright
+with sync_playwright() as driver:
+    options = ["--no-sandbox"] if os.geteuid() == 0 else []
+    browser = driver.chromium.launch(executable_path=sys.argv[3], args=options)
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    pages = [context.new_page() for _ in range(int(sys.argv[2]))]
+    for page in pages:
+        page.goto(sys.argv[1] + "/")
+        while not page.evaluate("Number(document.body.dataset.redraws) > 2"):
+            page.wait_for_timeout(50)
+    print("open", flush=True)
+    while not os.read(0, 1):
+        break
+    print(sum(int(page.evaluate("document.body.dataset.redraws")) for page in pages), flush=True)
+    browser.close()
+"""
+
+
+@dataclass
+class Turn:
+    """What a stretch cost."""
+
+    share: float
+    samples: int
+    lost: int
+    late_s: float
+
+
+class Bench:
+    """The acquisition of a campaign on a moving stand."""
+
+    def __init__(self, acquisition: Acquisition, folder: Path) -> None:
+        self._acquisition = acquisition
+        self._folder = folder
+
+    def turn(self, seconds: float, publisher: Publisher | None = None) -> Turn:
+        """Acquire for so long, with a publisher or without; return the processor time over the wall's."""
+        acquisition = self._acquisition
+        acquisition.observers[:] = [] if publisher is None else [publisher.take]
+        before = acquisition.latest
+        wall_s, processor_s, late_s = time.perf_counter(), time.process_time(), 0.0
+        while time.perf_counter() - wall_s < seconds:
+            began_s = time.perf_counter()
+            acquisition.tick()
+            if publisher is not None:
+                publisher.look(acquisition)
+            late_s = max(late_s, time.perf_counter() - began_s)
+            acquisition.rest()
+        processor_s, wall_s = time.process_time() - processor_s, time.perf_counter() - wall_s
+        after = acquisition.latest
+        return Turn(processor_s / wall_s, after.samples - before.samples, after.lost - before.lost, late_s)
+
+
+@contextmanager
+def acquiring(folder: Path) -> Iterator[Bench]:
+    """While inside, a stand swings at 1 kHz, and this process can acquire and record it."""
+    stand = load_stand(SAMPLE_STAND)
+    with start_process(SAMPLE_STAND, directory=folder / "stand", speed=1.0) as process:
+        clock = WallClock()
+        controller = build_controller(with_endpoints(stand, process.served.endpoints()), clock)
+        controller.connect()
+        guards = GuardSet(
+            (
+                ChannelGuard("force", "force", 600.0, -60.0, "kN", "force"),
+                ChannelGuard("stroke", "stroke", 250.0, -60.0, "mm", "stroke"),
+            ),
+            (),
+            ControllerGuard(30.0, 30.0, controller.facts.rate_Hz),
+        )
+        acquisition = Acquisition(Stand(controller, ()), clock, GuardPanel(guards, wall_s=clock.wall_s()))
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=5000)
+        controller.start_ramp(target_mm=30.0, speed_mm_per_s=40.0)
+        _wait(acquisition, 2.0)
+        controller.start_harmonic(mean_mm=30.0, amplitude_mm=15.0, frequency_Hz=1.0, cycles=5000)
+        _wait(acquisition, 2.0)
+        recorder = RunRecorder(folder, "benchmark", _document(acquisition))
+        acquisition.attach(recorder)
+        yield Bench(acquisition, folder)
+        recorder.close("complete")
+        controller.close()
+
+
+def _wait(acquisition: Acquisition, seconds: float) -> None:
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        acquisition.tick()
+        acquisition.rest()
+
+
+def _document(acquisition: Acquisition) -> dict[str, object]:
+    facts = acquisition.stand.controller.facts
+    return {
+        "format": "bufferstand/run",
+        "format_version": 1,
+        "run": {"id": "benchmark", "kind": "harmonic", "started_utc": "2026-01-01T00:00:00+00:00"},
+        "software": {"name": "bufferstand", "version": "0"},
+        "stand": {},
+        "specimen": {},
+        "streams": {facts.name: stream_document(facts)},
+    }
+
+
+@contextmanager
+def pages_open(url: str, count: int, bench: Bench, publisher: Publisher) -> Iterator[str]:
+    """While inside, pages are open; gives what they are."""
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    program, kind = (BROWSER, "Chromium pages") if chromium else (CLIENT, "WebSocket clients")
+    process = subprocess.Popen(
+        [sys.executable, "-c", program, url, str(count), chromium or ""],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    try:
+        assert process.stdout is not None
+        os.set_blocking(process.stdout.fileno(), False)
+        while process.poll() is None and not process.stdout.read():  # meanwhile the stand wants its reader
+            bench.turn(0.2, publisher)
+        os.set_blocking(process.stdout.fileno(), True)
+        yield kind
+    finally:
+        process.communicate(b"x", timeout=60)
+
+
+def processor_s(pid: int) -> float:
+    """Return the processor time of another process [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=8.0)
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--pages", type=int, default=5)
+    given = parser.parse_args()
+    alone: list[Turn] = []
+    watched: list[Turn] = []
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="bufferstand-")))
+        bench = stack.enter_context(acquiring(folder))
+        for _ in range(given.turns):
+            alone.append(bench.turn(given.seconds))
+            with publishing(folder, print) as publisher:
+                links: list[str] = []
+                with web_process(folder, Address(port=0), links.append, TOKENS) as web:
+                    url = links[0].split(": ", 1)[1].rstrip("/")
+                    with pages_open(url, given.pages, bench, publisher) as kind:
+                        before_s = processor_s(web.pid)
+                        watched.append(bench.turn(given.seconds, publisher))
+                        web_share = (processor_s(web.pid) - before_s) / given.seconds
+    _print(alone, watched, f"{given.pages} {kind}", web_share)
+
+
+def _print(alone: list[Turn], watched: list[Turn], what: str, web_share: float) -> None:
+    for name, turns in (("alone", alone), (f"with {what}", watched)):
+        shares = ", ".join(f"{100.0 * turn.share:.1f}" for turn in turns)
+        print(
+            f"{name}: {shares} % of a processor; {sum(t.samples for t in turns)} samples, "
+            f"{sum(t.lost for t in turns)} lost; longest pass {1000.0 * max(t.late_s for t in turns):.0f} ms"
+        )
+    grown = median(t.share for t in watched) - median(t.share for t in alone)
+    print(f"the acquisition's processor time grows by {100.0 * grown:+.1f} % of a core (allowed: 10)")
+    print(f"the web process takes {100.0 * web_share:.1f} %")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,282 @@
+"""The web application: the page, its data over a WebSocket, and what can be asked of the campaign.
+
+Everything that comes in is checked before anything is done with it: host, origin, rights, size, time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from contextlib import suppress
+from importlib.resources import files
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from daq.monitor.access import Access, Rights
+from daq.monitor.actions import Actions, who_asks
+from daq.monitor.view import Cursor, View
+from foundation.errors import BadInput
+
+MOST_PAGES = 24
+"""Pages that are served at once."""
+SEND_S = 0.05
+"""Least time between two messages to a page [s]."""
+SIGN_OF_LIFE_S = 0.5
+PATIENCE_S = 10.0
+"""A page that takes no message for so long is let go [s]."""
+MOST_BYTES = 8192
+"""Of what a page sends."""
+BODY_S = 5.0
+"""Longest wait for it [s]."""
+WRONG_TOKEN_S = 0.5
+"""A wrong token is answered so late [s]."""
+CONTENT_TYPES = {
+    "index.html": "text/html; charset=utf-8",
+    "monitor.css": "text/css; charset=utf-8",
+    "monitor.js": "text/javascript; charset=utf-8",
+    "charts.js": "text/javascript; charset=utf-8",
+    "uplot.min.js": "text/javascript; charset=utf-8",
+    "uplot.min.css": "text/css; charset=utf-8",
+    "uplot.LICENSE": "text/plain; charset=utf-8",
+    "icon.svg": "image/svg+xml",
+}
+"""Every file of the page; nothing else is ever served."""
+
+
+def static_files() -> dict[str, bytes]:
+    """Return the files of the page, as they are shipped."""
+    root = files("daq.monitor") / "static"
+    return {name: (root / name).read_bytes() for name in CONTENT_TYPES}
+
+
+def security_headers(host: str) -> dict[str, str]:
+    """Return the headers of every answer: nothing foreign is loaded, framed, or told where it came from."""
+    policy = (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+        f"connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    return {
+        "Content-Security-Policy": policy,
+        "X-Frame-Options": "DENY",
+        "X-Content-Type-Options": "nosniff",
+        "Referrer-Policy": "no-referrer",
+        "Cross-Origin-Opener-Policy": "same-origin",
+        "Cross-Origin-Resource-Policy": "same-origin",
+        "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+        "Cache-Control": "no-store",
+    }
+
+
+class Gate:
+    """Lets in only what is addressed to this machine, and gives every answer its headers."""
+
+    def __init__(self, app: ASGIApp, access: Access) -> None:
+        self._app = app
+        self._access = access
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or refuse it."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        hosts = [value for name, value in scope["headers"] if name == b"host"]
+        host = hosts[0].decode("latin-1") if len(hosts) == 1 else ""
+        if not self._access.host_is_ours(host):
+            if scope["type"] == "websocket":
+                await WebSocket(scope, receive, send).close(1008)
+            else:
+                refusal = Response("This host name is not served here.\n", 421, media_type="text/plain")
+                await refusal(scope, receive, send)
+            return
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                added = [(k.lower().encode(), v.encode()) for k, v in security_headers(host).items()]
+                message["headers"] = [*message.get("headers", []), *added]
+            await send(message)
+
+        await self._app(scope, receive, with_headers)
+
+
+class Pages:
+    """What the routes do.
+
+    Parameters
+    ----------
+    view : View
+        What is shown.
+    access : Access
+        Who may what.
+    actions : Actions
+        What can be done.
+    cookie : str
+        Name of the session's cookie: cookies know no ports, so it holds the port.
+    """
+
+    def __init__(self, view: View, access: Access, actions: Actions, cookie: str) -> None:
+        self._view = view
+        self._access = access
+        self._actions = actions
+        self._cookie = cookie
+        self._files = static_files()
+        self._open = 0
+
+    def app(self) -> ASGIApp:
+        """Return the application."""
+        routes = [
+            Route("/", self.page, methods=["GET"]),
+            Route("/static/{name}", self.static, methods=["GET"]),
+            Route("/session", self.session, methods=["GET"]),
+            Route("/session", self.enter, methods=["POST"]),
+            Route("/stop", self.stop, methods=["POST"]),
+            Route("/note", self.note, methods=["POST"]),
+            WebSocketRoute("/live", self.live),
+        ]
+        return Gate(Starlette(routes=routes), self._access)
+
+    def rights(self, connection: HTTPConnection[Any]) -> Rights:
+        """Return what whoever asks may do."""
+        return self._access.rights_of(connection.cookies.get(self._cookie))
+
+    async def page(self, request: Request) -> Response:  # noqa: ARG002 - a route's signature
+        """Give the page itself: it holds no data."""
+        return self._file("index.html")
+
+    async def static(self, request: Request) -> Response:
+        """Give one of its files."""
+        return self._file(request.path_params["name"])
+
+    def _file(self, name: str) -> Response:
+        if name not in self._files:
+            return Response("There is no such file.\n", 404, media_type="text/plain")
+        return Response(self._files[name], headers={"Content-Type": CONTENT_TYPES[name]})
+
+    async def session(self, request: Request) -> Response:
+        """Say what the page may do."""
+        return JSONResponse({"rights": self.rights(request), "controllable": self._access.controllable})
+
+    async def enter(self, request: Request) -> Response:
+        """Take a token; give a session for it."""
+        content = await self._content(request, "session")
+        if isinstance(content, Response):
+            return content
+        admitted = self._access.admit(_text(content, "token", 200))
+        if admitted is None:
+            await asyncio.sleep(WRONG_TOKEN_S)
+            await asyncio.to_thread(self._actions.refused, _address(request), "wrong token")
+            return _refusal(403, "this token opens nothing here")
+        session, rights = admitted
+        response = JSONResponse({"rights": rights, "controllable": self._access.controllable})
+        response.set_cookie(self._cookie, session, httponly=True, samesite="strict", path="/")
+        return response
+
+    async def stop(self, request: Request) -> Response:
+        """Ask the campaign to stop."""
+        return await self._act(request, "stop")
+
+    async def note(self, request: Request) -> Response:
+        """Add a note."""
+        return await self._act(request, "note")
+
+    async def _act(self, request: Request, what: str) -> Response:
+        content = await self._content(request, what)
+        if isinstance(content, Response):
+            return content
+        if self.rights(request) != "control":
+            await asyncio.to_thread(self._actions.refused, _address(request), what)
+            return _refusal(403, "this page may only look on: open the link for control")
+        who = who_asks(_text(content, "name", 200), _address(request))
+        try:
+            if what == "stop":
+                answer = await asyncio.to_thread(self._actions.stop, _text(content, "after", 20), who)
+            else:
+                answer = await asyncio.to_thread(self._actions.note, _text(content, "text", 4000), who)
+        except BadInput as error:
+            return _refusal(409, str(error))
+        return JSONResponse({"text": answer})
+
+    async def _content(self, request: Request, what: str) -> dict[str, Any] | Response:
+        """Return what a page of ours has sent, or why it is refused."""
+        if not self._access.origin_is_ours(request.headers.get("origin"), request.headers["host"]):
+            await asyncio.to_thread(self._actions.refused, _address(request), f"{what} from a foreign page")
+            return _refusal(403, "only the monitor's own page is heard")
+        if request.headers.get("content-type", "").partition(";")[0] != "application/json":
+            return _refusal(415, "JSON is expected")
+        body = bytearray()
+        try:
+            async with asyncio.timeout(BODY_S):
+                async for part in request.stream():
+                    body += part
+                    if len(body) > MOST_BYTES:
+                        return _refusal(413, "this is too long")
+        except TimeoutError:
+            return _refusal(408, "this took too long")
+        try:
+            content = json.loads(body)
+        except (ValueError, RecursionError):
+            content = None
+        return content if isinstance(content, dict) else _refusal(400, "a JSON object is expected")
+
+    async def live(self, page: WebSocket) -> None:
+        """Tell a page everything, as it comes, as long as it keeps up."""
+        ours = self._access.origin_is_ours(page.headers.get("origin"), page.headers["host"])
+        rights = self.rights(page)
+        if not ours or rights == "none" or self._open >= MOST_PAGES:
+            await page.close(1008)
+            return
+        await page.accept()
+        self._open += 1
+        listening = asyncio.create_task(_hear_nothing(page))
+        telling = asyncio.create_task(self._tell(page))
+        try:
+            await asyncio.wait([listening, telling], return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._open -= 1
+            for task in (listening, telling):
+                task.cancel()
+            await asyncio.gather(listening, telling, return_exceptions=True)
+            with suppress(RuntimeError, WebSocketDisconnect):
+                await page.close()
+
+    async def _tell(self, page: WebSocket) -> None:
+        cursor, quiet_s = Cursor(), SIGN_OF_LIFE_S
+        loop = asyncio.get_running_loop()
+        while True:
+            over = self._view.over
+            message = self._view.news(cursor)
+            if message is None and quiet_s >= SIGN_OF_LIFE_S:
+                message = self._view.sign_of_life()
+            if message is not None:
+                quiet_s = 0.0
+                async with asyncio.timeout(PATIENCE_S):
+                    await page.send_text(message)
+            if over:
+                return
+            began_s = loop.time()
+            await asyncio.sleep(SEND_S)
+            quiet_s += loop.time() - began_s
+
+
+async def _hear_nothing(page: WebSocket) -> None:
+    """Wait until a page goes; whatever it says ends the conversation."""
+    with suppress(WebSocketDisconnect):
+        await page.receive_text()
+
+
+def _refusal(status: int, text: str) -> Response:
+    return JSONResponse({"problem": text}, status)
+
+
+def _text(content: dict[str, Any], key: str, longest: int) -> str:
+    value = content.get(key, "")
+    return value[:longest] if isinstance(value, str) else ""
+
+
+def _address(connection: HTTPConnection[Any]) -> str:
+    return connection.client.host if connection.client else ""

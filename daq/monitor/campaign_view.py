@@ -1,0 +1,119 @@
+"""What a campaign's folder says: title, specimen, steps with their states, notes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daq.notes import NOTES_NAME, read_notes
+from foundation.errors import BadInput
+
+if TYPE_CHECKING:
+    from daq.folder import CampaignRecord
+
+NOTES_SHOWN = 100
+
+
+@dataclass(frozen=True)
+class FolderNews:
+    """What has changed in a folder: None where nothing has."""
+
+    record: CampaignRecord | None = None
+    notes: list[dict[str, Any]] | None = None
+    problem: str = ""
+
+
+class FolderWatch:
+    """Looks at ``campaign.json`` and the notes, and reads them again when they have changed; may block.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's folder; it need not be there yet.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._seen: dict[str, tuple[int, int]] = {}
+
+    def look(self) -> FolderNews:
+        """Return what has changed since the last look."""
+        # Takes seconds on a busy machine, for the planner's libraries: the page is served before.
+        from daq.folder import RECORD_NAME, load_record  # noqa: PLC0415
+
+        record, notes, problem = None, None, ""
+        if self._changed(RECORD_NAME):
+            try:
+                record = load_record(self._folder)
+            except (BadInput, OSError) as error:
+                problem = str(error)
+        if self._changed(NOTES_NAME):
+            try:
+                kept = read_notes(self._folder)[-NOTES_SHOWN:]
+            except OSError:
+                kept = ()
+            notes = [{"utc": n.utc, "text": n.text, "step": n.step, "run": n.run} for n in kept]
+        return FolderNews(record, notes, problem)
+
+    def _changed(self, name: str) -> bool:
+        try:
+            state = (self._folder / name).stat()
+        except OSError:
+            return False
+        stamp = (state.st_mtime_ns, state.st_size)
+        if self._seen.get(name) == stamp:
+            return False
+        self._seen[name] = stamp
+        return True
+
+
+def campaign_section(record: CampaignRecord, folder: Path) -> dict[str, Any]:
+    """Return what stands at the head of the page."""
+    plan = record.plan
+    head, specimen = plan["campaign"], plan["specimen"]
+    return {
+        "title": head.get("title") or head.get("id") or folder.name,
+        "id": head.get("id", ""),
+        "folder": folder.name,
+        "operator": head.get("operator", ""),
+        "customer": head.get("customer", ""),
+        "specimen": {name: specimen.get(name) for name in ("id", "kind", "category", "elastic_system")},
+        "status": record.status,
+        "reason": record.reason,
+        "stopped_by": record.stopped_by,
+        "started_utc": record.started_utc,
+        "updated_utc": record.updated_utc,
+        "temperature_stop_C": plan["limits"]["test"].get("temperature_stop_C"),
+        "temperature_resume_C": plan["limits"]["test"].get("temperature_resume_C"),
+        "force_max_kN": _limit(plan, "force_max_kN"),
+        "stroke_max_mm": _limit(plan, "stroke_max_mm"),
+    }
+
+
+def _limit(plan: dict[str, Any], name: str) -> float | None:
+    bound = plan["limits"]["in_force"].get(name) or {}
+    value = bound.get("value") if isinstance(bound, dict) else None
+    return float(value) if value is not None else None
+
+
+def steps_section(record: CampaignRecord) -> list[dict[str, Any]]:
+    """Return the list of steps with their states."""
+    shown = []
+    for planned, state in zip(record.plan["steps"], record.steps, strict=False):
+        shown.append(
+            {
+                "index": state.index,
+                "name": state.name,
+                "kind": planned["kind"],
+                "status": state.status,
+                "cycles": planned["cycles"],
+                "cycles_done": state.cycles_done,
+                "reason": state.reason,
+                "runs": list(state.runs),
+                "expected_s": round(planned["expected_duration_s"], 1),
+                "peak_force_kN": planned["expected_peak_force_kN"],
+                "stop_expected": bool(planned["stops"]),
+            }
+        )
+    return shown

@@ -1,0 +1,350 @@
+"""Keeps the view up to date: from the campaign's own words where it can be heard, else from its files."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+import sys
+import time
+from collections import deque
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from daq.monitor.campaign_view import FolderWatch, campaign_section, steps_section
+from daq.monitor.margins import Recent, margins, top_speed
+from daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
+from daq.monitor.tail import JournalTail, News, newest_journal
+from daq.monitor.view import View
+from foundation.errors import BadInput
+from foundation.line_socket import short_address
+
+if TYPE_CHECKING:
+    from daq.folder import CampaignRecord
+    from model.spring import HeatBalance
+
+LOOK_S = 0.5
+"""The folder is looked at this often [s]."""
+SLOW_S = 2.0
+"""Temperatures, forecast and guards of a page are renewed this often [s], guards four times as often."""
+TAIL_S = 0.1
+SILENT_S = 15.0
+"""A campaign that says it runs, but shows no sign of it for so long, has probably been killed [s]."""
+SHOWN_READINGS = 300
+LINES_KEPT = 200
+
+Source = Literal["waiting", "live", "journal", "silent", "finished"]
+"""Where the data come from: nothing there yet, told by the campaign, read from its journal, none of them."""
+
+
+class Follower:
+    """Follows one campaign's folder.
+
+    Parameters
+    ----------
+    folder : Path
+        It need not be there yet.
+    view : View
+        Is kept up to date.
+    results : bool
+        Evaluate the runs of a campaign that has ended.
+    """
+
+    def __init__(self, folder: Path, view: View, *, results: bool) -> None:
+        self._folder = folder
+        self._view = view
+        self._results = results
+        self._watch = FolderWatch(folder)
+        self._record: CampaignRecord | None = None
+        self._heat: HeatBalance | None = None
+        self._guards: dict[str, Any] = {}
+        self._recent = Recent()
+        self._progress: dict[str, Any] = {}
+        self._lines: deque[dict[str, Any]] = deque(maxlen=LINES_KEPT)
+        self._pace: deque[tuple[float, float]] = deque(maxlen=600)
+        self._heard_s = time.monotonic()
+        self._tail: JournalTail | None = None
+        self._heard_at: dict[str, float] = {}
+        self.source: Source = "waiting"
+        self.ended = asyncio.Event()
+        """The campaign has said that it is over, and its record how it ended has been read."""
+
+    async def run(self) -> None:
+        """Follow until cancelled."""
+        await asyncio.gather(self._follow_folder(), self._follow_data(), self._renew())
+
+    # --- the folder --------------------------------------------------------------------------------
+
+    async def _follow_folder(self) -> None:
+        evaluated = ""
+        while True:
+            await self._look()
+            record = self._record
+            ended = record is not None and record.status != "running" and self.source == "finished"
+            if record is not None and ended and self._results and evaluated != record.updated_utc:
+                evaluated = record.updated_utc
+                await self._evaluate()
+            await asyncio.sleep(LOOK_S)
+
+    async def _look(self) -> None:
+        news = await asyncio.to_thread(self._watch.look)
+        if news.problem:
+            self._view.put("problem", news.problem)
+        if news.notes is not None:
+            self._view.put("notes", news.notes)
+        if news.record is None:
+            return
+        if self._record is None or self._record.campaign_file != news.record.campaign_file:
+            self._heat = await asyncio.to_thread(_heat_of, self._folder, news.record.campaign_file)
+        self._record = news.record
+        self._view.put("campaign", campaign_section(news.record, self._folder))
+        self._view.put("steps", steps_section(news.record))
+
+    async def _evaluate(self) -> None:
+        """Have the runs evaluated by another process, and show each as soon as it is done."""
+        runs: list[dict[str, Any]] = []
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-P", "-m", "daq.monitor.results", str(self._folder),
+            stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.DEVNULL, limit=1 << 24,
+        )  # fmt: skip
+        try:
+            assert process.stdout is not None
+            self._view.put("runs", {"runs": runs, "evaluating": True})
+            while line := await process.stdout.readline():
+                runs.append(json.loads(line))
+                self._view.put("runs", {"runs": runs, "evaluating": True})
+            broken = await process.wait() != 0
+        finally:
+            if process.returncode is None:
+                process.kill()
+        self._view.put("runs", {"runs": runs, "evaluating": False, "broken": broken})
+
+    # --- data --------------------------------------------------------------------------------------
+
+    async def _follow_data(self) -> None:
+        while True:
+            if await self._listen():
+                continue
+            if self._record is None:
+                self._say_source("waiting")
+            elif self._record.status != "running":
+                self._let_go()
+                self._say_source("finished")
+            elif await self._read_journal():
+                self._say_source("journal")
+                await asyncio.sleep(TAIL_S)
+                continue
+            elif time.monotonic() - self._heard_s > SILENT_S:
+                self._say_source("silent")
+            await asyncio.sleep(LOOK_S)
+
+    async def _listen(self) -> bool:
+        """Take what the campaign says until it says no more; return False if it cannot be heard."""
+        path = self._folder / LIVE_NAME
+        if not path.exists():
+            return False
+        loop = asyncio.get_running_loop()
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as wire:
+            wire.setblocking(False)
+            try:
+                with short_address(path) as address:
+                    wire.connect(address)
+            except OSError:
+                return False
+            self._let_go()
+            self._view.clear_rows()
+            self._view.put("end", None)
+            self._say_source("live")
+            over = False
+            while packet := await loop.sock_recv(wire, BUFFER_BYTES):
+                said = json.loads(packet)
+                self._heard(said)
+                over = over or "end" in said
+        await self._look()
+        if over:
+            self.ended.set()
+        return True
+
+    def _heard(self, packet: dict[str, Any]) -> None:
+        self._heard_s = time.monotonic()
+        recent = self._recent
+        for stream, new in packet.get("readings", {}).items():
+            kept = recent.readings.setdefault(stream, [])
+            kept.extend((at_s, value) for at_s, value in new)
+            if len(kept) > 2 * SHOWN_READINGS:
+                del kept[1:-SHOWN_READINGS:2]
+        if "guards" in packet:
+            self._guards = packet["guards"] or {}
+        if packet.get("lines"):
+            self._lines.extend(packet["lines"])
+            self._view.put("events", list(self._lines))
+        self._progress = packet.get("progress") or self._progress
+        if "at_s" in packet:
+            self._pace.append((packet["wall_s"], packet["at_s"]))
+            recent.silent_s = packet["silent_s"]
+            self._take_rows(packet["rows"], packet["extremes"], packet["at_s"])
+            recent.waiting_samples = self._progress.get("written", 0) - self._progress.get("durable", 0)
+        self._put_now(packet)
+        if "end" in packet:
+            self._view.put("end", packet["end"])
+
+    def _take_rows(self, rows: dict[str, Any], extremes: dict[str, Any], at_s: float) -> None:
+        if (speed := top_speed(rows)) is not None:
+            extremes = {**extremes, "speed": [0.0, speed]}
+        self._recent.add(at_s, extremes)
+        self._view.add_rows(rows)
+
+    def _put_now(self, packet: dict[str, Any]) -> None:
+        shown = {key: value for key, value in self._progress.items() if key != "warnings"}
+        values = packet.get("values", {})
+        self._view.put(
+            "now",
+            {
+                **shown,
+                "speed": self._speed(),
+                "force_2_kN": values.get("force_2"),
+                "tilt_mm": values.get("tilt"),
+                "at_s": packet.get("at_s"),
+                "recording": packet.get("recording", False),
+                "trip": packet.get("trip"),
+                "dropped": packet.get("dropped", 0),
+                "silent_s": packet.get("silent_s", {}),
+            },
+        )
+
+    def _speed(self) -> float:
+        """Return how many seconds of the stand pass in one of the wall, to one decimal."""
+        if len(self._pace) < 2 or self._pace[-1][0] - self._pace[0][0] < 2.0:
+            return 1.0
+        (wall_0, at_0), (wall_1, at_1) = self._pace[0], self._pace[-1]
+        return round((at_1 - at_0) / (wall_1 - wall_0), 1) or 1.0
+
+    # --- the journal -------------------------------------------------------------------------------
+
+    async def _read_journal(self) -> bool:
+        """Take what the journal of the run under way has got; return whether there is any sign of life."""
+        try:
+            path = await asyncio.to_thread(newest_journal, self._folder / "runs")
+            if path is None:
+                self._let_go()
+                return time.monotonic() - self._heard_s < SILENT_S
+            if self._tail is None or self._tail.path != path:
+                self._let_go()
+                self._tail = JournalTail(path)
+                self._view.clear_rows()
+            self._take_news(await asyncio.to_thread(self._tail.poll))
+        except (BadInput, OSError) as error:  # a journal of newer software, or a network drive that is gone
+            self._view.put("problem", str(error))
+            return False
+        return time.monotonic() - self._heard_s < SILENT_S
+
+    def _take_news(self, news: News) -> None:
+        now_s, recent = time.monotonic(), self._recent
+        if news.guards is not None:
+            self._guards = dict(news.guards)
+        if news.lines:
+            self._lines.extend(news.lines)
+            self._view.put("events", list(self._lines))
+        for stream, new in news.readings.items():
+            recent.readings.setdefault(stream, []).extend(new)
+            del recent.readings[stream][:-SHOWN_READINGS]
+        self._heard_at.update(dict.fromkeys(news.heard, now_s))
+        recent.silent_s = {stream: round(now_s - at, 1) for stream, at in self._heard_at.items()}
+        if not news.samples:
+            return
+        self._heard_s = now_s
+        self._take_rows(news.rows, news.extremes, news.at_s)
+        step = next((s for s in self._record.steps if s.status == "running"), None) if self._record else None
+        self._progress = {
+            "step": step.index if step else 0,
+            "steps": len(self._record.steps) if self._record else 0,
+            "name": step.name if step else "",
+            "phase": "motion",
+            "cycle": step.cycles_done if step else 0,
+            "cycles": 0,
+            "force_kN": news.values.get("force"),
+            "stroke_mm": news.values.get("stroke"),
+            "temperatures_C": {name: kept[-1][1] for name, kept in recent.readings.items() if kept},
+            "temperature_limit_C": None,
+            "elapsed_s": None,
+            "remaining_s": None,
+            "lost": self._progress.get("lost", 0) + news.lost,
+            "written": self._progress.get("written", 0) + news.samples,
+            "durable": None,
+        }
+        self._put_now({"values": news.values, "silent_s": dict(recent.silent_s), "recording": True})
+
+    def _let_go(self) -> None:
+        if self._tail is not None:
+            self._tail.close()
+            self._tail = None
+            self._progress = {}
+
+    # --- what changes slowly -----------------------------------------------------------------------
+
+    def _say_source(self, source: Source) -> None:
+        self.source = source
+        self._view.put("source", {"kind": source})
+
+    async def _renew(self) -> None:
+        turn = 0
+        while True:
+            if self._guards and self.source in ("live", "journal"):
+                ambient_C = self._ambient_C()
+                shown = margins(self._guards, self._recent, ambient_C)
+                self._view.put("guards", [vars(margin) for margin in shown])
+                if turn % 4 == 0:
+                    self._view.put("temperature", self._temperature(ambient_C))
+            turn += 1
+            await asyncio.sleep(SLOW_S / 4.0)
+
+    def _ambient_C(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return the temperature of the air: a sensor's, if one is there for it, else the campaign file's."""
+        for guard in self._guards.get("temperatures", []):
+            kept = self._recent.readings.get(guard["stream"])
+            if guard["stop_C"] is None and guard["resume_C"] is None and kept:
+                return kept[-1][1]
+        return float(self._record.plan["conditions"]["ambient_C"]) if self._record else 20.0
+
+    def _temperature(self, ambient_C: float) -> dict[str, Any]:
+        sensors = []
+        for guard in self._guards.get("temperatures", []):
+            kept = self._recent.readings.get(guard["stream"], [])[-SHOWN_READINGS:]
+            specimen = guard["resume_C"] is not None
+            sensors.append(
+                {"name": guard["stream"], "place": guard["place"], "specimen": specimen, "points": kept}
+            )
+        return {"sensors": sensors, "forecast": self._forecast(sensors, ambient_C)}
+
+    def _forecast(self, sensors: list[dict[str, Any]], ambient_C: float) -> dict[str, Any] | None:
+        """Return where the warmest specimen sensor goes, None where nothing can be said."""
+        warm = [s["points"] for s in sensors if s["specimen"] and s["points"]]
+        left_s = self._progress.get("remaining_s")
+        if self._heat is None or self._record is None or not warm or left_s is None:
+            return None
+        from daq.monitor.forecast import foresee, slope, stretches  # noqa: PLC0415 - as in _heat_of
+
+        points = max(warm, key=lambda kept: kept[-1][1])
+        plan = stretches(
+            self._record.plan["steps"],
+            [step.status for step in self._record.steps],
+            self._progress.get("step", 0),
+            left_s,
+        )
+        stop_C = self._record.plan["limits"]["test"].get("temperature_stop_C")
+        found = foresee(self._heat, points[-1][1], slope(points), ambient_C, plan, stop_C)
+        start_s = points[-1][0]
+        return {
+            "points": [(round(start_s + at_s, 1), round(value, 2)) for at_s, value in found.points],
+            "reach_s": None if found.reach_s is None else round(found.reach_s),
+            "step": found.step,
+            "end_C": round(found.points[-1][1], 1),
+        }
+
+
+def _heat_of(folder: Path, campaign_file: str) -> HeatBalance | None:
+    # The spring model's libraries take seconds on a busy machine: the page is served before.
+    from daq.monitor.forecast import heat_balance_of  # noqa: PLC0415
+
+    return heat_balance_of(folder, campaign_file)

@@ -1,0 +1,227 @@
+"""Start the web process beside a campaign, say where it is, and say it if it dies; the campaign goes on."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from daq.monitor.access import Tokens, is_loopback, new_tokens
+from foundation.errors import BadInput
+
+DEFAULT_HOST = "127.0.0.1"
+DEFAULT_PORT = 8420
+END_S = 5.0
+"""Longest wait for the web process to end [s]."""
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the page is served; port 0 is any that is free, and ``exact`` says that no other will do."""
+
+    host: str = DEFAULT_HOST
+    port: int = DEFAULT_PORT
+    exact: bool = False
+
+
+def parse_address(text: str) -> Address:
+    """Return an address from ``HOST:PORT``, ``HOST`` or ``:PORT``; empty is the default on loopback.
+
+    Raises
+    ------
+    BadInput
+        If it is none.
+    """
+    if not text:
+        return Address()
+    host, _, port = text.rpartition(":") if ":" in text.rpartition("]")[2] else (text, "", str(DEFAULT_PORT))
+    if not port.isascii() or not port.isdigit() or int(port) > 65535:
+        raise BadInput(
+            f"“{text}” is no HOST:PORT", file="--monitor", remedy="write e.g. 192.168.1.5:8420, or nothing"
+        )
+    return Address(host.strip("[]") or DEFAULT_HOST, int(port), exact=True)
+
+
+def demand_libraries() -> None:
+    """Say which libraries are missing, before anything moves.
+
+    Raises
+    ------
+    BadInput
+        If one is.
+    """
+    missing = [n for n in ("starlette", "uvicorn", "websockets") if importlib.util.find_spec(n) is None]
+    if missing:
+        raise BadInput(
+            f"the live monitor needs {', '.join(missing)}", remedy="pip install 'bufferstand[monitor]'"
+        )
+
+
+def bind(address: Address) -> socket.socket:
+    """Return a socket that listens at an address.
+
+    Raises
+    ------
+    BadInput
+        If the address cannot be had; for one that was not asked for by its port, any free port is taken.
+    """
+    tries = [address.port] if address.exact else [address.port, 0]
+    for port in tries:
+        try:
+            family, kind, _, _, place = socket.getaddrinfo(
+                address.host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+            )[0]
+            listener = socket.socket(family, kind)
+        except OSError as error:
+            raise BadInput(
+                f"“{address.host}” is no address of this machine ({error.strerror})", file="--monitor"
+            ) from None
+        try:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(place)
+            listener.listen(64)
+        except OSError as error:
+            listener.close()
+            if port == tries[-1]:
+                raise BadInput(
+                    f"the page cannot be served at {address.host}:{port}: {error.strerror}",
+                    file="--monitor",
+                    remedy="give another address, or :0 for any free port",
+                ) from None
+            continue
+        return listener
+    raise AssertionError("there is at least one port to try")
+
+
+def links(listener: socket.socket, tokens: Tokens) -> list[str]:
+    """Return what the operator is told: where the page is, and what opens it. Said once."""
+    host, port = listener.getsockname()[:2]
+    everywhere = host in ("0.0.0.0", "::")
+    name = socket.gethostname() if everywhere else f"[{host}]" if ":" in host else host
+    base = f"http://{name}:{port}/"
+    said = []
+    if tokens.free_view:
+        said.append(f"live monitor, to look on (from this computer): {base}")
+    elif tokens.view:
+        said.append(f"live monitor, to look on: {base}#{tokens.view}")
+    if tokens.control:
+        said.append(f"live monitor, with stop and notes: {base}#{tokens.control}")
+    if not is_loopback(host):
+        said.append("whoever has a link can use it, and the network can read along: use it in the lab only")
+    return said
+
+
+class WebProcess:
+    """A running web process.
+
+    Parameters
+    ----------
+    process : Popen
+        Its standard input is a pipe.
+    errors : file
+        What it writes to standard error.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes], errors: IO[bytes]) -> None:
+        self._process = process
+        self._errors = errors
+        self._ending = False
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def watch(self, say: Callable[[str], object]) -> None:
+        """From now on, say it if the process ends before its time."""
+
+        def wait() -> None:
+            status = self._process.wait()
+            if not self._ending:
+                say(
+                    f"the live monitor's web process has ended ({self._why(status)}); the campaign goes on; "
+                    "“bufferstand monitor” on its folder brings the page back"
+                )
+
+        threading.Thread(target=wait, name="monitor", daemon=True).start()
+
+    def _why(self, status: int) -> str:
+        self._errors.seek(0)
+        lines = self._errors.read().decode(errors="replace").strip().splitlines()
+        return lines[-1] if lines else f"signal {-status}" if status < 0 else f"status {status}"
+
+    def end(self) -> None:
+        """Let it end; it tells its pages first."""
+        self._ending = True
+        if self._process.stdin is not None:
+            with suppress(OSError):
+                self._process.stdin.close()
+        try:
+            self._process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._errors.close()
+
+
+@contextmanager
+def web_process(
+    folder: Path, address: Address, say: Callable[[str], object], tokens: Tokens | None = None
+) -> Iterator[WebProcess]:
+    """While inside, a web process serves a campaign's page.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's folder; it need not be there yet.
+    address : Address
+        Where.
+    say : callable
+        Tells the operator the links, once.
+    tokens : Tokens, optional
+        What opens the page; fresh ones if not given.
+
+    Raises
+    ------
+    BadInput
+        If the address cannot be had or a library is missing.
+    """
+    demand_libraries()
+    with bind(address) as listener:
+        tokens = tokens or new_tokens(loopback=is_loopback(listener.getsockname()[0]))
+        settings = {
+            "folder": str(folder.absolute()),
+            "socket": str(listener.fileno()),
+            "view": tokens.view,
+            "control": tokens.control,
+            "free_view": "yes" if tokens.free_view else "",
+        }
+        errors = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "daq.monitor"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            pass_fds=[listener.fileno()],
+            start_new_session=True,  # Ctrl-C in the terminal is for the campaign
+        )
+        for line in links(listener, tokens):
+            say(line)
+    running = WebProcess(process, errors)
+    try:
+        assert process.stdin is not None
+        with suppress(OSError):
+            process.stdin.write(json.dumps(settings).encode() + b"\n")
+            process.stdin.flush()
+        yield running
+    finally:
+        running.end()

@@ -1,0 +1,129 @@
+"""The web server: uvicorn on a socket that is bound already, with limits on what strangers make it hold."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Awaitable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from daq.monitor.access import Access, Tokens, is_loopback
+from daq.monitor.actions import Actions
+from daq.monitor.app import Pages
+from daq.monitor.follower import Follower
+from daq.monitor.view import View
+
+MOST_CONNECTIONS = 96
+MOST_OF_ONE = 40
+"""Connections of one address."""
+FIRST_REQUEST_S = 10.0
+"""A connection that has asked nothing whole for so long is closed [s]."""
+MOST_HEAD_BYTES = 16384
+HEAR_OUT_S = 3.0
+"""So long a campaign's own last words are waited for [s]."""
+LAST_WORD_S = 0.5
+"""So long pages have to be told that it is over [s]."""
+
+
+class ImpatientProtocol(H11Protocol):
+    """HTTP/1.1 that bounds connections, and closes those that dawdle over their first request."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Take a connection, if there are not too many."""
+        super().connection_made(transport)
+        mine = [one for one in self.connections if _host(one) == _host(self)]
+        if len(self.connections) > MOST_CONNECTIONS or len(mine) > MOST_OF_ONE:
+            transport.abort()
+            return
+        self.loop.call_later(FIRST_REQUEST_S, self._demand_request)
+
+    def _demand_request(self) -> None:
+        if self.cycle is None and self in self.connections:
+            self.transport.abort()
+
+
+def _host(connection: Any) -> str:
+    client = getattr(connection, "client", None)
+    return str(client[0]) if client else ""
+
+
+async def serve(
+    folder: Path,
+    listener: socket.socket,
+    tokens: Tokens,
+    *,
+    results: bool,
+    until: Awaitable[Any] | None = None,
+) -> None:
+    """Serve a campaign's page until told to end.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's folder.
+    listener : socket
+        Bound.
+    tokens : Tokens
+        What opens the page.
+    results : bool
+        Evaluate the runs of a campaign that has ended.
+    until : awaitable, optional
+        Ends the server when it is done; without it, signals do.
+    """
+    host, port = listener.getsockname()[:2]
+    view = View()
+    access = Access(tokens, loopback=is_loopback(host))
+    pages = Pages(view, access, Actions(folder), f"bufferstand-{port}")
+    follower = Follower(folder, view, results=results)
+    server = uvicorn.Server(
+        uvicorn.Config(
+            pages.app(),
+            http=ImpatientProtocol,
+            ws="websockets-sansio",
+            ws_max_size=1024,
+            ws_ping_interval=10.0,
+            ws_ping_timeout=10.0,
+            ws_per_message_deflate=False,
+            h11_max_incomplete_event_size=MOST_HEAD_BYTES,
+            limit_concurrency=MOST_CONNECTIONS,
+            timeout_keep_alive=5,
+            timeout_graceful_shutdown=1,
+            lifespan="off",
+            log_config=None,
+            access_log=False,
+            proxy_headers=False,
+            server_header=False,
+        )
+    )
+    following = asyncio.create_task(follower.run())
+    ending = asyncio.create_task(_end(server, follower, view, until)) if until is not None else None
+    following.add_done_callback(lambda task: _stop_if_failed(task, server))
+    try:
+        await server.serve(sockets=[listener])
+    finally:
+        for task in (following, ending):
+            if task is not None:
+                task.cancel()
+                with suppress(asyncio.CancelledError):
+                    await task
+
+
+async def _end(server: uvicorn.Server, follower: Follower, view: View, until: Awaitable[Any]) -> None:
+    await until
+    if follower.source == "live":  # how it ended is on its way: no page shall be left with “connection lost”
+        with suppress(TimeoutError):
+            await asyncio.wait_for(follower.ended.wait(), HEAR_OUT_S)
+    view.over = True
+    await asyncio.sleep(LAST_WORD_S)
+    server.should_exit = True
+
+
+def _stop_if_failed(task: asyncio.Task[None], server: uvicorn.Server) -> None:
+    """A page whose data nobody renews must not stand there as if all were well."""
+    if not task.cancelled() and task.exception() is not None:
+        server.should_exit = True

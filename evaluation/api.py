@@ -1,0 +1,212 @@
+"""The public Python API: recorded runs and what they mean, as tables (docs/python-api.md).
+
+What is listed here stays; later versions only add. Everything else of the packages may change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from evaluation.choices import DecisionRule
+from evaluation.document import evaluate_file, evaluate_paths
+from evaluation.results import Options
+from evaluation.table import cycle_table
+from foundation.errors import BadInput
+from recording.catalogue import facts_of, run_files
+from recording.foreign.importing import Imported, import_file
+from recording.foreign.wanted import ImportOptions
+from recording.frames import to_dataset, to_frame
+from recording.run import Run
+from recording.runfile import open_run as _open_run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "BadInput",
+    "ImportOptions",
+    "Imported",
+    "Run",
+    "channels",
+    "cycles",
+    "dataset",
+    "evaluate",
+    "import_record",
+    "loops",
+    "open_run",
+    "requirements",
+    "runs",
+]
+
+Paths = str | Path | Sequence[str | Path]
+
+_FEWEST_DRAWS = 2
+"""Where the uncertainties are not asked for."""
+
+
+def open_run(path: str | Path) -> Run:
+    """Open a run file that is whole and unaltered.
+
+    Raises
+    ------
+    BadInput
+        If it is no run file, of a newer format, or damaged.
+    """
+    return _open_run(Path(path))
+
+
+def runs(paths: Paths) -> pd.DataFrame:
+    """Return the key facts of run files, and of all in folders: a row a run.
+
+    Parameters
+    ----------
+    paths : path, or sequence of paths
+        Run files and folders.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``path``, ``id``, ``kind``, ``status``, ``started_utc``, ``specimen_id``, ``step``,
+        ``prestress_mm``, ``amplitude_mm``, ``frequency_Hz``, ``sha256``, ``problem`` (why a file could not
+        be read, else missing).
+
+    Raises
+    ------
+    BadInput
+        If a path does not exist, or a folder holds no run file.
+    """
+    rows = [asdict(facts_of(path)) for path in run_files(_paths(paths))]
+    table = pd.DataFrame(rows)
+    return table.assign(path=table["path"].map(str))
+
+
+def channels(run: str | Path | Run, stream: str | None = None) -> pd.DataFrame:
+    """Return the samples of a run as a table (:func:`recording.frames.to_frame`).
+
+    Raises
+    ------
+    BadInput
+        As :func:`open_run`, or if there is no such stream.
+    """
+    return to_frame(run if isinstance(run, Run) else open_run(run), stream)
+
+
+def dataset(run: str | Path | Run) -> xr.Dataset:
+    """Return all channels of a run as an xarray dataset (:func:`recording.frames.to_dataset`).
+
+    Raises
+    ------
+    BadInput
+        As :func:`open_run`, or if xarray is not installed.
+    """
+    return to_dataset(run if isinstance(run, Run) else open_run(run))
+
+
+def evaluate(
+    paths: Paths, *, decision_rule: DecisionRule = "simple", draws: int = Options.draws
+) -> dict[str, Any]:
+    """Evaluate run files and folders into the evaluation document (docs/evaluation.md).
+
+    Parameters
+    ----------
+    paths : path, or sequence of paths
+    decision_rule : "simple" or "guard-band"
+    draws : int
+        Monte Carlo draws a run.
+
+    Raises
+    ------
+    BadInput
+        If a run cannot be evaluated.
+    """
+    return evaluate_paths(_paths(paths), Options(decision_rule=decision_rule, draws=draws))
+
+
+def cycles(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+    """Return a row a cycle with all its figures, units in their names.
+
+    Parameters
+    ----------
+    evaluation : dict, path, or sequence of paths
+        What :func:`evaluate` gave; or runs, which are evaluated first.
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate`.
+    """
+    return cycle_table(evaluation if isinstance(evaluation, dict) else evaluate(evaluation))
+
+
+def requirements(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+    """Return a row a requirement with its limits, measured value, uncertainty and verdict.
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate`.
+    """
+    document = evaluation if isinstance(evaluation, dict) else evaluate(evaluation)
+    return pd.DataFrame(
+        [
+            {"run": entry["run"]["id"], **requirement}
+            for entry in document["runs"]
+            for requirement in entry["requirements"]
+        ]
+    )
+
+
+def loops(path: str | Path) -> pd.DataFrame:
+    """Return stroke and force as the evaluation works on them: delays taken off, at common instants.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``time_s``, ``stroke_mm`` (mean of the draw wires), ``force_kN``, ``cycle`` (from 1; 0 outside
+        of cycles), ``complete``, ``steady`` (of that cycle). A long run is averaged over blocks
+        (docs/evaluation.md).
+
+    Raises
+    ------
+    BadInput
+        If the run cannot be evaluated.
+    """
+    result = evaluate_file(Path(path), Options(draws=_FEWEST_DRAWS))
+    record = result.record
+    number = np.zeros(record.time_s.size, dtype=np.int64)
+    flags = {"complete": np.zeros(number.size, dtype=bool), "steady": np.zeros(number.size, dtype=bool)}
+    for item in result.cycles:
+        inside = (record.time_s >= item.cycle.start_s) & (record.time_s < item.cycle.end_s)
+        number[inside] = item.cycle.index
+        flags["complete"][inside] = item.cycle.complete
+        flags["steady"][inside] = item.cycle.steady
+    return pd.DataFrame(
+        {
+            "time_s": record.time_s,
+            "stroke_mm": record.stroke_mm,
+            "force_kN": record.force_kN,
+            "cycle": number,
+            **flags,
+        }
+    )
+
+
+def import_record(path: str | Path, out: str | Path, options: ImportOptions | None = None) -> Imported:
+    """Import a foreign record as a run file into the folder ``out`` (docs/import.md).
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read without guessing.
+    """
+    return import_file(Path(path), Path(out), options)
+
+
+def _paths(paths: Paths) -> list[Path]:
+    return [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]

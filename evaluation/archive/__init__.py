@@ -1,0 +1,4 @@
+"""Thousands of runs evaluated again: only what changed, on all cores or on a cluster, to the last bit.
+
+Start with :func:`evaluation.archive.evaluate.evaluate_archive`; docs/archives.md and docs/cluster.md.
+"""

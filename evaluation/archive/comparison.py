@@ -1,0 +1,286 @@
+"""Two evaluations compared: what moved, by how much, and whether by more than it is known.
+
+Of one and the same recording both evaluations share the errors of the channels, and only the way they were
+read has changed: the larger of both expanded uncertainties is what the difference is held against. Two
+recordings have errors of their own: there it is the root of the sum of squares (E_n of ISO 13528).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evaluation.document import SCHEMA
+from evaluation.table import version_text
+from foundation.errors import BadInput
+from foundation.settings import read_text
+
+ROUNDING = 1e-12
+"""Figures that differ by a smaller share have not moved."""
+_NOT_FIGURES = ("cycles_used",)
+
+
+@dataclass(frozen=True)
+class Move:
+    """A figure that is not what it was.
+
+    Attributes
+    ----------
+    run, quantity : str
+    cycle : int or None
+        None: the mean of the run.
+    old, new : float or None
+        None where there was, or is, none.
+    expanded_uncertainty : float or None
+        Of their difference (k = 2), by which it is judged; None where either has none.
+    """
+
+    run: str
+    quantity: str
+    cycle: int | None
+    old: float | None
+    new: float | None
+    expanded_uncertainty: float | None
+
+    @property
+    def difference(self) -> float | None:
+        """New less old."""
+        return None if self.old is None or self.new is None else self.new - self.old
+
+    @property
+    def relative(self) -> float | None:
+        """Difference as a share of the old figure; None where that is 0."""
+        return None if self.difference is None or not self.old else self.difference / abs(self.old)
+
+    @property
+    def share_of_uncertainty(self) -> float | None:
+        """Size of the difference over its expanded uncertainty."""
+        if self.difference is None or not self.expanded_uncertainty:
+            return None
+        return abs(self.difference) / self.expanded_uncertainty
+
+    @property
+    def beyond(self) -> bool | None:
+        """Whether it moved by more than its uncertainty; None where that is not known."""
+        share = self.share_of_uncertainty
+        return None if share is None else share > 1.0
+
+    def row(self) -> dict[str, Any]:
+        """Return it as a row of a table."""
+        return {
+            "run": self.run,
+            "cycle": self.cycle,
+            "quantity": self.quantity,
+            "old": self.old,
+            "new": self.new,
+            "difference": self.difference,
+            "relative_difference": self.relative,
+            "expanded_uncertainty": self.expanded_uncertainty,
+            "beyond_uncertainty": self.beyond,
+        }
+
+
+@dataclass(frozen=True)
+class VerdictChange:
+    """A verdict that is not what it was; ``requirement`` is empty for that of the run."""
+
+    run: str
+    requirement: str
+    cycle: int | None
+    old: str | None
+    new: str | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two evaluations, run by run.
+
+    Attributes
+    ----------
+    changed : mapping of str to (old, new)
+        What they were made with, where it differs: software, and settings by name.
+    compared : int
+        Runs that are in both.
+    other_recordings : tuple of str
+        Those of them whose recording is another one of the same id.
+    moves : tuple of Move
+        In the order of the new evaluation.
+    verdicts : tuple of VerdictChange
+    only_old, only_new : tuple of str
+        Runs that are in one of both.
+    """
+
+    changed: Mapping[str, tuple[Any, Any]]
+    compared: int
+    other_recordings: tuple[str, ...]
+    moves: tuple[Move, ...]
+    verdicts: tuple[VerdictChange, ...]
+    only_old: tuple[str, ...]
+    only_new: tuple[str, ...]
+
+
+def load_evaluation(path: Path) -> dict[str, Any]:
+    """Read an evaluation document.
+
+    Raises
+    ------
+    BadInput
+        If it is none.
+    """
+    try:
+        document = json.loads(read_text(path))
+    except ValueError as error:
+        raise BadInput(
+            f"no JSON: {error}", file=path, remedy="name what “bufferstand evaluate --json FILE” wrote"
+        ) from None
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise BadInput(
+            f"no evaluation of bufferstand (schema {SCHEMA})",
+            file=path,
+            place="schema",
+            remedy="name what “bufferstand evaluate --json FILE” wrote",
+        )
+    if not isinstance(document.get("runs"), list):
+        raise BadInput("the evaluation has no runs", file=path, place="runs")
+    return document
+
+
+def compare_evaluations(
+    old: Mapping[str, Any], new: Mapping[str, Any], *, cycles: bool = False
+) -> Comparison:
+    """Compare two evaluation documents.
+
+    Parameters
+    ----------
+    old, new : mapping
+        Runs are the same that have the same content, else those that alone have the same id.
+    cycles : bool
+        Compare the figures of every cycle too, not only the means of the runs.
+    """
+    pairs, only_old = _paired(old["runs"], new["runs"])
+    both = [(a, b) for a, b in pairs if a is not None]
+    moves = [move for a, b in both for move in _moves(a, b, cycles=cycles)]
+    return Comparison(
+        changed=_made_with(old, new),
+        compared=len(both),
+        other_recordings=tuple(_id(b) for a, b in both if not _same_content(a, b)),
+        moves=tuple(moves),
+        verdicts=tuple(change for a, b in both for change in _verdicts(a, b)),
+        only_old=tuple(_id(entry) for entry in only_old),
+        only_new=tuple(_id(b) for a, b in pairs if a is None),
+    )
+
+
+Entry = Mapping[str, Any]
+
+
+def _id(entry: Entry) -> str:
+    return str(entry["run"]["id"])
+
+
+def _same_content(a: Entry, b: Entry) -> bool:
+    return a["run"].get("sha256") is not None and a["run"]["sha256"] == b["run"].get("sha256")
+
+
+def _paired(
+    old: Sequence[Entry], new: Sequence[Entry]
+) -> tuple[list[tuple[Entry | None, Entry]], list[Entry]]:
+    """Return each new run with its old one, and the old ones that are left."""
+    left = list(old)
+    by_content = _unique((entry["run"].get("sha256"), entry) for entry in left)
+    found: dict[int, Entry] = {}
+    for position, entry in enumerate(new):
+        match = by_content.pop(entry["run"].get("sha256"), None)
+        if match is not None:
+            found[position] = match
+    used = {id(entry) for entry in found.values()}
+    by_id = _unique((_id(entry), entry) for entry in left if id(entry) not in used)
+    for position, entry in enumerate(new):
+        if position not in found and (match := by_id.pop(_id(entry), None)) is not None:
+            found[position] = match
+    used = {id(entry) for entry in found.values()}
+    return [(found.get(i), entry) for i, entry in enumerate(new)], [e for e in left if id(e) not in used]
+
+
+def _unique(items: Iterable[tuple[Any, Entry]]) -> dict[Any, Entry]:
+    """Return entries by key, without those whose key is none or not theirs alone."""
+    found: dict[Any, Entry] = {}
+    twice = set()
+    for key, entry in items:
+        if key is None or key in found:
+            twice.add(key)
+        found[key] = entry
+    return {key: entry for key, entry in found.items() if key not in twice}
+
+
+def _made_with(old: Entry, new: Entry) -> dict[str, tuple[Any, Any]]:
+    changed = {}
+    versions = version_text(old.get("software", {})), version_text(new.get("software", {}))
+    if versions[0] != versions[1]:
+        changed["software"] = versions
+    libraries = [document.get("software", {}).get("libraries", {}) for document in (old, new)]
+    settings = [document.get("settings", {}) for document in (old, new)]
+    for one, other in (libraries, settings):
+        for name in dict.fromkeys((*one, *other)):
+            if name != "sha256" and one.get(name) != other.get(name):
+                changed[name] = (one.get(name), other.get(name))
+    return changed
+
+
+def _moves(old: Entry, new: Entry, *, cycles: bool) -> Iterator[Move]:
+    same = _same_content(old, new)
+    before, after = old["summary"], new["summary"]
+    for name in dict.fromkeys((*before, *after)):
+        if name not in _NOT_FIGURES:
+            a, b = before.get(name) or {}, after.get(name) or {}
+            yield from _moved(
+                _id(new), name, None, (a.get("value"), b.get("value")),
+                (a.get("expanded_uncertainty"), b.get("expanded_uncertainty")), same_content=same,
+            )  # fmt: skip
+    if not cycles:
+        return
+    known = {cycle["index"]: cycle for cycle in old["cycles"]}
+    for cycle in new["cycles"]:
+        other = known.get(cycle["index"], {})
+        for name in (n for n, value in cycle.items() if _is_figure(value) and n != "index"):
+            U = [c.get("expanded_uncertainty", {}).get(name) for c in (other, cycle)]
+            values = other.get(name), cycle[name]
+            yield from _moved(_id(new), name, cycle["index"], values, (U[0], U[1]), same_content=same)
+
+
+def _is_figure(value: Any) -> bool:
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
+
+
+Two = tuple[float | None, float | None]
+
+
+def _moved(
+    run: str, quantity: str, cycle: int | None, values: Two, uncertainties: Two, *, same_content: bool
+) -> Iterator[Move]:
+    old, new = values
+    if old == new:
+        return
+    if old is not None and new is not None and abs(new - old) <= ROUNDING * max(abs(old), abs(new)):
+        return
+    U_old, U_new = uncertainties
+    U = None
+    if U_old is not None and U_new is not None:
+        U = max(U_old, U_new) if same_content else (U_old**2 + U_new**2) ** 0.5
+    yield Move(run, quantity, cycle, old, new, U)
+
+
+def _verdicts(old: Entry, new: Entry) -> Iterator[VerdictChange]:
+    run = _id(new)
+    if old["verdict"] != new["verdict"]:
+        yield VerdictChange(run, "", None, old["verdict"], new["verdict"])
+    before, after = (
+        {(row["id"], row["cycle"]): row["verdict"] for row in entry["requirements"]} for entry in (old, new)
+    )
+    for name, cycle in dict.fromkeys((*before, *after)):
+        a, b = before.get((name, cycle)), after.get((name, cycle))
+        if a != b:
+            yield VerdictChange(run, name, cycle, a, b)

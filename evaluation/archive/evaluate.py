@@ -1,0 +1,201 @@
+"""An archive evaluated: what is known comes from the cache, the rest is worked off here or on a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+from evaluation.archive.cache import Cache
+from evaluation.archive.identity import Settings, Software, software
+from evaluation.archive.kept import KeptRun
+from evaluation.archive.work import File, Outcome
+from evaluation.document import SCHEMA, what_runs_say_together
+from recording.cachefile import Stamp, stamp_of
+
+_KEEP_EVERY = 50
+"""Results are kept this many at a time: what is lost if the evaluation is killed."""
+
+
+class Workers(Protocol):
+    """Who evaluates: the cores of this machine, or a cluster."""
+
+    def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+        """Evaluate files and yield what became of each, in any order, under the path it was given."""
+        ...
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A file that could not be evaluated, and why."""
+
+    path: str
+    problem: str
+    lost: bool = False
+    """Whether the process that evaluated it died of it."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far an evaluation is."""
+
+    done: int
+    total: int
+    reused: int
+    failed: int
+
+
+@dataclass(frozen=True)
+class ArchiveEvaluation:
+    """All runs of an archive, in the order in which they were named.
+
+    Attributes
+    ----------
+    runs : tuple of KeptRun
+    failures : tuple of Failure
+        Files that could not be evaluated.
+    settings : Settings
+    software : Software
+    reused : int
+        Runs that were known from before.
+    """
+
+    runs: tuple[KeptRun, ...]
+    failures: tuple[Failure, ...]
+    settings: Settings
+    software: Software
+    reused: int = 0
+
+    def head(self) -> dict[str, Any]:
+        """Return the keys of the evaluation document that come before its runs."""
+        return {"schema": SCHEMA, "software": self._software()}
+
+    @cached_property
+    def tail(self) -> dict[str, Any]:
+        """The keys of the evaluation document that come after its runs."""
+        return {
+            **what_runs_say_together([run.light() for run in self.runs]),
+            "decision_rule": self.settings.options.decision_rule,
+            "settings": {"sha256": self.settings.sha256, **self.settings.content},
+            "failures": [{"path": failure.path, "problem": failure.problem} for failure in self.failures],
+        }
+
+    def _software(self) -> dict[str, Any]:
+        own = self.software
+        return {
+            "version": own.version,
+            "code_sha256": own.code_sha256,
+            "python": own.python,
+            "libraries": dict(own.libraries),
+        }
+
+
+def evaluate_archive(
+    files: Sequence[Path],
+    settings: Settings,
+    workers: Workers,
+    cache: Cache | None = None,
+    *,
+    with_entries: bool = True,
+    report: Callable[[Progress], None] = lambda _: None,
+) -> ArchiveEvaluation:
+    """Evaluate run files.
+
+    Parameters
+    ----------
+    files : sequence of Path
+    settings : Settings
+    workers : Workers
+        :class:`evaluation.archive.local.Local` or :class:`evaluation.archive.cluster.Cluster`.
+    cache : Cache, optional
+        What is known already; without one everything is evaluated.
+    with_entries : bool
+        Whether the entries of the evaluation document will be asked for; tables, trends and comparisons do
+        without.
+    report : callable
+        Told of the progress.
+
+    Returns
+    -------
+    ArchiveEvaluation
+        The same whoever worked, and whatever the cache knew.
+
+    Raises
+    ------
+    BadInput, DeviceFault
+        If the workers cannot be reached or used. A file that cannot be evaluated is a failure in the result.
+    """
+    kept = _Kept(cache, {str(path): stamp_of(path) for path in files})
+    found = _known([(path, kept.stamps[str(path)]) for path in files], cache, with_entry=with_entries)
+    failed: dict[str, Failure] = {}
+    reused = len(found)
+
+    def tell() -> None:
+        report(Progress(len(found) + len(failed), len(files), reused, len(failed)))
+
+    left = []
+    for path in files:
+        stamp = kept.stamps[str(path)]
+        if stamp is None:
+            failed[str(path)] = Failure(str(path), "no such file; check the path, or renew the list")
+        elif str(path) not in found:
+            left.append(File(str(path), stamp.size))
+    tell()
+    try:
+        for outcome in workers.evaluate(left, settings):
+            if outcome.run is None:
+                failed[outcome.path] = Failure(outcome.path, outcome.problem, outcome.lost)
+            else:
+                kept.add(outcome.path, outcome.run)
+                found[outcome.path] = outcome.run if with_entries else outcome.run.without_entry()
+            tell()
+    finally:
+        kept.flush()
+    names = [str(path) for path in files]
+    return ArchiveEvaluation(
+        runs=tuple(found[name] for name in names if name in found),
+        failures=tuple(failed[name] for name in names if name in failed),
+        settings=settings,
+        software=software(),
+        reused=reused,
+    )
+
+
+def _known(
+    stamps: Sequence[tuple[Path, Stamp | None]], cache: Cache | None, *, with_entry: bool
+) -> dict[str, KeptRun]:
+    if cache is None:
+        return {}
+    contents = cache.known_contents(stamps)
+    found = {}
+    for path, content in contents.items():
+        run = cache.find(str(path), content, with_entry=with_entry)
+        if run is not None:
+            found[str(path)] = run
+    return found
+
+
+class _Kept:
+    """Results on their way into the cache."""
+
+    def __init__(self, cache: Cache | None, stamps: dict[str, Stamp | None]) -> None:
+        self._cache = cache
+        self.stamps = stamps
+        """Taken before anything is read: a file that changes meanwhile will not have its stamp any more."""
+        self._results: list[tuple[Path, Stamp | None, KeptRun]] = []
+
+    def add(self, path: str, run: KeptRun) -> None:
+        """Take a result."""
+        if self._cache is None:
+            return
+        self._results.append((Path(path), self.stamps.get(path), run))
+        if len(self._results) >= _KEEP_EVERY:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what was taken."""
+        if self._cache is not None and self._results:
+            self._cache.remember(self._results)
+        self._results = []

@@ -1,0 +1,40 @@
+"""What can be asked of runs: the facts of their recording, and the results of their evaluation."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from evaluation.archive.kept import KeptRun
+from evaluation.summary import SUMMARY_NAMES
+from recording.index import PLANNED, RECORDED
+from recording.query import Field
+
+_UNIT = re.compile(r"_(mm_per_s|kN_per_mm|mm|kN|Hz|J|C)$")
+RESULTS = ("verdict", *(f"measured_{name}" if name in PLANNED else name for name in SUMMARY_NAMES))
+"""Facts that only an evaluation gives."""
+
+
+def _fields() -> dict[str, Field]:
+    fields = {**RECORDED, **{n: Field(n, "text" if n == "verdict" else "number") for n in RESULTS}}
+    for name, field in list(fields.items()):
+        fields.setdefault(_UNIT.sub("", name), field)  # prestress for prestress_mm
+    return fields
+
+
+FIELDS: Mapping[str, Field] = _fields()
+"""Every name that a query may use; those with a unit also without it."""
+
+
+def result_facts(run: KeptRun) -> dict[str, Any]:
+    """Return what its evaluation says of a run, by the names in :data:`RESULTS`."""
+    means = run.facts["means"]
+    values = {f"measured_{n}" if n in PLANNED else n: means[n][0] for n in SUMMARY_NAMES if n in means}
+    return {"verdict": run.facts["verdict"], **values}
+
+
+def results_by_path(runs: Sequence[KeptRun]) -> dict[Path, dict[str, Any]]:
+    """Return the results of runs by their file."""
+    return {Path(run.path): result_facts(run) for run in runs}

@@ -1,0 +1,161 @@
+"""An evaluated run in the one form in which it is sent between processes and kept: text and numbers.
+
+Every run goes through it, whether it was evaluated here, on a cluster or long ago: they cannot differ. It
+holds nothing that could be executed, so that a cache may lie where others can write.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.document import LIGHT, run_entry
+from evaluation.mean_loop import MeanLoop
+from evaluation.results import Measured, RunEvaluation, RunFacts, Summary
+from evaluation.table import NUMBERS, cycle_numbers
+
+_HEAD = '{"run":{'
+_QUICK = 1
+"""Level of compression: the higher ones cost more time than they save."""
+
+
+@dataclass(frozen=True)
+class KeptRun:
+    """One run.
+
+    Attributes
+    ----------
+    path : str
+        As the user named it; not part of what is kept, as a file may be moved.
+    text : str
+        Facts and means, JSON.
+    cycles : bytes
+        Numbers of the table of cycles, float64, shape (C, len(NUMBERS)).
+    loop : bytes
+        Mean loop: strokes and forces of both branches, float64, shape (3, M); empty where there is none.
+    entry : bytes
+        Entry of the evaluation document but for the path, compressed JSON; empty where it was not asked for.
+    """
+
+    path: str
+    text: str
+    cycles: bytes
+    loop: bytes
+    entry: bytes
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        """Facts and means."""
+        facts: dict[str, Any] = json.loads(self.text)
+        return facts
+
+    @property
+    def cycle_numbers(self) -> NDArray[np.float64]:
+        """Numbers of the table of cycles, shape (C, len(NUMBERS))."""
+        return np.frombuffer(self.cycles, dtype="<f8").reshape(-1, len(NUMBERS))
+
+    def without_entry(self) -> KeptRun:
+        """Return the run without what only the evaluation document needs: the larger part."""
+        return replace(self, entry=b"")
+
+    def entry_text(self) -> str:
+        """Return the entry of the document as JSON text, on one line."""
+        text = zlib.decompress(self.entry).decode()
+        return f'{_HEAD}"path":{json.dumps(self.path, ensure_ascii=False)},{text[len(_HEAD) :]}'
+
+    def light(self) -> RunEvaluation:
+        """Return the result without samples and cycles, from which trends and comparisons are made."""
+        facts = self.facts
+        values = {name: Measured(value, U, half_width_95=half) for name, (value, U, half) in _means(facts)}
+        return replace(
+            LIGHT,
+            facts=RunFacts(
+                id=facts["id"],
+                kind=facts["kind"],
+                path=self.path,
+                sha256=facts["sha256"],
+                specimen=facts["specimen"],
+            ),
+            summary=Summary(tuple(facts["cycles_used"]), values),
+            verdict=facts["verdict"],
+            mean_loop=_loop(facts["loop"], self.loop),
+        )
+
+
+def keep(run: RunEvaluation) -> KeptRun:
+    """Return a run in the form in which it is kept."""
+    entry = run_entry(run)
+    of_run = {key: value for key, value in entry["run"].items() if key != "path"}
+    text = _json({**entry, "run": of_run})
+    assert text.startswith(_HEAD)
+    loop = run.mean_loop if run.mean_loop is not None and run.mean_loop.temperature_C is not None else None
+    curves = b"" if loop is None else np.stack((loop.stroke_mm, loop.loading_kN, loop.unloading_kN)).tobytes()
+    return KeptRun(
+        path=run.facts.path,
+        text=_json(_facts(entry, run, loop)),
+        cycles=cycle_numbers(entry).tobytes(),
+        loop=curves,
+        entry=zlib.compress(text.encode(), _QUICK),
+    )
+
+
+def _facts(entry: Mapping[str, Any], run: RunEvaluation, loop: MeanLoop | None) -> dict[str, Any]:
+    limits = entry["limit_set"]
+    return {
+        "id": run.facts.id,
+        "kind": run.facts.kind,
+        "specimen": dict(run.facts.specimen),
+        "sha256": run.facts.sha256,
+        "started": None if run.facts.started is None else run.facts.started.isoformat(),
+        "status": run.facts.status,
+        "cycles": len(run.cycles),
+        "cycles_used": list(run.summary.cycles_used),
+        "means": {
+            n: (m.value, m.expanded_uncertainty, m.half_width_95) for n, m in run.summary.values.items()
+        },
+        "verdict": run.verdict,
+        "requirements": dict(Counter(row.verdict for row in run.requirements)),
+        "limit_set": None if limits is None else {"id": limits["id"], "sha256": limits["sha256"]},
+        "warnings": len(run.warnings),
+        "loop": None
+        if loop is None
+        else {
+            "cycles": list(loop.cycles),
+            "temperature_C": loop.temperature_C,
+            "temperature_accuracy_C": loop.temperature_accuracy_C,
+            "means": dict(loop.means),
+            "expanded_uncertainties": dict(loop.expanded_uncertainties),
+        },
+    }
+
+
+def _means(facts: Mapping[str, Any]) -> list[tuple[str, tuple[float | None, float | None, float | None]]]:
+    return [(name, (value, U, half)) for name, (value, U, half) in facts["means"].items()]
+
+
+def _loop(facts: Mapping[str, Any] | None, curves: bytes) -> MeanLoop | None:
+    if facts is None:
+        return None
+    stroke, loading, unloading = np.frombuffer(curves, dtype="<f8").reshape(3, -1)
+    return MeanLoop(
+        cycles=tuple(facts["cycles"]),
+        stroke_mm=stroke,
+        loading_kN=loading,
+        unloading_kN=unloading,
+        temperature_C=facts["temperature_C"],
+        temperature_accuracy_C=facts["temperature_accuracy_C"],
+        means=facts["means"],
+        expanded_uncertainties=facts["expanded_uncertainties"],
+    )
+
+
+def _json(content: Any) -> str:
+    return json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)

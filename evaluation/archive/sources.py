@@ -1,0 +1,94 @@
+"""Which run files are meant: files, folders, patterns and lists."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from foundation.errors import BadInput
+from foundation.settings import read_text
+from recording.catalogue import run_files
+from recording.seal import RUN_SUFFIX
+
+LIST_MARK = "@"
+
+
+def find_runs(sources: Sequence[str], lists: Sequence[Path] = ()) -> list[Path]:
+    """Return the run files that a user names.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Run files; folders, which are searched for them; patterns as ``archive/**/*.h5``; ``@FILE``: a list.
+        What exists under its name is never taken for a pattern or a list.
+    lists : sequence of Path
+        Further lists: a path or pattern a line, relative to the current folder; empty lines and lines that
+        begin with ``#`` are skipped.
+
+    Returns
+    -------
+    list of Path
+        Each file once, in the order in which it is named first. A listed file that does not exist is among
+        them: it is for the evaluation to report, so that it does not stop the others.
+
+    Raises
+    ------
+    BadInput
+        If a path does not exist, a folder or pattern has no run file, or a list cannot be read.
+    """
+    found: list[Path] = []
+    for source in sources:
+        if source.startswith(LIST_MARK) and not Path(source).exists():
+            found += _listed(Path(source[len(LIST_MARK) :]))
+        else:
+            found += _named(source)
+    for one in lists:
+        found += _listed(one)
+    if not found:
+        raise BadInput("no run is named", file="PATH", remedy="name run files, folders, a pattern or a list")
+    return _each_once(found)
+
+
+def _named(source: str) -> list[Path]:
+    path = Path(source)
+    if path.exists() or not glob.has_magic(source):
+        return run_files([path])
+    matched = [Path(name) for name in sorted(glob.glob(source, recursive=True))]  # noqa: PTH207 - Path.glob takes no absolute pattern
+    files = [path for path in matched if path.is_file() and path.suffix == RUN_SUFFIX]
+    if not files:
+        raise BadInput(
+            f"the pattern matches no run file (*{RUN_SUFFIX})",
+            file=source,
+            remedy="** stands for folders at any depth: archive/**/*.h5",
+        )
+    return files
+
+
+def _listed(path: Path) -> list[Path]:
+    """Return what a list names. It stands for what a search once found: a file that is gone is kept."""
+    found: list[Path] = []
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
+        name = line.strip()
+        if not name or name.startswith("#"):
+            continue
+        if not glob.has_magic(name) and not Path(name).is_dir():
+            found.append(Path(name))
+            continue
+        try:
+            found += _named(name)
+        except BadInput as error:
+            raise BadInput(
+                f"{name}: {error.problem}", file=path, place=f"line {number}", remedy=error.remedy
+            ) from None
+    if not found:
+        raise BadInput("the list names no run", file=path, remedy="write a path a line")
+    return found
+
+
+def _each_once(paths: Iterable[Path]) -> list[Path]:
+    unique: dict[str, Path] = {}
+    for path in paths:
+        unique.setdefault(os.path.realpath(path), path)
+    return list(unique.values())

@@ -1,0 +1,153 @@
+"""Both tables of an archive, and its document, written so that ten thousand runs fit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.archive.evaluate import ArchiveEvaluation
+from evaluation.archive.kept import KeptRun
+from evaluation.summary import SUMMARY_NAMES
+from evaluation.table import OfRun, check_table_name, cycle_frame, write_cycles, write_frames
+
+if TYPE_CHECKING:  # takes a third of a second, and a table of cycles in CSV does without
+    import pandas as pd
+
+PRETTY_RUNS = 20
+"""A document of more runs is written a line a run."""
+
+
+def cycles_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
+    """Return the table with a row a cycle (columns: :func:`evaluation.table.cycle_table`)."""
+    return cycle_frame(*_cycles(evaluation))
+
+
+def _cycles(evaluation: ArchiveEvaluation) -> tuple[OfRun, list[NDArray[np.float64]]]:
+    runs = evaluation.runs
+    of_run: OfRun = {
+        "run": [run.facts["id"] for run in runs],
+        "path": [run.path for run in runs],
+        "kind": [run.facts["kind"] for run in runs],
+        "specimen": [run.facts["specimen"].get("id") for run in runs],
+        "sha256": [run.facts["sha256"] for run in runs],
+        "settings_sha256": [evaluation.settings.sha256] * len(runs),
+        "version": [evaluation.software.text] * len(runs),
+    }
+    return of_run, [run.cycle_numbers for run in runs]
+
+
+def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
+    """Return the table with a row a run, and one a file that could not be evaluated (``problem``).
+
+    Columns: ``run``, ``path``, ``kind``, ``specimen``, ``started``, ``status``, ``verdict``, ``cycles``,
+    ``cycles_used``, the means by their names in the summary, ``U(…)`` of each, ``warnings``, the number of
+    requirements of each verdict, ``limit_set``, ``problem``, ``sha256``, ``settings_sha256``, ``version``.
+    """
+    import pandas as pd  # noqa: PLC0415
+
+    rows: list[dict[str, Any]] = [_run_row(run) for run in evaluation.runs]
+    rows += [{"path": failure.path, "problem": failure.problem} for failure in evaluation.failures]
+    trace = {"settings_sha256": evaluation.settings.sha256, "version": evaluation.software.text}
+    table = pd.DataFrame([row | trace for row in rows], columns=list(RUN_COLUMNS))
+    numbers = [*SUMMARY_NAMES, *(f"U({name})" for name in SUMMARY_NAMES)]
+    counts = ["cycles", "cycles_used", "warnings", *_VERDICT_COLUMNS.values()]
+    return table.astype(dict.fromkeys(numbers, "float64") | dict.fromkeys(counts, "Int64"))
+
+
+_VERDICT_COLUMNS = {
+    verdict: f"requirements_{verdict.replace('-', '_')}"
+    for verdict in (
+        "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
+    )
+}  # fmt: skip
+RUN_COLUMNS = (
+    *("run", "path", "kind", "specimen", "started", "status", "verdict", "cycles", "cycles_used"),
+    *SUMMARY_NAMES,
+    *(f"U({name})" for name in SUMMARY_NAMES),
+    "warnings",
+    *_VERDICT_COLUMNS.values(),
+    *("limit_set", "problem", "sha256", "settings_sha256", "version"),
+)
+
+
+def _run_row(run: KeptRun) -> dict[str, Any]:
+    facts = run.facts
+    judged = facts["requirements"]
+    return {
+        "run": facts["id"],
+        "path": run.path,
+        "kind": facts["kind"],
+        "specimen": facts["specimen"].get("id"),
+        "started": facts["started"],
+        "status": facts["status"],
+        "verdict": facts["verdict"],
+        "cycles": facts["cycles"],
+        "cycles_used": len(facts["cycles_used"]),
+        **{name: mean[0] for name, mean in facts["means"].items()},
+        **{f"U({name})": mean[1] for name, mean in facts["means"].items()},
+        "warnings": facts["warnings"],
+        **{column: judged.get(verdict, 0) for verdict, column in _VERDICT_COLUMNS.items()},
+        "limit_set": None if facts["limit_set"] is None else facts["limit_set"]["id"],
+        "sha256": facts["sha256"],
+    }
+
+
+def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path | None) -> None:
+    """Write the table of cycles, of runs, or both; an Excel file for the cycles has both as sheets.
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluation.table.write_table`.
+    """
+    for path in (cycles, runs):
+        if path is not None:
+            check_table_name(path)
+    frame = None
+    if runs is not None or (cycles is not None and cycles.suffix.lower() == ".xlsx"):
+        frame = runs_frame(evaluation)
+    if cycles is not None:
+        write_cycles(*_cycles(evaluation), cycles, None if frame is None else {"runs": frame})
+    if frame is not None and runs is not None and runs != cycles:
+        write_frames({"runs": frame}, runs)
+
+
+def document(evaluation: ArchiveEvaluation) -> dict[str, Any]:
+    """Return the evaluation document (docs/evaluation.md); all of it is in memory then."""
+    entries = [json.loads(run.entry_text()) for run in evaluation.runs]
+    return {**evaluation.head(), "runs": entries, **evaluation.tail}
+
+
+def write_document(evaluation: ArchiveEvaluation, stream: TextIO) -> None:
+    """Write the evaluation document as JSON, run by run; of many runs each on a line of its own."""
+    if len(evaluation.runs) <= PRETTY_RUNS:
+        stream.write(json.dumps(document(evaluation), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        return
+    stream.writelines(_lines(evaluation))
+
+
+def _lines(evaluation: ArchiveEvaluation) -> Iterator[str]:
+    yield "{\n"
+    for key, value in evaluation.head().items():
+        yield f"{_pair(key, value)},\n"
+    yield '"runs": [\n'
+    yield from _separated(run.entry_text() for run in evaluation.runs)
+    yield "]"
+    for key, value in evaluation.tail.items():
+        yield f",\n{_pair(key, value)}"
+    yield "\n}\n"
+
+
+def _separated(texts: Iterable[str]) -> Iterator[str]:
+    for position, text in enumerate(texts):
+        yield f",\n{text}" if position else text
+    yield "\n"
+
+
+def _pair(key: str, value: Mapping[str, Any] | Any) -> str:
+    return f"{json.dumps(key)}: {json.dumps(value, ensure_ascii=False, allow_nan=False)}"

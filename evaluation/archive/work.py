@@ -1,0 +1,105 @@
+"""The unit of work that a process does, here or on a cluster: a handful of files in, small results out.
+
+A task has paths, never arrays, and no effect but its result: it may be done twice.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from evaluation.archive.identity import Settings, Software, software
+from evaluation.archive.kept import KeptRun, keep
+from evaluation.document import evaluate_file
+from foundation.errors import BadInput
+
+MOST_FILES = 25
+"""Files of one task: enough that handing it out costs nothing, few enough to lose with a worker …"""
+MOST_BYTES = 32_000_000
+"""… and no more bytes than this, but for a file that is larger alone."""
+
+
+@dataclass(frozen=True)
+class File:
+    """A file to evaluate: its path for the process that reads it, and its size [bytes]."""
+
+    path: str
+    size: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a file: a result, or the reason why there is none."""
+
+    path: str
+    run: KeptRun | None
+    problem: str = ""
+    lost: bool = False
+    """Whether the process that evaluated it died of it."""
+
+
+class OtherSoftware(Exception):  # noqa: N818 - it names the fact
+    """This process would evaluate with other software than it was asked to."""
+
+
+def evaluate_batch(files: Sequence[File], settings: Settings, asked: Software) -> list[Outcome]:
+    """Evaluate files one after the other; what is wrong with one is its outcome and does not stop the rest.
+
+    Parameters
+    ----------
+    files : sequence of File
+    settings : Settings
+    asked : Software
+        That of the process that will use the results.
+
+    Raises
+    ------
+    OtherSoftware
+        If this process has other software; the text says which.
+    """
+    if difference := asked.difference(software()):
+        raise OtherSoftware(difference)
+    return [_evaluate(file.path, settings) for file in files]
+
+
+def _evaluate(path: str, settings: Settings) -> Outcome:
+    try:
+        return Outcome(path, keep(evaluate_file(Path(path), settings.options, settings.limit_set)))
+    except BadInput as error:
+        return Outcome(path, None, what_is_wrong(error))
+    except MemoryError:
+        return Outcome(
+            path, None, "not enough memory to evaluate it; use fewer jobs (--jobs), a larger machine"
+        )
+    except Exception as error:  # noqa: BLE001 - one file of thousands must not stop the others
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(last.filename).name}, line {last.lineno}"
+        what = f"{type(error).__name__}: {error} ({where})"
+        return Outcome(path, None, f"a bug of bufferstand; please report it with the file: {what}")
+
+
+def what_is_wrong(error: BadInput) -> str:
+    """Return the message of a refusal without the file, which is named apart from it."""
+    return BadInput(error.problem, place=error.place, remedy=error.remedy).message()
+
+
+def batches(files: Sequence[File], workers: int) -> list[list[File]]:
+    """Return files in tasks, the largest first, so that no worker waits for another's last one.
+
+    Several tasks a worker, as their pace differs.
+    """
+    most = max(1, min(MOST_FILES, len(files) // (4 * workers)))
+    return sorted(_cut(files, most), key=lambda batch: -sum(file.size for file in batch))
+
+
+def _cut(files: Sequence[File], most: int) -> Iterator[list[File]]:
+    batch: list[File] = []
+    for file in files:
+        if batch and (len(batch) >= most or sum(f.size for f in batch) + file.size > MOST_BYTES):
+            yield batch
+            batch = []
+        batch.append(file)
+    if batch:
+        yield batch

@@ -1,0 +1,267 @@
+"""Defective samples of a record: which leave, and what place each leaves behind that nothing may cross."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan"]
+
+_GAP_STEPS = 1.5
+"""A step longer than this many usual steps is a gap (a missing sample makes 2)."""
+_EVEN = 1.2
+"""Steps that differ by no more than this are those of an even sampling."""
+_UNEVEN_STEPS = 5.0
+USUAL_SHARES = (0.5, 0.98)
+"""Shares of the steps by which sampling is judged: the median, and what 98 % stay below."""
+_CHUNK = 65_536
+"""Samples that are looked at together: what is made of them stays in the processor's cache."""
+_KINDS: tuple[DefectKind, ...] = ("nan", "repeated-time", "backward-time")
+_TEXTS = ("no number (NaN)", "repeated time stamp", "backward time stamp")
+
+
+@dataclass(frozen=True)
+class Defect:
+    """One place where the record must not be integrated across: from ``start_s`` to ``end_s``."""
+
+    kind: DefectKind
+    start_s: float
+    end_s: float
+    text: str
+
+
+def describe(defects: Sequence[Defect], most: int = 3) -> str:
+    """Return the first few defects in words, and how many more there are."""
+    named = ", ".join(defect.text for defect in defects[:most])
+    more = len(defects) - most
+    return f"{named} and {more} more" if more > 0 else named
+
+
+@dataclass(eq=False)
+class _Dropped:
+    """Neighbouring samples that leave for one reason; None: the one kept before or after is yet to come."""
+
+    reason: int
+    samples: int
+    start_s: float | None
+    end_s: float | None = None
+
+    def defect(self, first_kept_s: float, last_kept_s: float) -> Defect:
+        start = first_kept_s if self.start_s is None else self.start_s
+        end = last_kept_s if self.end_s is None else self.end_s
+        what = _TEXTS[self.reason] + (f" in {self.samples} samples" if self.samples > 1 else "")
+        return Defect(_KINDS[self.reason], start, end, f"{what} at {start:.6g} s")
+
+
+class Cleaner:
+    """Takes a record piece by piece and says which samples stay; pieces of any length give the same.
+
+    Parameters
+    ----------
+    longest_usual_step_s : float, optional
+        A longer step is a gap. None: by the piece itself, which is the whole record then.
+    """
+
+    def __init__(self, longest_usual_step_s: float | None = None) -> None:
+        self._limit_s = longest_usual_step_s
+        self.kept = 0
+        """Samples that stayed so far."""
+        self._latest_s = -np.inf
+        self._first_kept_s = self._last_kept_s = np.nan
+        self._broken = False  # whether a sample was dropped since the last one that stayed
+        self._lost: list[int] = []  # samples lost since then, by each interruption
+        self._dropped: list[_Dropped] = []
+        self._endless: list[_Dropped] = []
+        self._touching: _Dropped | None = None
+        self._between: list[Defect] = []
+
+    def take(
+        self,
+        time_s: FloatArray,
+        stroke_mm: FloatArray,
+        force_kN: FloatArray,
+        lost_before: Iterable[tuple[int, int]] = (),
+    ) -> tuple[NDArray[np.intp] | slice, NDArray[np.intp]]:
+        """Take the next samples.
+
+        Parameters
+        ----------
+        time_s, stroke_mm, force_kN : arrays, shape (N,)
+        lost_before : iterable of (index, samples)
+            Interruptions that the recording knows of itself, by index in the piece (0: it does not know how
+            many samples it lost).
+
+        Returns
+        -------
+        (array of int or slice, array of int)
+            The samples that stay; and those of them, counted among themselves, before which is a break.
+        """
+        kept: NDArray[np.intp] | slice = slice(None)
+        broken: list[int] = []
+        size = time_s.size
+        shortest_s, longest_s = step_limits(time_s)
+        if (
+            size > 1
+            and time_s[0] > self._latest_s
+            and shortest_s > 0.0
+            and _finite(time_s, stroke_mm, force_kN)
+        ):
+            self._latest_s = float(time_s[-1])
+            self._touching = None
+            self._end(float(time_s[0]))
+        else:
+            kept, broken = self._drop(time_s, stroke_mm, force_kN)
+            size = kept.size
+            shortest_s, longest_s = step_limits(time_s[kept])
+        lost = [(0, samples) for samples in self._lost]
+        for at, samples in lost_before:
+            lost.append((at if isinstance(kept, slice) else int(np.searchsorted(kept, at)), samples))
+        self._lost = [samples for at, samples in lost if at == size]
+        known = {at for at in broken if at < size} | ({0} if self._broken and size else set())
+        self._broken = size in broken or (self._broken and not size)
+        if not size:
+            return kept, np.zeros(0, dtype=np.intp)
+        return kept, self._breaks(time_s[kept], known, lost, shortest_s, longest_s)
+
+    def defects(self) -> tuple[Defect, ...]:
+        """Return all defects of the samples taken, in order of time."""
+        found = [group.defect(self._first_kept_s, self._last_kept_s) for group in self._dropped]
+        return tuple(sorted((*found, *self._between), key=lambda defect: defect.start_s))
+
+    def _drop(
+        self, time: FloatArray, stroke: FloatArray, force: FloatArray
+    ) -> tuple[NDArray[np.intp], list[int]]:
+        """Return the usable samples, and where among them others were."""
+        finite = np.isfinite(time) & np.isfinite(stroke) & np.isfinite(force)
+        latest = np.concatenate(([self._latest_s], np.where(np.isfinite(time), time, -np.inf)))
+        latest = np.maximum.accumulate(latest)
+        before, self._latest_s = latest[:-1], float(latest[-1])
+        keep = finite & (np.where(np.isfinite(time), time, np.inf) > before)
+        kept, dropped = np.flatnonzero(keep), np.flatnonzero(~keep)
+        reason = np.where(~finite[dropped], 0, np.where(time[dropped] == before[dropped], 1, 2))
+        self._note(time, kept, dropped, reason)
+        return kept, np.searchsorted(kept, dropped).tolist()
+
+    def _note(
+        self, time: FloatArray, kept: NDArray[np.intp], dropped: NDArray[np.intp], reason: NDArray[np.intp]
+    ) -> None:
+        """Note one defect for each run of neighbouring samples that were dropped for the same reason."""
+        touching, self._touching = self._touching, None
+        if dropped.size and dropped[0] == 0 and touching is not None and touching.reason == reason[0]:
+            self._endless.pop()  # it goes on: noted anew, with the samples that it has already
+            self._dropped.pop()
+        else:
+            touching = None
+        if kept.size:
+            self._end(float(time[kept[0]]))
+        if not dropped.size:
+            return
+        cuts = np.flatnonzero((np.diff(dropped) > 1) | (np.diff(reason) != 0)) + 1
+        for group in np.split(np.arange(dropped.size), cuts):
+            first, last, why = int(dropped[group[0]]), int(dropped[group[-1]]), int(reason[group[0]])
+            prior, after = (int(at) for at in np.searchsorted(kept, (first, last)))
+            before_s = None if self.kept == 0 else self._last_kept_s
+            noted = _Dropped(why, last - first + 1, float(time[kept[prior - 1]]) if prior else before_s)
+            if touching is not None:
+                noted.samples += touching.samples
+                touching = None
+            if after < kept.size:
+                noted.end_s = float(time[kept[after]])
+            else:
+                self._endless.append(noted)
+            self._dropped.append(noted)
+            if last == time.size - 1:
+                self._touching = noted
+
+    def _end(self, kept_s: float) -> None:
+        """Note the sample that stays again."""
+        for group in self._endless:
+            group.end_s = kept_s
+        self._endless.clear()
+
+    def _breaks(
+        self,
+        time: FloatArray,
+        known: set[int],
+        lost: Iterable[tuple[int, int]],
+        shortest_s: float,
+        longest_s: float,
+    ) -> NDArray[np.intp]:
+        """Return the breaks between kept samples, and note what the steps between them are."""
+        limit_s = self._limit_s
+        if limit_s is None:
+            limit_s = _longest_usual_step_s(time, shortest_s, longest_s)
+        steps = _longer_steps(time, limit_s) if longest_s > limit_s else set()
+        if self.kept == 0:
+            self._first_kept_s = float(time[0])
+        elif time[0] - self._last_kept_s > limit_s:
+            steps.add(0)
+        least = 0 if self.kept else 1
+
+        def around(at: int) -> tuple[float, float]:
+            return float(time[at - 1]) if at else self._last_kept_s, float(time[at])
+
+        for at, samples in lost:
+            if least <= at < time.size and (samples > 0 or at not in known | steps):
+                a, b = around(at)
+                what = f"{samples} samples lost" if samples > 0 else "interruption"
+                self._between.append(Defect("lost", a, b, f"{what} after {a:.6g} s"))
+                known.add(at)
+        for at in sorted(steps - known):
+            a, b = around(at)
+            self._between.append(Defect("gap", a, b, f"gap of {b - a:.4g} s after {a:.6g} s"))
+        self._last_kept_s = float(time[-1])
+        self.kept += time.size
+        return np.array(sorted(at for at in known | steps if at >= least), dtype=np.intp)
+
+
+def usual_limit_s(median_s: float, high_s: float) -> float:
+    """Return the largest step that is still usual [s], of the median step and the one that 98 % stay below.
+
+    The step itself for an even sampling; for an uneven one, five times the step that 98 % stay below.
+    """
+    return _GAP_STEPS * median_s if high_s <= _EVEN * median_s else _UNEVEN_STEPS * high_s
+
+
+def _longest_usual_step_s(time_s: FloatArray, shortest_s: float, longest_s: float) -> float:
+    if 0.0 < longest_s <= _EVEN * shortest_s:  # even: no need to sort millions of steps
+        return _GAP_STEPS * float(time_s[-1] - time_s[0]) / (time_s.size - 1)
+    step = np.diff(time_s)
+    step = step[step > 0.0]
+    if step.size == 0:
+        return float("inf")
+    median, high = np.quantile(step, USUAL_SHARES)
+    return usual_limit_s(float(median), float(high))
+
+
+def step_limits(time_s: FloatArray) -> tuple[float, float]:
+    """Return the shortest and the longest step between samples [s]; NaN where a time is none."""
+    shortest, longest = [np.inf], [-np.inf]
+    for first in range(0, time_s.size - 1, _CHUNK):
+        step = np.diff(time_s[first : first + _CHUNK + 1])
+        shortest.append(float(np.min(step)))
+        longest.append(float(np.max(step)))
+    return float(np.min(shortest)), float(np.max(longest))
+
+
+def _finite(time: FloatArray, stroke: FloatArray, force: FloatArray) -> bool:
+    """Say whether every sample is usable where time rises strictly: the usual case, told in a few passes."""
+    # Strictly rising says that no time inside is NaN; a sum is finite only if all its terms are.
+    ends = bool(np.isfinite(time[0]) and np.isfinite(time[-1]))
+    return ends and bool(np.isfinite(np.sum(stroke)) and np.isfinite(np.sum(force)))
+
+
+def _longer_steps(time: FloatArray, limit_s: float) -> set[int]:
+    """Return the samples that follow a step longer than a limit."""
+    found: set[int] = set()
+    for first in range(0, time.size - 1, _CHUNK):
+        step = np.diff(time[first : first + _CHUNK + 1])
+        if np.max(step) > limit_s:
+            found.update(int(i) + first + 1 for i in np.flatnonzero(step > limit_s))
+    return found

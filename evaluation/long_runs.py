@@ -1,0 +1,282 @@
+"""A run that is too long to be held at once: read in pieces, and averaged over blocks while it is read.
+
+What is wrong with single samples is found on all of them, by the rules of :mod:`evaluation.defects`. What
+stays is a record of bounded size: the evaluation of a run of any length takes the same memory, but for its
+cycles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.condense import block_means, block_starts
+from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
+from evaluation.record import Record, check_usable
+from evaluation.splines import moved
+from foundation.units import to_inside
+from recording.run import Run, Series, mean_stroke
+
+_SAME_INSTANT_S = 1e-9
+_MARGIN = 64
+"""Samples about a piece that its splines see: what lies further off counts by less than 0.27^64."""
+_BIN = 1e-4
+"""Steps of time are counted by sizes that differ by this share …"""
+_SHORTEST_S, _LONGEST_S = 1e-9, 1e7
+"""… between these."""
+_MORE_BLOCKS = 1024
+_MOST_TAKEN = 0.05
+"""Share of the stroke's range that averaging may take: of a sine of six points a cycle, it takes so much."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """How much of a run is held at once."""
+
+    whole_rows: int = 1_000_000
+    """A stream of more rows is read in pieces …"""
+    piece_rows: int = 131_072
+    """… of so many."""
+    points: int = 2_000_000
+    """A stream of more rows than this is averaged over blocks, so that about so many points are left."""
+    readings: int = 100_000
+    """Of a temperature, about so many readings are held."""
+
+    def samples_a_block(self, rows: int) -> int:
+        """Return how many samples of a stream are averaged."""
+        return -(-rows // self.points)
+
+
+def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tuple[str, ...]]:
+    """Return the record of a long run without its temperatures, and what is wrong with it.
+
+    Parameters
+    ----------
+    run : Run
+    wires : sequence of str
+        The draw wires that make up the stroke.
+    bounds : Bounds
+
+    Raises
+    ------
+    BadInput
+        If force and stroke are not of one stream, a dataset is damaged, or fewer than two samples are usable.
+    """
+    stream = run.stream_of(wires[0])
+    size = bounds.samples_a_block(stream.rows)
+    cleaner = Cleaner(_longest_usual_step_s(run, stream.name, bounds.piece_rows))
+    columns = 3 + (len(wires) > 1) + run.has("speed")
+    blocks = _Blocks(size, columns, stream.rows)
+    first, low_mm, high_mm = 0, np.inf, -np.inf
+    gaps = np.array(run.gaps(stream.name), dtype=np.int64).reshape(-1, 2)
+    for piece in _pieces(run, wires, gaps[:, 0] + 1, bounds.piece_rows):
+        last = first + piece.shape[1]
+        own = gaps[(gaps[:, 0] + 1 >= first) & (gaps[:, 0] + 1 < last)]
+        lost = [(row + 1 - first, samples) for row, samples in own.tolist()]
+        kept, breaks = cleaner.take(piece[0], piece[1], piece[2], lost)
+        blocks.take(piece[:, kept], breaks)
+        low_mm = min(low_mm, float(np.min(piece[1, kept], initial=np.inf)))
+        high_mm = max(high_mm, float(np.max(piece[1, kept], initial=-np.inf)))
+        first = last
+    check_usable(cleaner)
+    time_s, stroke_mm, force_kN, *others = blocks.columns()
+    record = Record(
+        time_s=time_s,
+        stroke_mm=stroke_mm,
+        force_kN=force_kN,
+        speed_mm_per_s=others.pop() if run.has("speed") else None,
+        breaks=tuple(blocks.breaks),
+        defects=cleaner.defects(),
+        wire_difference_mm=others.pop() if others else None,
+        averaged=size,
+    )
+    return record, _hidden_cycles(record, high_mm - low_mm)
+
+
+def _hidden_cycles(record: Record, range_mm: float) -> tuple[str, ...]:
+    """Return a warning where averaging took the motion itself: slow cycles may be found that never were."""
+    left_mm = float(np.ptp(record.stroke_mm))
+    if range_mm - left_mm <= _MOST_TAKEN * range_mm:
+        return ()
+    what = f"the run is so long that {record.averaged} samples were averaged into one"
+    shown = f"the stroke's range went from {range_mm:.4g} to {left_mm:.4g} mm"
+    text = f"too coarse: {what}, and {shown}: its cycles are too short for that, and what was found of them"
+    return (f"{text} is wrong; cut the record into several runs",)
+
+
+class _Blocks:
+    """Means over blocks of equally many samples, of pieces of any length; none across a break.
+
+    They have their room from the beginning: small arrays that stay, made between large ones that go, would
+    keep the memory of the large ones from being used again.
+
+    Parameters
+    ----------
+    size : int
+        Samples of a block.
+    columns, samples : int
+        That will come.
+    """
+
+    def __init__(self, size: int, columns: int, samples: int) -> None:
+        self._size = size
+        self._rest = np.zeros((columns, 0))  # samples that do not fill a block yet
+        self._means = np.empty((columns, -(-samples // size) + _MORE_BLOCKS))
+        self._made = 0
+        self.breaks: list[int] = []
+        """Blocks before which a break lies."""
+
+    def take(self, samples: FloatArray, breaks: NDArray[np.intp]) -> None:
+        """Take the next samples, shape (columns, N), and before which of them a break lies."""
+        breaks = breaks + self._rest.shape[1]
+        samples = np.concatenate((self._rest, samples), axis=1)
+        last = int(breaks[-1]) if breaks.size else 0
+        whole = last + (samples.shape[1] - last) // self._size * self._size
+        self._add(samples[:, :whole], breaks)
+        self._rest = samples[:, whole:].copy()
+
+    def columns(self) -> FloatArray:
+        """Return all means, shape (columns, blocks); what does not fill a block makes a shorter one."""
+        self._add(self._rest, np.zeros(0, dtype=np.intp))
+        return self._means[:, : self._made]
+
+    def _add(self, samples: FloatArray, breaks: NDArray[np.intp]) -> None:
+        edges = np.array([0, *(at for at in breaks.tolist() if at > 0), samples.shape[1]])
+        starts = block_starts(edges, self._size)
+        self.breaks += (np.searchsorted(starts, breaks) + self._made).tolist()
+        if not samples.shape[1]:
+            return
+        made = self._made + starts.size
+        if made > self._means.shape[1]:  # each break ends a block early
+            more = np.empty((samples.shape[0], made + self._means.shape[1] // 2))
+            self._means = np.concatenate((self._means[:, : self._made], more), axis=1)
+        for column, means in zip(samples, self._means, strict=True):
+            means[self._made : made] = block_means(column, edges, self._size)
+        self._made = made
+
+
+def _pieces(run: Run, wires: Sequence[str], edges: NDArray[np.int64], rows: int) -> Iterator[FloatArray]:
+    """Return time, stroke, force and, where there are, wire difference and speed; shape (columns, rows)."""
+    first = 0
+    speed = ["speed"] if run.has("speed") else []
+    names = [*wires, "force", *speed]
+    quantities = [*("stroke" for _ in wires), "force", *speed]
+    units = [run.stream_of(name).channels[name].unit for name in names]
+    for window, before, size in _windows(_stacked(run, wires, names, rows)):
+        inner = slice(before, before + size)
+        own = edges[(edges > first - before) & (edges < first - before + window.shape[1])] - (first - before)
+        within = [0, *own.tolist(), window.shape[1]]
+        time_s, stroke, *columns = window
+        values = [
+            to_inside(on_time(at, value, time_s, within)[inner], quantity, unit)
+            for at, value, quantity, unit in zip(columns[::2], columns[1::2], quantities, units, strict=True)
+        ]
+        force = values[len(wires)]
+        difference = [values[0] - values[1]] if len(wires) > 1 else []
+        mean = to_inside(stroke[inner], "stroke", units[0])
+        yield np.stack([time_s[inner], mean, force, *difference, *values[len(wires) + 1 :]])
+        first += size
+
+
+def _stacked(run: Run, wires: Sequence[str], names: Sequence[str], rows: int) -> Iterator[FloatArray]:
+    """Return blocks of time and value of the mean stroke and of each channel, shape (2 + 2 C, rows)."""
+    for block in run.blocks(names, rows):
+        series = [mean_stroke([block[name] for name in wires]), *(block[name] for name in names)]
+        yield np.stack([column for each in series for column in (each.time_s, each.value)])
+
+
+def _windows(blocks: Iterator[FloatArray]) -> Iterator[tuple[FloatArray, int, int]]:
+    """Return blocks with margins of their neighbours; how many samples lie before the block, and its own."""
+    tail: FloatArray | None = None
+    block = next(blocks, None)
+    while block is not None:
+        following = next(blocks, None)
+        parts = [part for part in (tail, block) if part is not None]
+        before = 0 if tail is None else tail.shape[1]
+        if following is not None:
+            parts.append(following[:, :_MARGIN])
+        yield np.concatenate(parts, axis=1), before, block.shape[1]
+        tail, block = block[:, -_MARGIN:], following
+
+
+def same_instants(one_s: FloatArray, other_s: FloatArray) -> bool:
+    """Say whether times of shape (N,) are equal but for rounding."""
+    return np.array_equal(one_s, other_s) or bool(
+        np.allclose(one_s, other_s, rtol=0.0, atol=_SAME_INSTANT_S, equal_nan=True)
+    )
+
+
+def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Sequence[int]) -> FloatArray:
+    """Return the values of a channel at the instants of the stroke.
+
+    Channels of one stream are sampled together, but their delays differ, and with them the times at which
+    their values were true: a cubic spline over each uninterrupted stretch brings them together. It reaches
+    at most two samples beyond its stretch.
+
+    Parameters
+    ----------
+    at_s, value : arrays, shape (N,)
+    wanted_s : array, shape (N,)
+    edges : sequence of int
+        Ends of the stretches, 0 and N included.
+    """
+    if same_instants(at_s, wanted_s):
+        return value
+    brought = np.full(wanted_s.size, np.nan)
+    for first, last in pairwise(edges):
+        at, known, wanted = at_s[first:last], value[first:last], wanted_s[first:last]
+        good = np.isfinite(at) & np.isfinite(known)
+        if not good.all():
+            at, known = at[good], known[good]
+        steps = np.diff(at)
+        if at.size < 4 or np.any(steps <= 0.0):
+            continue
+        reach_s = 2.0 * float(np.min(steps))
+        if at[0] - reach_s <= np.min(wanted) and np.max(wanted) <= at[-1] + reach_s:
+            brought[first:last] = moved(at, known, wanted)
+            continue
+        reach_s = 2.0 * float(np.median(steps))
+        near = (wanted >= at[0] - reach_s) & (wanted <= at[-1] + reach_s)
+        brought[first:last][near] = moved(at, known, wanted[near])
+    return brought
+
+
+def _longest_usual_step_s(run: Run, stream: str, rows: int) -> float:
+    """Return the largest step that is still usual, of all steps, counted by size to a ten-thousandth."""
+    lowest = int(np.log(_SHORTEST_S) / _BIN)
+    counts = np.zeros(int(np.log(_LONGEST_S) / _BIN) - lowest + 2, dtype=np.int64)
+    latest = np.zeros(0)
+    for time_s in run.time_blocks(stream, rows):
+        step = np.diff(np.concatenate((latest, time_s[np.isfinite(time_s)])))
+        step = np.clip(step[step > 0.0], _SHORTEST_S, _LONGEST_S)
+        counts += np.bincount((np.log(step) / _BIN).astype(np.int64) - lowest, minlength=counts.size)
+        latest = time_s[-1:]
+    total = np.cumsum(counts)
+    if total[-1] == 0:
+        return float("inf")
+    bins = np.searchsorted(total, np.array(USUAL_SHARES) * total[-1])
+    median_s, high_s = np.exp((bins + lowest + 0.5) * _BIN)
+    return usual_limit_s(float(median_s), float(high_s))
+
+
+def thinned(run: Run, channel: str, bounds: Bounds) -> Series:
+    """Return a slow channel that was recorded fast: every k-th of its samples.
+
+    Raises
+    ------
+    BadInput
+        If its dataset is damaged.
+    """
+    stream = run.stream_of(channel)
+    stride = -(-stream.rows // bounds.readings)
+    times, values, skipped = [], [], 0
+    for block in run.blocks([channel], bounds.piece_rows):
+        series = block[channel]
+        times.append(series.time_s[skipped::stride].copy())
+        values.append(series.value[skipped::stride].copy())
+        skipped = (skipped - series.value.size) % stride
+    return Series(np.concatenate(times), np.concatenate(values), stream.channels[channel].unit)

@@ -1,0 +1,118 @@
+"""The whole content of a report that sets specimens side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from evaluation.differences import Difference
+from evaluation.report.amendment import amendment_section
+from evaluation.report.build import notices_of
+from evaluation.report.closing import (
+    data_section,
+    deviations_section,
+    opinions_section,
+    rule_section,
+    statements_section,
+    warnings_section,
+)
+from evaluation.report.comparison import Compared, compared_of, comparison_sections
+from evaluation.report.comparison_figures import comparison_pictures
+from evaluation.report.conditions import conditions_section
+from evaluation.report.conformity import not_tested_section
+from evaluation.report.content import Content, Section, Texts
+from evaluation.report.fields import missing_fields
+from evaluation.report.gallery import numbered_section
+from evaluation.report.identification import (
+    calibrations,
+    customer,
+    head,
+    identification,
+    laboratory,
+    operator,
+    overdue,
+)
+from evaluation.report.numbers import fixed
+from evaluation.report.sides import Sides, conditions_of
+from evaluation.report.tables import runs_section
+
+_REST = (
+    "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the reports of the "
+    "campaigns; this report compares them."
+)
+
+
+def build_comparison(sides: Sides) -> Content:
+    """Return the report's content.
+
+    Parameters
+    ----------
+    sides : Sides
+        Two or more specimens or campaigns; the first is the reference.
+
+    Returns
+    -------
+    Content
+        The same for the same sides, whenever and wherever it is built.
+    """
+    whole = sides.whole
+    version = (whole.document.get("software") or {}).get("version")
+    software = f"bufferstand {version}" if version else "bufferstand"
+    compared = compared_of(conditions_of(sides))
+    calibration = calibrations(whole)
+    specimens = [(f"Specimen {side.letter}: {side.name}", side.source) for side in sides.sides]
+    sections = [
+        amendment_section(whole),
+        _summary(sides, compared),
+        *comparison_sections(sides, compared),
+        identification(whole, specimens),
+        conditions_section(whole),
+        runs_section(whole),
+        numbered_section(comparison_pictures(sides, compared)),
+        deviations_section(whole),
+        not_tested_section(whole),
+        warnings_section(whole, overdue(calibration)),
+        rule_section(whole),
+        calibration,
+        data_section(whole),
+        opinions_section(whole),
+        statements_section(whole),
+    ]
+    ends = [run.ended for run in whole.runs if run.ended is not None]
+    return Content(
+        title="Test report: comparison of specimens",
+        subtitle=" · ".join(f"{side.letter}: {side.name}" for side in sides.sides),
+        notices=notices_of(whole),
+        missing=missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
+        head=head(whole, software),
+        sections=tuple(section for section in sections if section is not None),
+        ended=max(ends).isoformat() if ends else "",
+        software=software,
+    )
+
+
+def _summary(sides: Sides, compared: Sequence[Compared]) -> Section:
+    """Return a sentence for each of the others: how many differences are beyond U, and the clearest."""
+    first = sides.sides[0]
+    sentences = []
+    for place, side in enumerate(sides.sides[1:], start=1):
+        found = [(row, apart) for row in compared for at, apart in row.differences() if at == place]
+        known = [(row, apart) for row, apart in found if apart.normalised is not None]
+        beyond = [(row, apart) for row, apart in known if apart.beyond]
+        sentence = (
+            f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {len(found)} differences of "
+            f"{len({row.condition.number for row, _ in found})} steps, {len(beyond)} of them beyond their "
+            "expanded uncertainty."
+        )
+        if beyond:
+            sentence += f" Clearest: {_clearest(beyond)}."
+        if len(known) < len(found):
+            sentence += f" {len(found) - len(known)} have no uncertainty to be held against."
+        sentences.append(sentence)
+    return Section("summary", "Summary", (Texts((*sentences, _REST)),))
+
+
+def _clearest(beyond: Sequence[tuple[Compared, Difference]]) -> str:
+    row, apart = max(beyond, key=lambda one: abs(one[1].normalised or 0.0))
+    share = "" if apart.relative is None else f" {fixed(100.0 * apart.relative, 1)} %"
+    normalised = "" if apart.normalised is None else f" (E_n {fixed(apart.normalised, 1)})"
+    return f"{row.words} of step {row.condition.number},{share}{normalised}"

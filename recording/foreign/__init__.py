@@ -1,0 +1,1 @@
+"""Foreign records: files of other makers, read into run files without guessing."""

@@ -1,0 +1,95 @@
+"""What records of channels in groups (TDMS, MDF4) and workbooks have in common."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from foundation.errors import BadInput
+
+
+@contextmanager
+def of_library(path: Path, kind: str, place: str = "") -> Iterator[None]:
+    """Turn whatever a library raises on a file that is not sound into one message.
+
+    Raises
+    ------
+    BadInput
+        Instead of any other exception.
+    """
+    hook = sys.unraisablehook
+    detail = ""
+    try:
+        yield
+        return
+    except BadInput:
+        raise
+    except Exception as error:  # noqa: BLE001 - of broken files these libraries raise anything
+        text = str(error).strip()
+        detail = text.splitlines()[0] if text else type(error).__name__
+        sys.unraisablehook = _say_nothing
+    # Only here, with the exception gone, half-made objects of the library go, and complain of themselves.
+    gc.collect()
+    sys.unraisablehook = hook
+    raise BadInput(
+        f"damaged, or no {kind} ({detail[:120]})",
+        file=path,
+        place=place,
+        remedy="copy it again from where it was recorded",
+    )
+
+
+def _say_nothing(what: object) -> None:
+    """Take a complaint of an object that is being discarded."""
+
+
+@contextmanager
+def quiet(library: str) -> Iterator[None]:
+    """Keep a library's log from the user: what it has to say is said by us, once."""
+    prefix = f"{library}."
+    loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(prefix)]
+    loggers.append(logging.getLogger(library))
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def missing_library(library: str, path: Path, what: str) -> BadInput:
+    """Return the message for a reader whose library is not installed."""
+    return BadInput(
+        f"{what} needs the library {library}, which is not installed",
+        file=path,
+        remedy="install bufferstand with its extra “foreign”: pip install 'bufferstand[foreign]'",
+    )
+
+
+def chosen_groups(there: Sequence[str], asked: Sequence[str], path: Path) -> list[str]:
+    """Return the groups to read: those that are asked for, else all.
+
+    Raises
+    ------
+    BadInput
+        If one is not there; the message lists those that are.
+    """
+    for name in asked:
+        if name not in there:
+            raise BadInput(
+                f"--group {name}: no such group",
+                file=path,
+                remedy=f"the groups are {', '.join(f'“{group}”' for group in there) or 'none'}",
+            )
+    return list(asked) if asked else list(there)
+
+
+def groups_place(groups: Sequence[str]) -> str:
+    """Return the place of groups for messages."""
+    return f"group “{groups[0]}”" if len(groups) == 1 else f"{len(groups)} groups"

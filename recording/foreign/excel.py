@@ -1,0 +1,328 @@
+"""Excel workbooks: one sheet as a table, read row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import date, datetime, time, timedelta
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from foundation.errors import BadInput
+from recording.foreign.cells import NOT_A_NUMBER, BadCell
+from recording.foreign.channel_groups import missing_library, of_library
+from recording.foreign.columns import DATE_TIME
+from recording.foreign.heading import LOOKED_AT, NUMBER, find_heading, is_units
+from recording.foreign.moments import Moments
+from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
+
+_TEXT_NUMBERS = "number(s) stored as text"
+_TIMES = datetime | time | timedelta
+_HEADINGS = "header row(s) inside the data"
+
+
+class ExcelRecord:
+    """One sheet of a workbook (.xlsx, .xlsm). Of formulas, the values that Excel stored are taken.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, has several sheets and none is named, or the sheet holds no table.
+    """
+
+    row_word = "row"
+
+    def __init__(self, path: Path, reading: Reading) -> None:
+        self.path, self._reading = path, reading
+        if reading.groups:
+            raise BadInput("a workbook has sheets, not groups", file=path, remedy="name one by --sheet")
+        self._findings = Findings(self.row_word)
+        self._decimal = ""
+        self._further: list[str] = []
+        with self._opened(values=True) as book:
+            with of_library(path, "workbook"):
+                self._sheet = _sheet(book, reading.sheet, path)
+            first = list(islice(self._rows(book), LOOKED_AT))
+        rows = [_texts(row) for row in first]
+        heading = find_heading(rows, reading)
+        if heading is None or len(heading.headers) < 2:
+            raise BadInput(
+                "no header row with at least two columns", file=path, place=f"sheet “{self._sheet}”"
+            )
+        dated = {
+            i for row in first[heading.first_row :] for i, cell in enumerate(row) if isinstance(cell, _TIMES)
+        }
+        self._heading = heading
+        self.headers: tuple[Header, ...] = tuple(
+            replace(header, unit=DATE_TIME, unit_from="cells")
+            if not header.unit and position in dated
+            else header
+            for position, header in enumerate(heading.headers)
+        )
+        line = heading.first_row if heading.row is None else heading.row + 1
+        self.header_place = f"sheet “{self._sheet}”, row {line}"
+        if not any(
+            self.headers[i].text and not _is_number(self.headers[i].text) for i in range(len(rows[0]))
+        ):
+            raise BadInput(
+                "no header row: this row holds numbers only",
+                file=path,
+                place=self.header_place,
+                remedy="put a row like “time [s] | stroke [mm] | force [kN]” before the numbers",
+            )
+
+    def where(self, position: int) -> str:
+        """Return where a column's header stands, for messages."""
+        return f"{self.header_place}, column {_letters(position)} “{self.headers[position].text}”"
+
+    def facts(self) -> dict[str, Any]:
+        """Return how the sheet is written, for the run file."""
+        facts: dict[str, Any] = {"format": "Excel", "sheet": self._sheet}
+        if self._heading.row is not None:
+            facts["header_line"] = self._heading.row + 1
+        if self._heading.units_row is not None:
+            facts["units_line"] = self._heading.units_row + 1
+        return facts | ({"decimal": self._decimal} if self._decimal else {})
+
+    def findings(self) -> list[str]:
+        """Return what is odd about the sheet as a whole."""
+        return [*self._further, *self._findings.texts()]
+
+    def read(self, positions: Sequence[int], clock: Clock | None = None) -> list[Numbers]:
+        """Return the numbers of some columns.
+
+        Raises
+        ------
+        BadInput
+            If a row is no row of the table, a cell is neither a number nor empty, or a formula has no value.
+        """
+        with self._opened(values=True) as book:
+            rows, table, headings = self._table(book, positions)
+        if not rows:
+            raise BadInput("no numbers below the header row", file=self.path, place=self.header_place)
+        self._refuse_formulas(positions, rows, table)
+        moments = Moments(clock) if clock else None
+        columns: dict[int, Floats] = {}
+        try:
+            for position in positions:
+                if clock is not None and moments is not None and position == clock.position:
+                    columns[position] = self._times(table[position], rows, position, moments)
+                else:
+                    columns[position] = self._column(table[position], rows, position)
+        except BadCell as failure:
+            raise failure.message(self.path, self.headers, self.row_word) from None
+        if moments is not None and moments.started is not None and not moments.zone_is_stated:
+            self._further.append("its dates and times state no zone and count as UTC")
+        inside = [row for row in headings if 0 < row < len(rows)]
+        return [
+            Numbers(
+                columns=columns,
+                row=np.array(rows, dtype=np.int64),
+                breaks=inside,
+                blocks=inside,
+                started=moments.started if moments else None,
+            )
+        ]
+
+    def _table(
+        self, book: Any, positions: Sequence[int]
+    ) -> tuple[list[int], dict[int, list[Any]], list[int]]:
+        """Return the row numbers, the cells of each column, and where a heading stood among them."""
+        rows: list[int] = []
+        table: dict[int, list[Any]] = {position: [] for position in positions}
+        headings: list[int] = []
+        texts = [header.text for header in self.headers]
+        waiting: list[int] = []
+        for number, cells in enumerate(self._rows(book), start=1):
+            if number <= self._heading.first_row or all(cell is None for cell in cells):
+                continue
+            values = [*cells, *[None] * (len(texts) - len(cells))]
+            if not any(isinstance(values[p], int | float | date | time | timedelta) for p in positions):
+                as_text = [*_texts(values), *[""] * len(values)][: len(values)]
+                if as_text[: len(texts)] == texts:
+                    self._findings.note(_HEADINGS, number)
+                    headings.append(len(rows))
+                    waiting.clear()
+                    continue
+                if is_units(as_text):
+                    continue
+                numbers = any(_is_number(as_text[p]) for p in positions)
+                if not numbers and not all(text in self._no_value for text in as_text):
+                    waiting.append(number)
+                    continue
+            self._refuse_waiting(waiting)
+            rows.append(number)
+            for position in positions:
+                table[position].append(values[position])
+        self._refuse_waiting(waiting)
+        return rows, table, headings
+
+    @property
+    def _no_value(self) -> frozenset[str]:
+        return self._reading.no_value
+
+    def _refuse_waiting(self, waiting: list[int]) -> None:
+        """Refuse rows of text that no heading explains, or leave them out."""
+        if waiting and not self._reading.salvage:
+            raise BadInput(
+                "a row of text inside the data",
+                file=self.path,
+                place=f"sheet “{self._sheet}”, row {waiting[0]}",
+                remedy="remove this row, or leave it out with --salvage",
+            )
+        for number in waiting:
+            self._findings.note("row(s) could not be read and were left out", number)
+        waiting.clear()
+
+    def _refuse_formulas(
+        self, positions: Sequence[int], rows: Sequence[int], table: dict[int, list[Any]]
+    ) -> None:
+        """Refuse empty cells that hold a formula whose value was never stored."""
+        empty = {
+            (row, position)
+            for position in positions
+            for row, value in zip(rows, table[position], strict=True)
+            if value is None
+        }
+        if not empty:
+            return
+        with self._opened(values=False) as book:
+            for number, cells in enumerate(self._rows(book), start=1):
+                for position in positions:
+                    formula = position < len(cells) and str(cells[position]).startswith("=")
+                    if formula and (number, position) in empty:
+                        raise BadInput(
+                            "a formula whose value is not stored",
+                            file=self.path,
+                            place=f"sheet “{self._sheet}”, cell {_letters(position)}{number}",
+                            remedy="open the workbook in Excel or LibreOffice, and save it",
+                        )
+
+    def _column(self, cells: Sequence[Any], rows: Sequence[int], position: int) -> Floats:
+        values = np.empty(len(cells))
+        for index, cell in enumerate(cells):
+            if isinstance(cell, int | float) and not isinstance(cell, bool):
+                values[index] = cell
+            elif cell is None or (isinstance(cell, str) and cell.strip() in self._no_value):
+                values[index] = np.nan
+            else:
+                values[index] = self._of_text(cell, rows[index], position)
+        return values
+
+    def _of_text(self, cell: object, row: int, position: int) -> float:
+        text = cell.strip() if isinstance(cell, str) else str(cell)
+        signs = self._reading.decimal or self._decimal or ".,"
+        for sign in signs:
+            if isinstance(cell, str) and NUMBER[sign].fullmatch(text):
+                if text.lstrip("+-").isdigit() is False:
+                    self._decimal = sign
+                self._findings.note(_TEXT_NUMBERS, row)
+                return float(text.replace(",", "."))
+        if not self._reading.salvage:
+            raise BadCell(row, position, text, signs[0])
+        self._findings.note(NOT_A_NUMBER, row)
+        return float("nan")
+
+    def _times(self, cells: Sequence[Any], rows: Sequence[int], position: int, moments: Moments) -> Floats:
+        """Return the times of a column of dates and times."""
+        if any(isinstance(cell, str) for cell in cells):
+            texts = ["" if cell is None else str(cell).strip() for cell in cells]
+            seconds, bad = moments.seconds(texts, self._no_value)
+            wrong = bad.tolist()
+        else:
+            wrong = [i for i, cell in enumerate(cells) if not isinstance(cell, _TIMES | None)]
+            stamps = [cell if isinstance(cell, _TIMES) else None for cell in cells]
+            ns = np.array([_stamp(cell) for cell in stamps], dtype="datetime64[ns]").astype(np.int64)
+            seconds = moments.since_first(ns, aware=False)
+        for index in wrong:
+            if not self._reading.salvage:
+                raise BadCell(rows[index], position, str(cells[index]), "")
+            self._findings.note(NOT_A_NUMBER, rows[index])
+        return seconds
+
+    def _rows(self, book: Any) -> Iterator[tuple[Any, ...]]:
+        with of_library(self.path, "workbook", f"sheet “{self._sheet}”"):
+            yield from _cells(book[self._sheet])
+
+    @contextmanager
+    def _opened(self, *, values: bool) -> Iterator[Any]:
+        try:
+            from openpyxl import load_workbook  # noqa: PLC0415 - optional library
+        except ImportError:
+            raise missing_library("openpyxl", self.path, "a workbook") from None
+        try:
+            stream = self.path.open("rb")
+        except OSError as error:
+            raise BadInput(f"cannot be read: {error.strerror}", file=self.path) from None
+        with stream:
+            with of_library(self.path, "workbook (.xlsx)"):
+                book = load_workbook(stream, read_only=True, data_only=values)
+            try:
+                yield book
+            finally:
+                book.close()
+
+
+def _stamp(cell: datetime | time | timedelta | None) -> np.datetime64:
+    if cell is None:
+        return np.datetime64("NaT", "ns")
+    if isinstance(cell, datetime):
+        return np.datetime64(cell, "ns")
+    midnight = datetime(1900, 1, 1)  # noqa: DTZ001 - a time without a date, and so without a zone
+    since = cell if isinstance(cell, timedelta) else datetime.combine(midnight, cell) - midnight
+    return np.datetime64(midnight + since, "ns")
+
+
+def _sheet(book: Any, asked: str | None, path: Path) -> str:
+    """Return the name of the sheet to read: the one asked for, else the only one not empty."""
+    names = [sheet.title for sheet in book.worksheets]
+    listed = ", ".join(f"“{name}”" for name in names)
+    if asked is not None:
+        if asked not in names:
+            raise BadInput(f"no sheet is named “{asked}”", file=path, remedy=f"the sheets are {listed}")
+        return asked
+    filled = [sheet.title for sheet in book.worksheets if not _is_empty(sheet)]
+    if not filled:
+        raise BadInput("the workbook is empty", file=path)
+    if len(filled) > 1:
+        raise BadInput(
+            f"{len(filled)} sheets hold something",
+            file=path,
+            remedy=f"say which by --sheet; they are {listed}",
+        )
+    return str(filled[0])
+
+
+def _is_empty(sheet: Any) -> bool:
+    return not any(any(cell is not None for cell in row) for row in _cells(sheet))
+
+
+def _cells(sheet: Any) -> Iterator[tuple[Any, ...]]:
+    sheet.reset_dimensions()  # what other programs state of a sheet's size is often wrong
+    yield from sheet.iter_rows(values_only=True)
+
+
+def _texts(cells: Sequence[Any]) -> list[str]:
+    """Return cells as texts, without the empty ones at the end; none of a blank row or a remark."""
+    texts = ["" if cell is None else str(cell).strip() for cell in cells]
+    while texts and not texts[-1]:
+        texts.pop()
+    return [] if texts and texts[0].startswith("#") and len(texts) == 1 else texts
+
+
+def _is_number(text: str) -> bool:
+    return any(form.fullmatch(text) for form in NUMBER.values())
+
+
+def _letters(position: int) -> str:
+    """Return a column's letters: A … Z, AA …"""
+    letters = ""
+    number = position + 1
+    while number:
+        number, rest = divmod(number - 1, 26)
+        letters = chr(ord("A") + rest) + letters
+    return letters

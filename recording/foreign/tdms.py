@@ -1,0 +1,195 @@
+"""National Instruments TDMS: groups of channels, each with its waveform properties."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from foundation.errors import BadInput
+from recording.foreign.channel_groups import chosen_groups, groups_place, missing_library, of_library, quiet
+from recording.foreign.moments import Moments
+from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
+
+_SECONDS = ("", "s", "sec", "Time", "time", "seconds")
+
+
+@dataclass(frozen=True)
+class _Wave:
+    """When the samples of a channel were taken: start (UTC, s since 1970), offset and increment [s]."""
+
+    start_s: float | None
+    offset_s: float
+    increment_s: float
+
+
+@dataclass(frozen=True)
+class _Channel:
+    group: str
+    name: str
+    rows: int
+    wave: _Wave | None
+    axis: str
+    """What its waveform runs over, if not time."""
+
+
+class TdmsRecord:
+    """A TDMS file. Its index file, if there is one, is not needed and not read.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or the groups that are asked for are not there.
+    """
+
+    row_word = "sample"
+
+    def __init__(self, path: Path, reading: Reading) -> None:
+        self.path, self._reading = path, reading
+        self._findings: list[str] = []
+        with self._opened() as file, of_library(path, "TDMS file"):
+            all_groups = [group.name for group in file.groups()]
+            self._groups = chosen_groups(all_groups, reading.groups, path)
+            self._version = int(file.tdms_version)
+            self._channels: list[_Channel] = []
+            headers: list[Header] = []
+            several = len(self._groups) > 1
+            for name in self._groups:
+                for channel in file[name].channels():
+                    properties = channel.properties
+                    unit = str(properties.get("unit_string", "") or "").strip()
+                    headers.append(Header(channel.name, name if several else "", unit, "unit_string"))
+                    axis = str(properties.get("wf_xunit_string", "") or "")
+                    self._channels.append(
+                        _Channel(
+                            name,
+                            channel.name,
+                            len(channel),
+                            _wave(properties),
+                            "" if axis in _SECONDS else axis,
+                        )
+                    )
+            if file.file_status.incomplete_final_segment:
+                self._findings.append("the last segment is not complete: the recording was cut short")
+        self.headers = tuple(headers)
+        if not headers:
+            raise BadInput("no channel in it", file=path)
+        self._left_out = [name for name in all_groups if name not in self._groups]
+        self.header_place = groups_place(self._groups)
+
+    def where(self, position: int) -> str:
+        """Return where a channel stands, for messages."""
+        channel = self._channels[position]
+        return f"group “{channel.group}”, channel “{channel.name}”"
+
+    def facts(self) -> dict[str, Any]:
+        """Return how the file is written, for the run file."""
+        left_out = {"groups_left_out": self._left_out} if self._left_out else {}
+        return {"format": "TDMS", "tdms_version": self._version, "groups": list(self._groups), **left_out}
+
+    def findings(self) -> list[str]:
+        """Return what is odd about the file as a whole."""
+        return list(self._findings)
+
+    def read(self, positions: Sequence[int], clock: Clock | None = None) -> list[Numbers]:
+        """Return the numbers of some channels; those with the same waveform share a time base.
+
+        Raises
+        ------
+        BadInput
+            If a channel holds no numbers, or is no function of time.
+        """
+        bases: dict[Any, list[int]] = {}
+        for position in positions:
+            channel = self._channels[position]
+            if channel.axis:
+                raise BadInput(
+                    f"it runs over “{channel.axis}”, not over time",
+                    file=self.path,
+                    place=self.where(position),
+                )
+            bases.setdefault(channel.wave or channel.group, []).append(position)
+        starts = [c.wave.start_s for c in (self._channels[p] for p in positions) if c.wave and c.wave.start_s]
+        with self._opened() as file:
+            return [self._base(file, members, clock, min(starts, default=None)) for members in bases.values()]
+
+    def _base(
+        self, file: Any, members: Sequence[int], clock: Clock | None, first_start_s: float | None
+    ) -> Numbers:
+        moments = Moments(clock) if clock is not None and clock.position in members else None
+        columns = {position: self._values(file, position, moments) for position in members}
+        shortest = min(len(values) for values in columns.values())
+        for position, values in columns.items():
+            if len(values) > shortest:
+                more = f"{len(values) - shortest} sample(s) more than the others, left out"
+                self._findings.append(f"{self.where(position)}: {more}")
+        columns = {position: values[:shortest] for position, values in columns.items()}
+        wave = self._channels[members[0]].wave
+        time_s: Floats | None = None
+        started = None
+        if wave is not None and moments is None:
+            shift_s = (wave.start_s - first_start_s) if wave.start_s and first_start_s else 0.0
+            time_s = np.asarray(shift_s + wave.offset_s + np.arange(shortest) * wave.increment_s)
+            started = None if first_start_s is None else datetime.fromtimestamp(first_start_s, UTC)
+        elif moments is not None:
+            started = moments.started
+        return Numbers(
+            columns=columns,
+            row=np.arange(1, shortest + 1, dtype=np.int64),
+            time_s=time_s,
+            time_from="" if time_s is None else "waveform (wf_increment)",
+            started=started,
+        )
+
+    def _values(self, file: Any, position: int, moments: Moments | None) -> Floats:
+        channel = self._channels[position]
+        with of_library(self.path, "TDMS file", self.where(position)):
+            values = np.asarray(file[channel.group][channel.name][:])
+        if values.dtype.kind == "M":
+            ns = values.astype("datetime64[ns]").astype(np.int64)
+            holder = moments or Moments(Clock(position))
+            return holder.since_first(ns, aware=True)
+        if values.dtype.kind not in "iuf":
+            raise BadInput("its samples are no numbers", file=self.path, place=self.where(position))
+        return values.astype(np.float64)
+
+    @contextmanager
+    def _opened(self) -> Iterator[Any]:
+        try:
+            from nptdms import TdmsFile  # noqa: PLC0415 - optional library
+        except ImportError:
+            raise missing_library("nptdms", self.path, "a TDMS file") from None
+        try:
+            stream = self.path.open("rb")  # not by name: a stale index file beside it would be believed
+        except OSError as error:
+            raise BadInput(f"cannot be read: {error.strerror}", file=self.path) from None
+        with stream:
+            if stream.read(4) == b"TDSh":
+                raise BadInput(
+                    "this is the index of a TDMS file, without data",
+                    file=self.path,
+                    remedy="name the .tdms file",
+                )
+            stream.seek(0)
+            with quiet("nptdms"):
+                with of_library(self.path, "TDMS file"):
+                    file = TdmsFile.open(stream)
+                yield file
+
+
+def _wave(properties: Any) -> _Wave | None:
+    increment = properties.get("wf_increment")
+    if not isinstance(increment, int | float) or not 0.0 < increment < float("inf"):
+        return None
+    offset = properties.get("wf_start_offset", 0.0)
+    start = properties.get("wf_start_time")
+    start_s = None
+    if isinstance(start, np.datetime64) and not np.isnat(start):
+        start_s = float(start.astype("datetime64[us]").astype(np.int64)) * 1e-6
+        start_s = start_s if start_s > 0.0 else None  # 1904: not set
+    return _Wave(start_s, float(offset) if isinstance(offset, int | float) else 0.0, float(increment))

@@ -1,0 +1,72 @@
+"""A large text file in blocks of whole lines, so that only one block need be in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+from foundation.errors import BadInput
+from recording.foreign.dialect import Dialect, split_line, wrong_encoding
+from recording.foreign.heading import is_data
+from recording.foreign.record import MISSING
+
+BLOCK_CHARACTERS = 1 << 23
+_MOST_FURTHER_LINES = 1000
+_PLAIN = frozenset(MISSING)
+
+
+@dataclass(frozen=True)
+class TextBlock:
+    """Whole lines: the text, ended by a line feed, and the number (from 1) of the first."""
+
+    first_line: int
+    text: str
+    cut: bool
+    """Whether it is the last one and its last line is not ended in the file."""
+
+
+def text_blocks(path: Path, dialect: Dialect) -> Iterator[TextBlock]:
+    """Give a file's lines from the first that may be data on; line ends are line feeds.
+
+    A block ends behind a line of values where one comes soon, so that a header block inside the data is not
+    torn.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be read, or is not in its encoding.
+    """
+    number = 1
+    try:
+        with path.open("r", encoding=dialect.codec, newline=None) as stream:
+            for _ in range(dialect.first_line - 1):
+                stream.readline()
+                number += 1
+            while text := stream.read(BLOCK_CHARACTERS):
+                text += _rest(text, stream, dialect.separator)
+                stripped = text.rstrip("\0")
+                block = TextBlock(number, _ended(stripped), bool(stripped) and not stripped.endswith("\n"))
+                number += text.count("\n")
+                if stripped:
+                    yield block
+    except UnicodeDecodeError:
+        raise wrong_encoding(path, dialect.codec, number) from None
+    except OSError as error:
+        raise BadInput(f"cannot be read: {error.strerror}", file=path, remedy="check the path") from None
+
+
+def _ended(text: str) -> str:
+    return text if text.endswith("\n") else text + "\n"
+
+
+def _rest(text: str, stream: TextIO, separator: str) -> str:
+    """Return what follows, up to the end of a line of values."""
+    rest = "" if text.endswith("\n") else stream.readline()
+    last = (text + rest).rstrip("\n").rpartition("\n")[2]
+    for _ in range(_MOST_FURTHER_LINES):
+        if is_data(split_line(last, separator), _PLAIN) or not (last := stream.readline()):
+            break
+        rest += last
+    return rest

@@ -1,0 +1,120 @@
+"""An index of run files: their key facts without opening them. It is a cache, never the truth.
+
+A file's facts are taken from the index while its size, times and inode are those of when they were read.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, default_folder, stamp_of
+from recording.catalogue import RunFacts, facts_of, run_files
+from recording.query import Field
+
+FILE_NAME = "runs-1.sqlite"
+PLANNED = ("prestress_mm", "amplitude_mm", "frequency_Hz")
+RECORDED: Mapping[str, Field] = {
+    "id": Field("id", "text"),
+    "kind": Field("kind", "text"),
+    "status": Field("status", "text"),
+    "specimen": Field("specimen", "text"),
+    "campaign": Field("campaign", "text"),
+    "operator": Field("operator", "text"),
+    "step": Field("step", "text"),
+    "date": Field("started_utc", "date"),
+    "started_utc": Field("started_utc", "date"),
+    "path": Field("path", "text"),
+    "sha256": Field("sha256", "text"),
+    **{name: Field(name, "number") for name in PLANNED},
+}
+"""What can be asked of a run from its recording alone, by name."""
+_SCHEMA = (
+    f"CREATE TABLE IF NOT EXISTS runs (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, facts TEXT) WITHOUT ROWID;"
+)
+
+
+def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
+    """Return what :func:`recording.catalogue.list_runs` returns, with the help of the index.
+
+    Parameters
+    ----------
+    path : Path
+        A run file, or a folder with runs in it and below.
+    folder : Path, optional
+        Where the index lies; the user's cache folder by default. One that cannot be used is done without.
+
+    Raises
+    ------
+    BadInput
+        As :func:`recording.catalogue.list_runs`.
+    """
+    files = run_files([path])
+    index = CacheFile((folder or default_folder()) / FILE_NAME, _SCHEMA)
+    try:
+        known = _known(index)
+        found: list[RunFacts] = []
+        fresh: list[tuple[str, Stamp, RunFacts]] = []
+        for file in files:
+            name, stamp = str(file.resolve()), stamp_of(file)
+            entry = known.get(name)
+            facts = None if entry is None or entry[0] != stamp else _facts(file, entry[1])
+            if facts is not None:
+                found.append(facts)
+                continue
+            facts = facts_of(file)
+            found.append(facts)
+            if stamp is not None and stamp.settled and facts.problem is None:
+                fresh.append((name, stamp, facts))
+        _remember(index, fresh)
+        return found
+    finally:
+        index.close()
+
+
+def recorded_facts(run: RunFacts) -> dict[str, Any]:
+    """Return what is known of a run from its recording, by the facts of :data:`RECORDED`."""
+    return {
+        "id": run.id,
+        "kind": run.kind,
+        "status": run.status,
+        "specimen": run.specimen_id,
+        "campaign": run.campaign,
+        "operator": run.operator,
+        "step": run.step or None,
+        "started_utc": run.started_utc,
+        "path": str(run.path),
+        "sha256": run.sha256,
+        "prestress_mm": run.prestress_mm,
+        "amplitude_mm": run.amplitude_mm,
+        "frequency_Hz": run.frequency_Hz,
+    }
+
+
+def _known(index: CacheFile) -> dict[str, tuple[Stamp, str]]:
+    with index.guarded() as connection:
+        if connection is not None:
+            rows = connection.execute("SELECT path, size, mtime_ns, ctime_ns, inode, facts FROM runs")
+            return {row[0]: (Stamp(*row[1:5]), row[5]) for row in rows}
+    return {}
+
+
+def _remember(index: CacheFile, fresh: Sequence[tuple[str, Stamp, RunFacts]]) -> None:
+    rows = [(name, *stamp.row(), _text(facts)) for name, stamp, facts in fresh]
+    with index.guarded() as connection:
+        if connection is not None and rows:
+            connection.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?)", rows)
+
+
+def _text(facts: RunFacts) -> str:
+    return json.dumps({key: value for key, value in asdict(facts).items() if key != "path"})
+
+
+def _facts(path: Path, text: str) -> RunFacts | None:
+    try:
+        return RunFacts(path=path, **json.loads(text))
+    except (ValueError, TypeError):  # damaged, or of an earlier version
+        return None

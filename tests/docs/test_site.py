@@ -1,0 +1,50 @@
+"""The documentation: the site builds without a warning, and its list of commands is the commands' own."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cli.main import COMMANDS, SECTIONS
+from tests.docs.commands_page import page
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+    options = ["-q", "-W", "-b", "html", "-d", tmp_path / "cache"]
+    built = subprocess.run(
+        [sys.executable, "-P", "-m", "sphinx", *options, DOCS, tmp_path / "site"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert built.returncode == 0, built.stderr
+    assert "From unpacking to a test report" in (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+
+
+def test_every_page_is_in_the_site() -> None:
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    listed = {DOCS / f"{name}.md" for name in re.findall(r"^[\w/-]+$", index, re.MULTILINE)}
+    pages = {path for path in DOCS.rglob("*.md") if path.parent.name != "decisions"} - {DOCS / "index.md"}
+    assert pages - listed == set()
+
+
+def test_the_page_of_commands_is_their_own_help() -> None:
+    assert (DOCS / "commands.md").read_text(encoding="utf-8") == page(), (
+        "run: python -m tests.docs.commands_page > docs/commands.md"
+    )
+
+
+def test_every_command_has_its_place_in_the_list() -> None:
+    assert {name for names in SECTIONS.values() for name in names} == set(COMMANDS)
+
+
+@pytest.mark.parametrize("block", re.findall(r"^## .*?(?=^## |\Z)", page(), re.MULTILINE | re.DOTALL))
+def test_every_command_has_an_example(block: str) -> None:
+    assert re.search(r"Example:|bufferstand demo", block), block

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evaluation.differences import Value, difference, equivalences
+
+number = st.floats(-1e6, 1e6, allow_nan=False)
+positive = st.floats(1e-3, 1e3)
+
+
+@given(number, positive, number, positive)
+def test_a_difference_is_antisymmetric_and_its_uncertainty_is_that_of_independent_errors(
+    a: float, Ua: float, b: float, Ub: float
+) -> None:
+    one, two = difference(Value(a, Ua), Value(b, Ub)), difference(Value(b, Ub), Value(a, Ua))
+    assert one.value == -two.value
+    assert one.expanded_uncertainty == two.expanded_uncertainty
+    assert one.expanded_uncertainty == pytest.approx(math.hypot(Ua, Ub))
+    assert one.beyond == (abs(a - b) > math.hypot(Ua, Ub)) or abs(a - b) == pytest.approx(math.hypot(Ua, Ub))
+
+
+def test_without_an_uncertainty_nothing_is_said_of_a_difference() -> None:
+    for pair in ((Value(1.0), Value(2.0, 0.1)), (Value(1.0, 0.1), Value(2.0))):
+        apart = difference(*pair)
+        assert (apart.expanded_uncertainty, apart.normalised, apart.beyond) == (None, None, None)
+    assert difference(Value(1.0, 0.1), Value(0.0, 0.1)).relative is None
+
+
+def test_degrees_of_equivalence_are_those_of_a_simulation() -> None:
+    U = [1.0, 2.0, 0.5, 1.5]
+    mean, found = equivalences([Value(v, u) for v, u in zip((10.0, 11.0, 9.0, 12.0), U, strict=True)])
+    assert mean == pytest.approx(10.5)
+    assert sum(one.deviation for one in found) == pytest.approx(0.0, abs=1e-12)
+    draws = np.random.default_rng(1).normal(0.0, np.array(U) / 2.0, (200_000, 4))
+    spread = 2.0 * np.std(draws - draws.mean(axis=1, keepdims=True), axis=0)
+    for one, expected in zip(found, spread, strict=True):
+        assert one.expanded_uncertainty == pytest.approx(expected, rel=0.01)
+    with pytest.raises(ValueError, match="two values"):
+        equivalences([Value(1.0, 0.1)])

@@ -1,0 +1,78 @@
+"""Small archives for tests, and files that are wrong in their own ways."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import h5py
+import pytest
+
+from evaluation.archive.evaluate import ArchiveEvaluation
+from evaluation.archive.identity import Settings
+from evaluation.archive.tables import cycles_frame, document, runs_frame
+from evaluation.results import Options
+from tests.evaluation_report.make_runs import Made, write_campaign
+from tests.recording.samples import flipped
+
+SETTINGS = Settings(Options(draws=50))
+NAMES = tuple(
+    Made(f"h-{prestress:.0f}-{frequency:g}", prestress, 10.0, frequency, cycles=5)
+    for prestress in (30.0, 60.0)
+    for frequency in (1.0, 1.5, 2.0, 2.5)
+)
+
+_POISON = """
+import os, signal
+import h5py
+
+class Poisoned(h5py.File):
+    def __init__(self, name, *args, **kwargs):
+        if "poison" in str(name):
+            os.kill(os.getpid(), signal.SIGKILL)
+        super().__init__(name, *args, **kwargs)
+
+h5py.File = Poisoned
+"""
+
+
+def archive(folder: Path) -> list[Path]:
+    """Write eight harmonic runs of one specimen, long enough ago for their times to be trusted."""
+    made = sorted(write_campaign(folder, NAMES).rglob("*.h5"))
+    for path in made:
+        path.chmod(0o644)
+        aged(path)
+    return made
+
+
+def aged(path: Path, seconds: float = 1000.0) -> None:
+    """Give a file an earlier time of change (that of its inode stays)."""
+    facts = path.stat()
+    os.utime(path, (facts.st_atime, facts.st_mtime - seconds))
+
+
+def damaged(path: Path) -> None:
+    """Turn one bit of the force of a run, and leave its time of change as it was."""
+    facts = path.stat()
+    with h5py.File(path) as tree:
+        place = tree["entry/controller/force"].id.get_chunk_info(0).byte_offset
+    flipped(path, 8 * (place + 20))
+    os.utime(path, ns=(facts.st_atime_ns, facts.st_mtime_ns))
+
+
+def let_poison_kill(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Let every process started from now on die when it opens a file that has “poison” in its name."""
+    place = folder / "poison-site"
+    place.mkdir()
+    (place / "sitecustomize.py").write_text(_POISON)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(place), str(Path(__file__).resolve().parents[2])]))
+    return place
+
+
+def all_of_it(evaluation: ArchiveEvaluation) -> tuple[str, str, object]:
+    """Return everything that an evaluation says, to be compared."""
+    return (
+        cycles_frame(evaluation).to_csv(index=False),
+        runs_frame(evaluation).to_csv(index=False),
+        document(evaluation),
+    )

@@ -1,0 +1,160 @@
+"""A real Dask cluster on loopback, whose processes are killed: the same bits, or a plain word why not."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from evaluation.archive.cluster import Cluster
+from evaluation.archive.evaluate import Progress, evaluate_archive
+from evaluation.archive.local import DIED, Local
+from evaluation.archive.tables import cycles_frame, write_tables
+from foundation.errors import BadInput, DeviceFault
+from tests.evaluation_archive.dask_cluster import ROOT, DaskCluster, dask_cluster, free_port
+from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged, let_poison_kill
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::ResourceWarning"
+)  # Dask's own sockets, when one end is killed
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> list[Path]:
+    return archive(tmp_path / "archive")
+
+
+def silent(_: str) -> None:
+    """Take warnings of processors that differ: not here, where all are one machine."""
+    raise AssertionError(_)
+
+
+def table(folder: Path, name: str, files: Sequence[Path], workers: Local | Cluster) -> bytes:
+    evaluation = evaluate_archive(files, SETTINGS, workers)
+    write_tables(evaluation, folder / f"{name}.csv", folder / f"{name}-runs.csv")
+    return (folder / f"{name}.csv").read_bytes() + (folder / f"{name}-runs.csv").read_bytes()
+
+
+def test_the_same_table_with_a_worker_killed_midway(
+    runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Relative paths, a damaged file and one that kills its worker; the table is that of this process."""
+    monkeypatch.chdir(tmp_path)
+    bad = runs[3].with_name("bad.h5")
+    bad.write_bytes(runs[3].read_bytes())
+    damaged(bad)
+    files = [path.relative_to(tmp_path) for path in (*runs[:4], bad, *runs[4:])]
+    expected = table(tmp_path, "here", files, Local(1))
+    with dask_cluster(tmp_path, 2) as cluster:
+        killed: list[Progress] = []
+
+        def kill_one(progress: Progress) -> None:
+            if progress.done >= 2 and not killed:
+                killed.append(progress)
+                cluster.kill(cluster.workers[0])
+
+        evaluation = evaluate_archive(files, SETTINGS, Cluster(cluster.address, silent), report=kill_one)
+        assert killed
+        assert [Path(failure.path).name for failure in evaluation.failures] == ["bad.h5"]
+        write_tables(evaluation, tmp_path / "there.csv", tmp_path / "there-runs.csv")
+    there = (tmp_path / "there.csv").read_bytes() + (tmp_path / "there-runs.csv").read_bytes()
+    assert there == expected
+
+
+@pytest.mark.long
+def test_a_file_that_kills_its_worker(
+    runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The workers' nannies start them again; the file is named and the others have their results."""
+    poison = runs[0].with_name("poison.h5")
+    poison.write_bytes(runs[0].read_bytes())
+    expected = evaluate_archive(runs[:3], SETTINGS, Local(1))
+    place = let_poison_kill(tmp_path, monkeypatch)
+    values = {"PYTHONPATH": f"{place}:{ROOT}"}
+    cluster = DaskCluster(tmp_path)
+    try:
+        cluster.start_scheduler({"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"})
+        cluster.start_worker(values, nanny=True)
+        found = evaluate_archive([poison, *runs[:3]], SETTINGS, Cluster(cluster.address, silent))
+    finally:
+        cluster.close()
+    assert [(failure.problem, failure.lost) for failure in found.failures] == [(DIED, True)]
+    assert cycles_frame(found).equals(cycles_frame(expected))
+
+
+@pytest.mark.long
+def test_a_scheduler_that_is_restarted(runs: list[Path], tmp_path: Path) -> None:
+    expected = all_of_it(evaluate_archive(runs, SETTINGS, Local(1)))
+    with dask_cluster(tmp_path, 1) as cluster:
+        restarted: list[threading.Thread] = []
+
+        def restart() -> None:
+            assert cluster.scheduler is not None
+            cluster.kill(cluster.scheduler)
+            cluster.kill(cluster.workers[0])
+            cluster.start_scheduler()
+            cluster.start_worker()
+
+        def restart_once(progress: Progress) -> None:
+            if progress.done >= 2 and not restarted:
+                restarted.append(threading.Thread(target=restart))
+                restarted[0].start()
+
+        workers = Cluster(cluster.address, silent)
+        assert all_of_it(evaluate_archive(runs, SETTINGS, workers, report=restart_once)) == expected
+        restarted[0].join()
+
+
+@pytest.fixture(scope="module")
+def other_code(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of the code that differs in one line of the evaluation."""
+    folder = tmp_path_factory.mktemp("other-code")
+    for room in ("evaluation", "recording", "foundation", "model"):
+        shutil.copytree(ROOT / room, folder / room, ignore=shutil.ignore_patterns("__pycache__"))
+    with (folder / "evaluation" / "cycles.py").open("a") as file:
+        file.write("# another version\n")
+    return folder
+
+
+def test_what_cannot_be_a_worker(runs: list[Path], tmp_path: Path, other_code: Path) -> None:
+    """Other code, no bufferstand at all, more threads, an archive that is not mounted: refused by name."""
+    cases: list[tuple[dict[str, str], str]] = [
+        ({"PYTHONPATH": str(other_code)}, r"worker tcp://127.0.0.1:\d+: has bufferstand .* instead of"),
+        ({"OPENBLAS_NUM_THREADS": "2"}, "is not run with OPENBLAS_NUM_THREADS=1"),
+    ]
+    cluster = DaskCluster(tmp_path)
+    try:
+        cluster.start_scheduler()
+        for environment, said in cases:
+            worker = cluster.start_worker(environment)
+            with pytest.raises(BadInput, match=said):
+                evaluate_archive(runs[:2], SETTINGS, Cluster(cluster.address, silent))
+            cluster.kill(worker)
+    finally:
+        cluster.close()
+
+
+def test_no_scheduler(runs: list[Path]) -> None:
+    with pytest.raises(BadInput, match="no scheduler answers there"):
+        evaluate_archive(runs[:2], SETTINGS, Cluster("nonsense", silent))
+
+
+@pytest.mark.long
+def test_nobody_there(runs: list[Path], tmp_path: Path) -> None:
+    address = f"tcp://127.0.0.1:{free_port()}"
+    with pytest.raises(BadInput, match="no scheduler answers there"):
+        evaluate_archive(runs[:2], SETTINGS, Cluster(address, silent))
+    with dask_cluster(tmp_path, 0) as cluster:
+        with pytest.raises(BadInput, match="no worker has joined the cluster"):
+            evaluate_archive(runs[:2], SETTINGS, Cluster(cluster.address, silent, lost_s=1.0))
+        worker = cluster.start_worker()
+
+        def kill_all(progress: Progress) -> None:
+            if progress.done:
+                cluster.kill(worker)
+
+        with pytest.raises(DeviceFault, match="all workers are gone"):
+            evaluate_archive(runs, SETTINGS, Cluster(cluster.address, silent, lost_s=20.0), report=kill_all)

@@ -1,0 +1,69 @@
+"""Which files a user means: files, folders, patterns, lists."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from evaluation.archive.sources import find_runs
+from foundation.errors import BadInput
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name in ("a/1.h5", "a/2.h5", "a/b/3.h5", "a/note.txt", "a/4.h5.tmp"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("sources", "names"),
+    [
+        (["a"], ["1", "2", "3"]),
+        (["a/**/*.h5"], ["1", "2", "3"]),
+        (["a/**"], ["1", "2", "3"]),
+        (["a/*.h5"], ["1", "2"]),
+        (["a/b/3.h5", "a"], ["3", "1", "2"]),
+        (["a/2.h5", "a/../a/2.h5"], ["2"]),
+        (["a/[13].h5"], ["1"]),
+    ],
+)
+def test_what_is_named(folder: Path, sources: list[str], names: list[str]) -> None:
+    assert [path.stem for path in find_runs(sources)] == names
+    absolute = [str(folder / source) for source in sources]
+    assert [path.stem for path in find_runs(absolute)] == names
+
+
+def test_lists(folder: Path) -> None:
+    (folder / "list.txt").write_text("# the good ones\na/2.h5\n\n a/b \ngone.h5\n", encoding="utf-8")
+    for found in (find_runs(["@list.txt"]), find_runs([], [Path("list.txt")])):
+        # What is gone stays in the list: it is for the evaluation to say so, once, among the others.
+        assert [path.name for path in found] == ["2.h5", "3.h5", "gone.h5"]
+
+
+def test_what_exists_is_no_pattern_and_no_list(folder: Path) -> None:
+    (folder / "@x.h5").touch()
+    (folder / "a" / "[1].h5").touch()
+    assert [path.name for path in find_runs(["@x.h5", "a/[1].h5"])] == ["@x.h5", "[1].h5"]
+
+
+@pytest.mark.parametrize(
+    ("sources", "said"),
+    [
+        (["b"], "b: no such file or folder"),
+        (["a/*.hdf"], "a/*.hdf: the pattern matches no run file"),
+        (["@none.txt"], "none.txt: no such file"),
+        (["@empty.txt"], "empty.txt: the list names no run"),
+        (["@bad.txt"], "bad.txt: line 2: z/*.h5: the pattern matches no run file"),
+        ([], "PATH: no run is named"),
+    ],
+)
+def test_what_cannot_be_meant(folder: Path, sources: list[str], said: str) -> None:
+    (folder / "empty.txt").write_text("\n# nothing\n")
+    (folder / "bad.txt").write_text("a/1.h5\nz/*.h5\n")
+    with pytest.raises(BadInput) as refusal:
+        find_runs(sources)
+    assert str(refusal.value).startswith(said)

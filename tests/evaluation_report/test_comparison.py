@@ -1,0 +1,219 @@
+"""Reports that compare: specimens side by side, re-evaluations, and a model beside the runs."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from evaluation.report.build import build_content
+from evaluation.report.build_comparison import build_comparison
+from evaluation.report.content import Content, Table
+from evaluation.report.fields import ReportFields, read_fields
+from evaluation.report.reading import Given, read_source
+from evaluation.report.sides import Sides, conditions_of, side_by_side
+from evaluation.report.source import Source
+from evaluation.report.writing import write_comparison
+from foundation.errors import BadInput
+from tests.evaluation_report.conftest import Made
+from tests.evaluation_report.layout import MODEL, RUNS
+from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
+from tests.evaluation_report.test_content import everything, tables
+
+
+def softer(document: dict[str, Any], factor: float) -> dict[str, Any]:
+    """Return an evaluation in which every damping and its U are so many times what they were."""
+    other = copy.deepcopy(document)
+    for entry in other["runs"]:
+        damping = entry["summary"]["damping"]
+        damping["value"] *= factor
+    return other
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
+    root = tmp_path_factory.mktemp("sides")
+    few, more = RUNS[:2], RUNS
+    return (
+        write_campaign(root / "one", more, rate_Hz=50.0),
+        write_campaign(root / "two", few, rate_Hz=50.0, specimen="KX-0816"),
+        write_campaign(root / "three", few, rate_Hz=50.0, specimen="KX-0817"),
+    )
+
+
+def sides_of(folders: tuple[Path, ...], factors: tuple[float, ...]) -> Sides:
+    document = hand_made_document(RUNS)
+    sources = [
+        read_source(folder, softer(document, factor)) for folder, factor in zip(folders, factors, strict=True)
+    ]
+    return side_by_side(sources, ReportFields())
+
+
+def table_named(content: Content, start: str) -> Table:
+    return next(table for table in tables(content) if table.title.startswith(start))
+
+
+def test_runs_of_the_same_step_are_paired_and_the_others_named(folders: tuple[Path, Path, Path]) -> None:
+    sides = sides_of(folders[:2], (1.0, 1.0))
+    conditions = conditions_of(sides)
+    pairs = [tuple(run.number if run else None for run in c.runs) for c in conditions]
+    assert pairs == [(1, 4), (2, 5)]
+    content = build_comparison(sides)
+    assert "Run 3: a step that none of the others has run; not compared." in everything(content)
+    assert [run.file for run in sides.whole.runs][3].startswith("two/")
+
+
+def test_a_difference_is_stated_with_its_uncertainty_and_judged_by_it(
+    folders: tuple[Path, Path, Path],
+) -> None:
+    # U of the hand-made damping is 0.007 of about 0.39: 1 % is within the U of a difference, 10 % far beyond.
+    for factor, judged in ((1.01, "within U"), (1.10, "◆ beyond U")):
+        content = build_comparison(sides_of(folders[:2], (1.0, factor)))
+        row = next(r for r in table_named(content, "Step 1").rows if r[0].text.startswith("Damping"))
+        assert row[8].text == judged
+        assert row[6].text == f"+{100.0 * (factor - 1.0):.1f}"
+        value, U = (float(part.replace("−", "-")) for part in row[5].text.split(" ± "))
+        assert float(row[7].text) == pytest.approx(value / U, rel=0.03, abs=0.06)
+    assert "Clearest: Damping" in everything(content)
+
+
+def test_specimens_that_are_equal_differ_in_nothing(folders: tuple[Path, Path, Path]) -> None:
+    content = build_comparison(sides_of(folders[:2], (1.0, 1.0)))
+    statements = [row[8].text for t in tables(content) if t.title.startswith("Step ") for row in t.rows]
+    assert statements
+    assert "◆ beyond U" not in statements
+    assert "0 of them beyond their expanded uncertainty" in everything(content)
+
+
+def test_three_specimens_have_a_spread_and_degrees_of_equivalence(folders: tuple[Path, Path, Path]) -> None:
+    content = build_comparison(sides_of(folders, (1.0, 1.1, 0.9)))
+    row = next(r for r in table_named(content, "Spread").rows if r[1].text.startswith("Damping"))
+    assert len(row) == 6 + 3
+    deviations = [float(cell.text.split(" ±")[0].replace("−", "-")) for cell in row[6:]]
+    assert sum(deviations) == pytest.approx(0.0, abs=2e-4)
+    assert deviations[1] > 0.0 > deviations[2]
+
+
+def test_each_specimen_keeps_its_own_statement_of_conformity(folders: tuple[Path, Path, Path]) -> None:
+    content = build_comparison(sides_of(folders[:2], (1.0, 1.0)))
+    (section,) = [s for s in content.sections if s.id == "conformity"]
+    titles = [block.title for block in section.blocks if isinstance(block, Table)]
+    assert [title[0] for title in titles[1:]] == ["A", "A", "B", "B"]
+    identification = everything(dataclasses.replace(content, sections=(content.sections[3],)))
+    assert "KX-0815" in identification
+    assert "KX-0816" in identification
+
+
+def test_steps_that_do_not_meet_are_said_to_be_none(folders: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    other = write_campaign(tmp_path / "other", (PAPER_LIKE[5],), rate_Hz=200.0)
+    sources = [
+        read_source(folders[1], hand_made_document(RUNS)),
+        read_source(other, hand_made_document((PAPER_LIKE[5],))),
+    ]
+    content = build_comparison(side_by_side(sources, ReportFields()))
+    assert "nothing can be compared" in everything(content)
+
+
+IN_ANOTHER_PROCESS = """
+import sys
+from pathlib import Path
+from evaluation.report.writing import write_comparison
+write_comparison([Path(sys.argv[1]), Path(sys.argv[2])], Path(sys.argv[3]))
+"""
+
+
+def test_a_comparison_has_the_same_bytes_in_another_process(
+    folders: tuple[Path, Path, Path], tmp_path: Path
+) -> None:
+    first = write_comparison(folders[1:], tmp_path / "one")
+    environment = os.environ | {
+        "PYTHONHASHSEED": "11",
+        "TZ": "Asia/Tokyo",
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }
+    command = [sys.executable, "-c", IN_ANOTHER_PROCESS, *map(str, folders[1:]), str(tmp_path / "two")]
+    subprocess.run(command, check=True, env=environment, timeout=300)
+    assert [path.name for path in first] == ["comparison-report.html", "comparison-report.pdf"]
+    for path in first:
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+
+
+def test_what_cannot_be_compared_is_refused(folders: tuple[Path, Path, Path], tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="given twice"):
+        write_comparison([folders[0], folders[0]], tmp_path)
+    with pytest.raises(BadInput, match="takes 2 to 26 paths, not 1"):
+        write_comparison(folders[:1], tmp_path)
+    with pytest.raises(BadInput, match="takes no model"):
+        write_comparison(folders[:2], tmp_path, given=Given(model=MODEL))
+    assert not list(tmp_path.iterdir())
+
+
+def reevaluated(report: Made, earlier: dict[str, Any]) -> Content:
+    source: Source = dataclasses.replace(report.source, earlier=earlier)
+    return build_content(source)
+
+
+def test_a_re_evaluation_names_what_moved_beyond_its_uncertainty(report: Made) -> None:
+    before = hand_made_document()
+    before["decision_rule"] = "guard-band"
+    before["runs"][0]["summary"]["damping"]["value"] += 0.05
+    before["runs"][1]["summary"]["damping"]["value"] += 0.001
+    before["runs"][0]["requirements"][0]["verdict"] = "fail"
+    content = reevaluated(report, before)
+    (notice, *_) = content.notices
+    assert notice.startswith("Re-evaluation: 2 results are not what they were, 1 of them beyond")
+    rows = table_named(content, "Results that are others").rows
+    assert [(row[0].text, row[1].text, row[-1].text) for row in rows] == [
+        ("1", "damping", "◆ beyond U"),
+        ("2", "damping", "within U"),
+    ]
+    (verdict,) = table_named(content, "Verdicts that are others").rows
+    assert (verdict[3].text, verdict[4].text) == ("✗ fail", "✓ pass")
+
+
+def test_the_same_evaluation_again_moves_nothing(report: Made) -> None:
+    content = reevaluated(report, hand_made_document())
+    assert content.notices[0].startswith("Re-evaluation: 0 results are not what they were")
+    (row,) = table_named(content, "Settings and software").rows
+    assert row[0].text == "none"
+
+
+def test_a_model_is_shown_beside_the_runs_with_what_it_misses(tmp_path: Path) -> None:
+    folder = write_campaign(tmp_path / "campaign", RUNS, rate_Hz=100.0)
+    source = read_source(folder, hand_made_document(RUNS), Given(model=MODEL))
+    content = build_content(source)
+    (section,) = [s for s in content.sections if s.id == "model"]
+    assert section.title == "Model against measurement"
+    rows = table_named(content, "Measured and by the model").rows
+    assert [row[0].text for row in rows] == ["1", "2", "3"]
+    # make_runs.py's static loop returns at 0.55 of the loading force.
+    assert float(rows[0][2].text) == pytest.approx(0.45, abs=0.01)
+    captions = [picture.caption for picture in content.pictures()]
+    assert any("measured (thin, black) and by the model Side buffer" in caption for caption in captions)
+    assert source.modelled is not None
+    assert source.modelled.sha256 in everything(content)
+
+
+def test_an_amendment_says_what_it_replaces_what_it_changes_and_why(report: Made, tmp_path: Path) -> None:
+    file = tmp_path / "report.toml"
+    file.write_text(
+        'amends = "BR-000000000000"\namends_issued = 2026-03-01\n'
+        'amendment_reason = "serial number corrected"\n'
+        'amendment_changes = ["0815 instead of 0816"]\n'
+    )
+    content = build_content(dataclasses.replace(report.source, fields=read_fields(file)))
+    assert content.sections[0].title == "Amendment to report BR-000000000000"
+    assert content.notices[0].startswith("Amendment: this report replaces report BR-000000000000")
+    assert content.report_id != report.content.report_id
+    file.write_text('amends = "BR-000000000000"\namendment_reason = "serial number corrected"\n')
+    draft = build_content(dataclasses.replace(report.source, fields=read_fields(file)))
+    assert {"date of the report that this one replaces", "what this report changes"} <= set(draft.missing)
+    file.write_text('amendment_changes = ["0815 instead of 0816"]\n')
+    with pytest.raises(BadInput, match="not which"):
+        read_fields(file)

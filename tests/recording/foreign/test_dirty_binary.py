@@ -1,0 +1,348 @@
+"""TDMS, MDF and Excel as they come from real rigs: read right, or refused with the place."""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import sys
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from asammdf import MDF, Signal
+from nptdms import ChannelObject, TdmsWriter
+from openpyxl import Workbook
+
+from foundation.errors import BadInput
+from recording.foreign.importing import import_file
+from recording.foreign.wanted import ImportOptions
+from recording.run import Run
+from recording.runfile import open_run
+
+from . import makers
+
+WAVE = {"wf_increment": 0.01, "unit_string": "mm"}
+KN = {"wf_increment": 0.01, "unit_string": "kN"}
+RAMP = np.arange(50.0)
+
+
+def read(path: Path, **options: Any) -> tuple[Run, tuple[str, ...]]:
+    made = import_file(path, path.parent / "out", ImportOptions(kind="harmonic", **options))
+    return open_run(made.path), made.warnings
+
+
+def refused(path: Path, **options: Any) -> str:
+    with pytest.raises(BadInput) as caught:
+        read(path, **options)
+    assert not (path.parent / "out").exists()
+    message = caught.value.message()
+    assert message.startswith((str(path), "--"))
+    return message
+
+
+# --- TDMS ---------------------------------------------------------------------------------------------
+
+
+def tdms(tmp_path: Path, *segments: list[ChannelObject]) -> Path:
+    path = tmp_path / "record.tdms"
+    with TdmsWriter(str(path)) as writer:
+        for segment in segments:
+            writer.write_segment(segment)
+    return path
+
+
+def channel(name: str, values: Any, properties: dict[str, Any] | None = None, group: str = "G") -> Any:
+    return ChannelObject(group, name, np.asarray(values), properties or {})
+
+
+def test_tdms_of_two_groups_of_the_same_names(tmp_path: Path) -> None:
+    both = [
+        channel(name, RAMP + shift, properties, group)
+        for group, shift in (("Raw", 0.0), ("Filtered", 100.0))
+        for name, properties in (("stroke", WAVE), ("force", KN))
+    ]
+    path = tdms(tmp_path, both)
+    message = refused(path)
+    assert "two columns mean “stroke_1”: “Filtered/stroke”, “Raw/stroke”" in message
+    assert "or read one group with --group NAME" in message
+    run, _ = read(path, groups=["Filtered"])
+    assert run.series("force").value[0] == 100.0
+    assert run.metadata["original"]["groups_left_out"] == ["Raw"]
+    assert run.metadata["original"]["columns"]["force"]["unit_from"] == "unit_string"
+    with pytest.raises(BadInput, match="no such group; the groups are “Filtered”, “Raw”"):
+        read(path, groups=["X"])
+    shutil.rmtree(tmp_path / "out")
+    run, _ = read(path, column={"stroke": "Raw/stroke", "force": "Raw/force"})
+    assert run.series("force").value[0] == 0.0
+
+
+def test_tdms_cut_in_the_middle_keeps_what_is_whole(tmp_path: Path) -> None:
+    path = tdms(tmp_path, [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN)])
+    whole = path.read_bytes()
+    path.write_bytes(whole[: -8 * 20])
+    run, warnings = read(path)
+    assert "the last segment is not complete: the recording was cut short" in warnings
+    assert "group “G”, channel “stroke”: 20 sample(s) more than the others, left out" in warnings
+    assert run.series("force").value.tolist() == RAMP[:30].tolist()
+
+
+def test_a_stale_index_file_is_not_believed(tmp_path: Path) -> None:
+    path = tdms(tmp_path, [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN)])
+    other = tmp_path / "other"
+    other.mkdir()
+    longer = other / "record.tdms"
+    with TdmsWriter(str(longer), index_file=True) as writer:
+        writer.write_segment(
+            [channel("force", np.zeros(99), KN), channel("stroke", np.zeros(99, dtype=np.int16), WAVE)]
+        )
+    shutil.copy(f"{longer}_index", f"{path}_index")
+    run, _ = read(path)
+    assert run.series("force").value.tolist() == RAMP.tolist()
+    message = refused_elsewhere(Path(f"{path}_index"), tmp_path / "elsewhere")
+    assert "this is the index of a TDMS file, without data; name the .tdms file" in message
+
+
+def refused_elsewhere(path: Path, out: Path) -> str:
+    with pytest.raises(BadInput) as caught:
+        import_file(path, out)
+    assert not out.exists()
+    return caught.value.message()
+
+
+def test_tdms_without_waveform_needs_a_rate(tmp_path: Path) -> None:
+    path = tdms(tmp_path, [channel("stroke [mm]", RAMP), channel("force [kN]", RAMP)])
+    assert "channel “stroke [mm]”: the channel has no time (no wf_increment)" in refused(path)
+    run, _ = read(path, sample_rate_hz=100.0)
+    assert run.series("force").time_s[1] == 0.01
+
+
+def test_tdms_with_a_time_channel(tmp_path: Path) -> None:
+    stamps = np.datetime64("2026-03-05T14:00:00") + (np.arange(50) * 20).astype("timedelta64[ms]")
+    path = tdms(
+        tmp_path, [channel("time", stamps), channel("stroke [mm]", RAMP), channel("force [kN]", RAMP)]
+    )
+    run, _ = read(path, unit={"time": "date-time"})
+    assert run.series("force").time_s == pytest.approx(np.arange(50) * 0.02, abs=1e-9)
+    assert run.metadata["run"]["started_utc"] == "2026-03-05T14:00:00+00:00"
+
+
+def test_tdms_channels_that_cannot_be_used(tmp_path: Path) -> None:
+    texts = [channel("stroke", RAMP, WAVE), channel("force", ["a", "b"], KN)]
+    assert "group “G”, channel “force”: its samples are no numbers" in refused(tdms(tmp_path, texts))
+    spectrum = [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN | {"wf_xunit_string": "Hz"})]
+    assert "it runs over “Hz”, not over time" in refused(tdms(tmp_path, spectrum))
+    rates = [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN | {"wf_increment": 0.02})]
+    assert "stroke_1 and force were not sampled at the same instants" in refused(tdms(tmp_path, rates))
+    unit = [channel("stroke", RAMP, WAVE), channel("force", RAMP, {"wf_increment": 0.01})]
+    assert "group “G”, channel “force”: this column has no unit" in refused(tdms(tmp_path, unit))
+    rated = tdms(tmp_path, [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN)])
+    assert "the record has its own time (waveform" in refused(rated, sample_rate_hz=10.0)
+
+
+@pytest.mark.parametrize("share", [pytest.param(0.1, marks=pytest.mark.long), 0.8])
+def test_broken_files_are_refused_or_read_in_part_and_never_a_traceback(tmp_path: Path, share: float) -> None:
+    """Cut off, and with bytes overwritten, at many places: either numbers, or one message."""
+    random = np.random.default_rng(round(share * 100))
+    for form in ("TDMS", "MDF4", "Excel"):
+        name, write = makers.FORMATS[form]
+        whole = write(tmp_path / name).read_bytes()
+        for number in range(6):
+            broken = bytearray(whole)
+            if number < 3:
+                del broken[int(len(whole) * share) + number :]
+            else:
+                place = int(random.integers(4, max(5, int(len(whole) * share))))
+                broken[place : place + 3] = random.bytes(3)
+            path = tmp_path / f"{form}-{number}-{name}"
+            path.write_bytes(bytes(broken))
+            try:
+                run, _ = read(path)
+            except BadInput as error:
+                assert str(path) in error.message()  # noqa: PT017 - either is right
+            else:
+                assert run.streams["record"].rows > 0
+
+
+# --- MDF ----------------------------------------------------------------------------------------------
+
+
+def mdf(path: Path, *groups: list[Signal], **save: Any) -> Path:
+    file = MDF(version="4.10")
+    for group in groups:
+        file.append(group)
+    saved = Path(file.save(path, overwrite=True, **save))
+    file.close()
+    return saved
+
+
+def signal(name: str, values: Any, unit: str, step_s: float = 0.01, **facts: Any) -> Signal:
+    samples = np.asarray(values)
+    return Signal(samples, np.arange(len(samples)) * step_s, name=name, unit=unit, **facts)
+
+
+@pytest.mark.parametrize("compression", [0, 1, 2])
+def test_mdf_of_every_compression(tmp_path: Path, compression: int) -> None:
+    path = makers.mdf(tmp_path / "record.mf4", compression=compression)
+    run, warnings = read(path)
+    assert run.series("force").value == pytest.approx(makers.motion()["force"], rel=1e-12)
+    assert warnings == ()
+
+
+def test_an_mdf_3_file(tmp_path: Path) -> None:
+    path = makers.mdf(tmp_path / "record.mdf", compression=0, version="3.30")
+    run, _ = read(path)
+    assert run.series("force").value == pytest.approx(makers.motion()["force"], rel=1e-9)
+
+
+def test_an_mdf_file_that_was_not_finalised(tmp_path: Path) -> None:
+    """As a logger leaves it whose power was cut: cycle counters and length of the last data are not set."""
+    path = mdf(tmp_path / "record.mf4", [signal("stroke", RAMP, "mm"), signal("force", RAMP, "kN")])
+    raw = bytearray(path.read_bytes())
+    raw[0:8] = b"UnFinMF "
+    struct.pack_into("<H", raw, 60, 0b101)
+    group = raw.find(b"##CG")
+    links = struct.unpack_from("<Q", raw, group + 16)[0]
+    struct.pack_into("<Q", raw, group + 24 + 8 * links + 8, 0)  # cycle count
+    data = raw.find(b"##DT")
+    struct.pack_into("<Q", raw, data + 8, 24)  # length
+    path.write_bytes(bytes(raw))
+    before = path.read_bytes()
+    run, warnings = read(path)
+    assert run.series("force").value[: len(RAMP)].tolist() == RAMP.tolist()
+    assert "the file was not finalised: the recording may have been cut short" in warnings
+    assert path.read_bytes() == before
+
+
+def test_mdf_samples_that_are_marked_invalid_are_no_values(tmp_path: Path) -> None:
+    invalid = np.zeros(50, dtype=bool)
+    invalid[[3, 4]] = True
+    path = mdf(
+        tmp_path / "record.mf4",
+        [signal("stroke", RAMP, "mm"), signal("force", RAMP, "kN", invalidation_bits=invalid)],
+    )
+    run, warnings = read(path)
+    assert np.flatnonzero(np.isnan(run.series("force").value)).tolist() == [3, 4]
+    assert len(run.series("force").value) == 50
+    assert "force: 2 empty or NaN cell(s), the first in sample 4" in warnings
+
+
+def test_mdf_signals_each_in_a_group_of_its_own(tmp_path: Path) -> None:
+    groups = [[signal("stroke", RAMP, "mm")], [signal("force", RAMP, "kN")]]
+    run, _ = read(mdf(tmp_path / "record.mf4", *groups))
+    assert list(run.streams) == ["record"]
+    shifted = [[signal("stroke", RAMP, "mm")], [signal("force", RAMP, "kN", 0.02)]]
+    other = tmp_path / "other"
+    other.mkdir()
+    message = refused(mdf(other / "record.mf4", *shifted))
+    assert "stroke_1 and force were not sampled at the same instants" in message
+    assert "group “Python (1)”, channel “stroke” and group “Python (2)”, channel “force”" in message
+
+
+def test_mdf_channels_that_are_texts(tmp_path: Path) -> None:
+    words = signal("force", np.array([b"low", b"high"] * 25), "kN", encoding="utf-8")
+    path = mdf(tmp_path / "record.mf4", [signal("stroke", RAMP, "mm"), words])
+    assert "channel “force”: its samples are no numbers" in refused(path)
+
+
+# --- Excel --------------------------------------------------------------------------------------------
+
+
+def book(tmp_path: Path, sheets: dict[str, list[list[Any]]]) -> Path:
+    path = tmp_path / "record.xlsx"
+    workbook = Workbook()
+    workbook.remove(workbook.active)
+    for title, rows in sheets.items():
+        sheet = workbook.create_sheet(title)
+        for row in rows:
+            sheet.append(row)
+    workbook.save(path)
+    return path
+
+
+HEAD = ["time [s]", "stroke [mm]", "force [kN]"]
+ROWS: list[list[Any]] = [[0, 1, 2], [1, 2.5, 3], [2, 3, 4]]
+
+
+def test_several_sheets_are_named_or_refused(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Info": [["Rig 3"]], "Data": [HEAD, *ROWS], "Nothing": []})
+    assert "2 sheets hold something; say which by --sheet; they are “Info”, “Data”, “Nothing”" in refused(
+        path
+    )
+    assert "no sheet is named “data”; the sheets are “Info”" in refused(path, sheet="data")
+    run, _ = read(path, sheet="Data")
+    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0]
+    assert run.metadata["original"]["sheet"] == "Data"
+
+
+def test_formulas_count_by_their_stored_values(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "=B2*2", 3], [2, 3, 4]]})
+    assert "sheet “Data”, cell B3: a formula whose value is not stored; open the workbook" in refused(path)
+
+
+def test_cells_of_a_sheet_that_are_no_numbers(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "#DIV/0!", 3], [2, 3, True]]})
+    assert "row 3, column 2 “stroke [mm]”: “#DIV/0!” is no number" in refused(path)
+    run, warnings = read(path, salvage=True)
+    assert np.array_equal(run.series("stroke").value, [1.0, np.nan, 3.0], equal_nan=True)
+    assert "2 cell(s) that are no number, taken as no value, the first in row 3" in warnings
+
+
+def test_numbers_stored_as_texts(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, "1,5", "2"], [1, "2,5", "3"], [2, 3.5, "4"]]})
+    run, warnings = read(path)
+    assert run.series("stroke").value.tolist() == [1.5, 2.5, 3.5]
+    assert "5 number(s) stored as text, the first in row 2" in warnings
+
+
+def test_a_sheet_with_dates_and_headings_inside(tmp_path: Path) -> None:
+    start = datetime(2026, 3, 5, 14, 2, 11)  # noqa: DTZ001 - Excel knows no zones
+    rows = [[start + timedelta(milliseconds=20 * i), i, 2 * i] for i in range(6)]
+    head, units = ["time", "stroke", "force"], [None, "mm", "kN"]
+    path = book(tmp_path, {"Data": [head, units, *rows[:3], [], head, units, *rows[3:]]})
+    run, warnings = read(path)
+    assert run.series("force").time_s == pytest.approx(np.arange(6) * 0.02, abs=1e-9)
+    assert run.metadata["run"]["started_utc"] == "2026-03-05T14:02:11+00:00"
+    assert "1 header row(s) inside the data, the first in row 7" in warnings
+    assert "its dates and times state no zone and count as UTC" in warnings
+
+
+def test_a_row_of_text_inside_a_sheet(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, *ROWS, ["operator stopped"], [3, 4, 5]]})
+    assert "sheet “Data”, row 5: a row of text inside the data" in refused(path)
+    run, _ = read(path, salvage=True)
+    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0, 4.0]
+
+
+def test_workbooks_that_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "record.xls"
+    path.write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600)
+    assert "a workbook in the old Excel format (.xls); save it as .xlsx" in refused(path)
+    assert "the workbook is empty" in refused(book(tmp_path, {"Data": []}))
+    assert "no header row" in refused(book(tmp_path, {"Data": ROWS}))
+
+
+# --- kinds --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("library", "form"), [("nptdms", "TDMS"), ("asammdf", "MDF4"), ("openpyxl", "Excel")]
+)
+def test_a_missing_library_is_named_with_its_extra(
+    tmp_path: Path, library: str, form: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name, write = makers.FORMATS[form]
+    path = write(tmp_path / name)
+    monkeypatch.setitem(sys.modules, library, None)
+    message = refused(path)
+    assert f"needs the library {library}, which is not installed" in message
+    assert "bufferstand[foreign]" in message
+
+
+def test_options_of_other_kinds_of_record(tmp_path: Path) -> None:
+    path = makers.csv_comma(tmp_path / "record.csv")
+    assert "a sheet is named, and this is no workbook" in refused(path, sheet="Data")
+    assert "a group of channels is named, and this is a text file" in refused(path, groups=["G"])
+    made = import_file(path, tmp_path / "runs", ImportOptions(kind="harmonic"))
+    assert "this is an HDF5 file, maybe a run file already" in refused(made.path)

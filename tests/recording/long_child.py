@@ -1,0 +1,59 @@
+"""A process that seals and verifies a long journal and says how much memory that took."""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from recording.journal import DataRecord, EndRecord
+from recording.seal import seal
+from recording.segments import SegmentedJournal
+from recording.verify import verify
+from tests.recording import samples
+
+ROWS = 20_000
+
+
+def write(directory: Path, megabytes: int) -> int:
+    """Write a journal of so many megabytes; return its samples."""
+    journal = SegmentedJournal(
+        directory / "run-1.journal", "run-1", samples.metadata(), segment_bytes=megabytes * 300_000
+    )
+    rows = 0
+    stream, _, _, counts = samples.block(0, ROWS)
+    dice = np.random.default_rng(1)
+    while rows * 16 < megabytes * 1_000_000:
+        counts["force"] = dice.integers(-(2**31), 2**31, ROWS, dtype=np.int32)  # no codec makes it smaller
+        stamps = samples.time_us(np.arange(rows, rows + ROWS))
+        journal.write([DataRecord(stream, rows, 0, stamps, counts)])
+        journal.sync()
+        rows += ROWS
+    journal.finish(EndRecord("complete", "", "2026-03-01T08:00:00+00:00"))
+    journal.close()
+    return rows
+
+
+def peak_memory() -> float:
+    """Return the most memory that this process ever had [MB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+
+
+def main(directory: Path, megabytes: int) -> None:
+    child = os.fork()  # what writing takes does not count
+    if child == 0:
+        write(directory, megabytes)
+        os._exit(0)
+    os.waitpid(child, 0)
+    before = peak_memory()
+    path = seal(directory / "run-1.journal")
+    sealed = peak_memory()
+    findings = verify(path)
+    print(f"{before:.0f} {sealed:.0f} {peak_memory():.0f} {path.stat().st_size / 1e6:.0f} {len(findings)}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]))

@@ -1,0 +1,93 @@
+"""The index of run files: quick, never believed when it may be wrong, never needed."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from foundation.errors import BadInput
+from recording import cachefile, index
+from recording.catalogue import list_runs
+from recording.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
+from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
+
+
+@pytest.fixture
+def campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(cachefile, "SETTLED_S", 0.0)
+    folder = write_campaign(tmp_path / "campaign", PAPER_LIKE[4:6])
+    for path in folder.rglob("*.h5"):
+        path.chmod(0o644)
+    return folder
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the names of the files that were opened."""
+    names: list[str] = []
+    real = index.facts_of
+
+    def facts_of(path: Path) -> object:
+        names.append(path.name)
+        return real(path)
+
+    monkeypatch.setattr(index, "facts_of", facts_of)
+    return names
+
+
+def test_the_same_without_opening(campaign: Path, tmp_path: Path, opened: list[str]) -> None:
+    truth = list_runs(campaign)
+    assert indexed_runs(campaign, tmp_path) == truth
+    assert len(opened) == 2
+    assert indexed_runs(campaign, tmp_path) == truth
+    assert len(opened) == 2
+    assert set(recorded_facts(truth[0])) == {field.fact for field in RECORDED.values()}
+    assert recorded_facts(truth[0])["specimen"] == "KX-0815"
+
+
+def test_what_changed_is_opened(campaign: Path, tmp_path: Path, opened: list[str]) -> None:
+    indexed_runs(campaign, tmp_path)
+    one, two = sorted(campaign.rglob("*.h5"))
+    facts = one.stat()
+    one.write_bytes(two.read_bytes())
+    os.utime(one, ns=(facts.st_atime_ns, facts.st_mtime_ns))
+    opened.clear()
+    assert indexed_runs(campaign, tmp_path) == list_runs(campaign)
+    assert opened == [one.name]
+    two.unlink()
+    assert [run.path for run in indexed_runs(campaign, tmp_path)] == [one]
+
+
+def test_a_file_that_cannot_be_read_is_named_each_time(campaign: Path, tmp_path: Path) -> None:
+    (campaign / "bad.h5").write_text("nothing")
+    for _ in range(2):
+        problems = [run.problem for run in indexed_runs(campaign, tmp_path) if run.problem]
+        assert problems == ["no HDF5 file"]
+
+
+@pytest.mark.parametrize("damage", ["no database", "no json", "other keys", "no folder", "read-only"])
+def test_done_without(campaign: Path, tmp_path: Path, damage: str) -> None:
+    truth = indexed_runs(campaign, tmp_path)
+    file = tmp_path / FILE_NAME
+    folder = tmp_path
+    if damage == "no database":
+        file.write_bytes(b"x" * 10_000)
+    elif damage in ("no json", "other keys"):
+        text = "{" if damage == "no json" else '{"colour": "red"}'
+        with sqlite3.connect(file) as connection:
+            connection.execute("UPDATE runs SET facts = ?", (text,))
+        connection.close()
+    elif damage == "no folder":
+        folder = file / "below"
+    else:
+        file.unlink()
+        file.mkdir()
+    assert indexed_runs(campaign, folder) == truth
+
+
+def test_no_runs(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="no run files"):
+        indexed_runs(tmp_path, tmp_path)

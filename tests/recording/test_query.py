@@ -1,0 +1,144 @@
+"""Expressions by which runs are found: what they mean, and what they are not."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from foundation.errors import BadInput
+from recording.query import Field, parse_query
+
+FIELDS = {
+    "kind": Field("kind", "text"),
+    "specimen": Field("specimen", "text"),
+    "date": Field("started_utc", "date"),
+    "prestress_mm": Field("prestress_mm", "number"),
+    "prestress": Field("prestress_mm", "number"),
+    "frequency": Field("frequency_Hz", "number"),
+    "damping": Field("damping", "number"),
+}
+RUN: dict[str, Any] = {
+    "kind": "harmonic",
+    "specimen": "A-105-E-01",
+    "started_utc": "2026-03-05T14:02:11.5+00:00",
+    "prestress_mm": 50.0,
+    "frequency_Hz": 0.31830988,
+    "damping": None,
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('kind == "harmonic"', True),
+        ('kind != "harmonic"', False),
+        ('"harmonic" == kind', True),
+        ("prestress > 49.9 and prestress_mm <= 50", True),
+        ("20 < prestress < 50", False),
+        ("20 < prestress <= 5e1", True),
+        ("prestress >= -10", True),
+        ("frequency == 0.318", True),
+        ("frequency == 0.3", True),
+        ("frequency == 0.31", False),
+        ("frequency == 0.3183", True),
+        ("frequency != 0.318", False),
+        ("frequency in (0.16, 0.32)", True),
+        ("frequency not in [0.16, 0.32]", False),
+        ("frequency == 3.18e-1", True),
+        ("prestress == 5e1", True),
+        ('"105" in specimen', True),
+        ('"106" not in specimen', True),
+        ('kind in ("static", "impact")', False),
+        ('not (kind == "static" or prestress > 60)', True),
+        ('date == "2026-03-05"', True),
+        ('date == "2026-03"', True),
+        ('date > "2026-03-05"', False),
+        ('date >= "2026-03-05"', True),
+        ('date <= "2026"', True),
+        ('date < "2026-03-05 14:03"', True),
+        ('date > "2026-03-05T14:02:10"', True),
+        ('"2026-01" < date < "2026-12-31"', True),
+        ("damping is None", True),
+        ("damping is not None", False),
+        ("prestress is None", False),
+        # What is not known matches nothing, nor does its contrary; but it may decide nothing.
+        ("damping < 0.4", False),
+        ("not damping < 0.4", False),
+        ("damping != 0.4", False),
+        ("not (damping < 0.4 and prestress > 60)", True),
+        ('damping < 0.4 or kind == "harmonic"', True),
+        ('not (damping < 0.4 or kind == "harmonic")', False),
+        ("  prestress == 50  ", True),
+    ],
+)
+def test_meaning(text: str, found: bool) -> None:
+    assert parse_query(text, FIELDS).matches(RUN) is found
+
+
+def test_facts_that_are_asked_for() -> None:
+    assert parse_query('prestress > 1 and (kind == "x" or damping is None)', FIELDS).facts == {
+        "prestress_mm", "kind", "damping"
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "said"),
+    [
+        ("dampin < 0.3", "column 1", "unknown name “dampin”; did you mean “damping”?"),
+        ("prestress > 1 and xyz == 2", "column 19", "unknown name “xyz”; known are kind, specimen"),
+        ("damping = 0.3", "column 9", "equality is written =="),
+        ("damping <", "", "this is no expression"),
+        ("", "", "this is no expression"),
+        ("damping", "column 1", "is compared with nothing"),
+        ("prestress > '20'", "column 13", "is a number; write it without quotes"),
+        ("prestress > True", "column 13", "is a number"),
+        ("prestress == None", "column 14", "is a number"),
+        ("kind == harmonic", "column 9", "two names are compared; a text is written in quotes"),
+        ("kind < 'x'", "column 8", "it has no order"),
+        ("kind == 3", "column 9", "“kind” is a text; write it in quotes"),
+        ("date > '5.3.2026'", "column 8", "“5.3.2026” is no date"),
+        ("date in prestress", "column 1", "“in” is understood as"),
+        ("'5' in prestress", "column 8", "“prestress_mm” is no text"),
+        ("kind is 'static'", "column 9", "only for None"),
+        ("1 < 2", "column 1", "there is no name to compare"),
+        ("__import__('os').system('true')", "column 1", "only comparisons"),
+        ("kind == __import__('os').getcwd()", "column 9", "“kind” is a text"),
+        ("(lambda: 1)() == prestress", "column 1", "is a number"),
+        ("[x for x in (1,)] == prestress", "column 1", "is a number"),
+        ("prestress > 2**9999999", "column 13", "is a number"),
+        ("kind.upper() == 'X'", "column 1", "there is no name"),
+        ("prestress > 1; import os", "column 14", "this is no expression"),
+        ("prestress > (" * 300 + "1", "", "longer than"),
+    ],
+)
+def test_what_is_no_query(text: str, place: str, said: str) -> None:
+    with pytest.raises(BadInput) as refusal:
+        parse_query(text, FIELDS)
+    assert refusal.value.file == "--where"
+    assert not place or refusal.value.place == place
+    assert said in str(refusal.value)
+
+
+@pytest.mark.parametrize("text", ["(" * 900 + "prestress > 1" + ")" * 900, "not " * 450 + "prestress > 1"])
+def test_deep_ones_are_understood_or_refused(text: str) -> None:
+    with suppress(BadInput):
+        assert parse_query(text, FIELDS).matches(RUN)
+
+
+@given(st.text(max_size=60))
+def test_no_text_does_anything_but_be_refused(text: str) -> None:
+    with suppress(BadInput):
+        parse_query(text, FIELDS).matches(RUN)
+
+
+@given(st.floats(-1e3, 1e3), st.integers(0, 6))
+def test_a_number_matches_as_it_is_shown(value: float, decimals: int) -> None:
+    shown = f"{value:.{decimals}f}"
+    run = {**RUN, "prestress_mm": value}
+    assert parse_query(f"prestress == {shown}", FIELDS).matches(run)
+    other = f"{float(shown) + 1.2 * 10.0**-decimals:.{decimals + 2}f}"
+    assert not parse_query(f"prestress == {other}", FIELDS).matches(run)
