@@ -19,7 +19,7 @@ from drivers.build_sensors import build_sensors
 from drivers.check import check_devices
 from drivers.connect import build_controller
 from drivers.interfaces import Controller, DeviceFault, Sensor, SensorFault
-from drivers.simulated.faults import FAULTS, parse_fault, target_class
+from drivers.simulated.faults import FAULTS, ONCE, parse_fault, target_class
 from drivers.simulated.faults_control import ask
 from drivers.simulated.inprocess import open_in_process
 from drivers.simulated.process import SimulatedStandProcess, start_process
@@ -179,6 +179,14 @@ def use(controller: Controller) -> list[str]:
     return [*controller.events(), *told]
 
 
+def begin_reading(controller: Controller) -> None:
+    """Read until samples have come: what is lost before the first of them was never missed."""
+    end_s = time.monotonic() + PATIENCE_S
+    while controller.read_block() is None:
+        assert time.monotonic() < end_s
+        time.sleep(0.005)
+
+
 def let_samples_wait(controller: Controller) -> None:
     """Wait until the ring holds samples that have not been read, and can be lost."""
     first = controller.status().heartbeat
@@ -193,17 +201,24 @@ def readings(sensor: Sensor) -> list[str]:
 
 
 def tell_by_driver(stand: Served, fault: str, expected: str) -> None:
-    target = fault.partition("=")[0]
+    target, _, kind = fault.partition("=")
     clock = WallClock()
     if target == "controller":
         controller = build_controller(stand.file, clock)
         stand.forget()
         try:
             controller.connect()
+            begin_reading(controller)
             use(controller)
-            let_samples_wait(controller)
+
+            def fail_and_use() -> list[str]:
+                if kind in ONCE:  # it may come when nothing was there to be spoilt
+                    let_samples_wait(controller)
+                    stand.ask(add=fault)
+                return use(controller)
+
             with stand.fault(fault):
-                until_told(expected, lambda: use(controller))
+                until_told(expected, fail_and_use)
         finally:
             controller.close()
         return
