@@ -223,6 +223,11 @@ class Pages:
             content = None
         return content if isinstance(content, dict) else _refusal(400, "a JSON object is expected")
 
+    @property
+    def are_open(self) -> bool:
+        """Whether some page is being told things."""
+        return self._open > 0
+
     async def live(self, page: WebSocket) -> None:
         """Tell a page everything, as it comes, as long as it keeps up."""
         ours = self._access.origin_is_ours(page.headers.get("origin"), page.headers["host"])

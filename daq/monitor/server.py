@@ -26,8 +26,9 @@ FIRST_REQUEST_S = 10.0
 MOST_HEAD_BYTES = 16384
 HEAR_OUT_S = 3.0
 """So long a campaign's own last words are waited for [s]."""
-LAST_WORD_S = 0.5
-"""So long pages have to be told that it is over [s]."""
+LAST_WORD_S = 3.0
+"""So long, at most, pages have to be told that it is over [s]."""
+_ASK_AGAIN_S = 0.02
 
 
 class ImpatientProtocol(H11Protocol):
@@ -101,7 +102,9 @@ async def serve(
         )
     )
     following = asyncio.create_task(follower.run())
-    ending = asyncio.create_task(_end(server, follower, view, until)) if until is not None else None
+    ending = None
+    if until is not None:
+        ending = asyncio.create_task(_end(server, follower, pages, view, until))
     following.add_done_callback(lambda task: _stop_if_failed(task, server))
     try:
         await server.serve(sockets=[listener])
@@ -113,13 +116,18 @@ async def serve(
                     await task
 
 
-async def _end(server: uvicorn.Server, follower: Follower, view: View, until: Awaitable[Any]) -> None:
+async def _end(
+    server: uvicorn.Server, follower: Follower, pages: Pages, view: View, until: Awaitable[Any]
+) -> None:
     await until
     if follower.source == "live":  # how it ended is on its way: no page shall be left with “connection lost”
         with suppress(TimeoutError):
             await asyncio.wait_for(follower.ended.wait(), HEAR_OUT_S)
     view.over = True
-    await asyncio.sleep(LAST_WORD_S)
+    with suppress(TimeoutError):
+        async with asyncio.timeout(LAST_WORD_S):
+            while pages.are_open:  # each closes when it has been told
+                await asyncio.sleep(_ASK_AGAIN_S)
     server.should_exit = True
 
 
