@@ -65,14 +65,38 @@ def advanced(record: Record, cycle: Cycle, by_s: float) -> Record:
 
 def _about(record: Record, cycle: Cycle, by_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return time, stroke and force about a cycle, with the samples that a force moved by ``by_s`` needs."""
+    part = _samples_about(record, cycle, by_s)
+    return record.time_s[part], record.stroke_mm[part], record.force_kN[part]
+
+
+def _samples_about(record: Record, cycle: Cycle, by_s: float) -> slice:
     inside = cycle_samples(record, cycle)
-    step = float(np.median(np.diff(record.time_s[inside]))) if inside.stop - inside.start > 1 else np.inf
-    margin = _MARGIN + int(abs(by_s) / step)
+    steps = inside.stop - inside.start - 1
+    lasts_s = float(record.time_s[inside.stop - 1] - record.time_s[inside.start]) if steps > 0 else np.inf
+    margin = _MARGIN + int(abs(by_s) * max(steps, 1) / lasts_s)
     before = [b for b in record.breaks if b <= inside.start]
     after = [b for b in record.breaks if b >= inside.stop]
     first = max(inside.start - margin, before[-1] if before else 0)
-    last = min(inside.stop + margin, after[0] if after else record.time_s.size)
-    return record.time_s[first:last], record.stroke_mm[first:last], record.force_kN[first:last]
+    return slice(first, min(inside.stop + margin, after[0] if after else record.time_s.size))
+
+
+def _moved_about(
+    record: Record, cycles: Sequence[Cycle], by_s: Sequence[float]
+) -> list[tuple[slice, list[FloatArray]]]:
+    """Return the samples about each cycle, and their force moved earlier by each of some times.
+
+    One spline serves all cycles where they lie close together.
+    """
+    furthest = max(abs(by) for by in by_s)
+    parts = [_samples_about(record, cycle, furthest) for cycle in cycles]
+    whole = slice(min(part.start for part in parts), max(part.stop for part in parts))
+    apart = whole.stop - whole.start > 2 * sum(part.stop - part.start for part in parts)
+    if apart or whole.stop - whole.start > _SPLINE_SAMPLES or record.has_break(whole.start, whole.stop - 1):
+        return [(part, _moved(record.time_s[part], record.force_kN[part], by_s)) for part in parts]
+    moved = _moved(record.time_s[whole], record.force_kN[whole], by_s)
+    return [
+        (part, [own[part.start - whole.start : part.stop - whole.start] for own in moved]) for part in parts
+    ]
 
 
 def _moved(time_s: FloatArray, force_kN: FloatArray, by_s: Sequence[float]) -> list[FloatArray]:
@@ -169,11 +193,12 @@ class _Loops:
         columns: list[tuple[FloatArray, ...]] = []
         copies: list[Cycle] = []
         begin_s = 0.0
-        for cycle in cycles:
-            time, stroke, force = _about(record, cycle, SHIFT_S)
+        moved = _moved_about(record, cycles, (-SHIFT_S, SHIFT_S))
+        for cycle, (part, both) in zip(cycles, moved, strict=True):
+            time = record.time_s[part]
             since, length = time - time[0], 2.0 * float(time[-1] - time[0])
-            for own in (force, *_moved(time, force, (-SHIFT_S, SHIFT_S))):
-                columns.append((since + begin_s, stroke, own))
+            for own in (record.force_kN[part], *both):
+                columns.append((since + begin_s, record.stroke_mm[part], own))
                 copies.append(_later(cycle, begin_s - float(time[0])))
                 begin_s += length
         time_s, stroke_mm, force_kN = (np.concatenate(column) for column in zip(*columns, strict=True))

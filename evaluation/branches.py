@@ -69,22 +69,30 @@ class Branches:
         bends = np.einsum("ij,ij->i", df[:, :-1], dx[:, 1:]) - np.einsum("ij,ij->i", df[:, 1:], dx[:, :-1])
         moved = (1.0 - 1.0 / self.averaged**2) / 24.0
         bends *= 1.0 / 12.0 + moved
-        bends += self._end_bends(np.ones_like(self.count), moved) + self._end_bends(self.count - 2, moved)
+        bends += np.sum(self._end_bends(moved), axis=0)
         return np.asarray(area + np.where(self.count >= 5, bends, 0.0))
 
-    def _end_bends(self, node: IndexArray, moved: float) -> FloatArray:
-        """Return what :meth:`areas` misses at an end, whose step is of its own; ``node`` is next to it."""
-        lines, node = np.arange(node.size), np.clip(node, 1, self.time_s.shape[1] - 2)
-        places = node - 1, node, node + 1
+    def _end_bends(self, moved: float) -> FloatArray:
+        """Return what :meth:`areas` misses at both ends, whose steps are of their own, shape (2, R)."""
+        node = np.stack((np.ones_like(self.count), np.clip(self.count - 2, 1, self.time_s.shape[1] - 2)))
+        places = node + np.array([-1, 0, 1])[:, None, None]
+        lines = np.arange(self.count.size)
         (dt, dt_1), (dx, dx_1), (df, df_1) = (
-            np.diff([column[lines, place] for place in places], axis=0)
-            for column in (self.time_s, self.stroke_mm, self.force_kN)
+            np.diff(column[lines, places], axis=0) for column in (self.time_s, self.stroke_mm, self.force_kN)
         )
-        end, step = np.where(node == 1, (dt, dt_1), (dt_1, dt))
+        at_start = node == 1
+        end, step = np.where(at_start, dt, dt_1), np.where(at_start, dt_1, dt)
         whole = 0.5 * end * step * (end + step)
         part = end**3 / 12.0 + step**3 / 24.0 + moved * step**2 * 0.5 * (end + step)
         weight = part / np.where(whole > 0.0, whole, np.inf) - 1.0 / 12.0 - moved
         return np.asarray(weight * (df * dx_1 - df_1 * dx))
+
+    def rows(self, chosen: slice) -> Branches:
+        """Return some of the branches, as wide as the longest of them."""
+        count = self.count[chosen]
+        width = slice(0, int(np.max(count, initial=1)))
+        columns = (column[chosen, width] for column in (self.time_s, self.stroke_mm, self.force_kN))
+        return Branches(*columns, count, self.averaged)
 
     def row(self, row: int) -> FloatArray:
         """Return time, stroke and force of one branch, shape (3, M)."""
@@ -111,24 +119,29 @@ class Stretches:
         """Return some of them."""
         return Stretches(self.start_s[chosen], self.end_s[chosen], self.first[chosen], self.last[chosen])
 
-    def end_forces(self, record: Record, *, last: bool) -> FloatArray:
-        """Return the force of each branch at its end, from a line (few samples: a parabola) over its end."""
-        at_s = self.end_s if last else self.start_s
+    def joined(self, others: Stretches) -> Stretches:
+        """Return these and, behind them, others."""
+        columns = ("start_s", "end_s", "first", "last")
+        return Stretches(*(np.concatenate((getattr(self, own), getattr(others, own))) for own in columns))
+
+    def end_forces(self, record: Record) -> tuple[FloatArray, FloatArray]:
+        """Return the force of each branch at its start and end, from a line (few samples: a parabola) there."""
         size = self.last - self.first
-        count = np.minimum(np.clip(END_SHARE * size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES).astype(int), size)
-        order = np.arange(int(np.max(count, initial=1)))
-        at = np.minimum((self.last - count if last else self.first)[:, None] + order, record.time_s.size - 1)
+        few = np.minimum(np.clip(END_SHARE * size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES).astype(int), size)
+        count, at_s = np.concatenate((few, few)), np.concatenate((self.start_s, self.end_s))
+        order = np.arange(int(np.max(few, initial=1)))
+        first = np.concatenate((self.first, self.last - few))
+        at = np.minimum(first[:, None] + order, record.time_s.size - 1)
         used = order < count[:, None]
         near, value = record.time_s[at] - at_s[:, None], record.force_kN[at]
         scale = np.max(np.where(used, np.abs(near), 0.0), axis=1)
         near /= np.where(scale > 0.0, scale, 1.0)[:, None]
         degree = np.minimum(np.where(count <= 2 * _LEAST_END_SAMPLES, 2, 1), count - 1)
-        force = np.full(size.size, np.nan)
-        for own in range(3):
+        force = np.full(count.size, np.nan)
+        for own in np.unique(degree[degree >= 0]).tolist():
             rows = degree == own
-            if rows.any():
-                force[rows] = polynomials(near[rows], value[rows], used[rows], own)[:, 0]
-        return force
+            force[rows] = polynomials(near[rows], value[rows], used[rows], own)[:, 0]
+        return force[: size.size], force[size.size :]
 
     def trimmed(self, time_s: FloatArray) -> Stretches:
         """Return them without samples so near to an end that noise on both would bend a spline at will."""

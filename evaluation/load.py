@@ -19,7 +19,7 @@ from foundation.errors import BadInput
 from foundation.kind import Kind
 from foundation.units import to_inside
 from recording.run import STROKES, Run, Series
-from recording.runfile import open_run
+from recording.runfile import opened_run
 
 _EMPTY: FloatArray = np.zeros(0)
 
@@ -43,8 +43,7 @@ def load_run(path: Path, bounds: Bounds | None = None) -> tuple[Record, RunFacts
     BadInput
         If it is no run file, is damaged, or lacks force or stroke.
     """
-    run = open_run(path)
-    with run.held_open():
+    with opened_run(path) as run:
         return _read(run, bounds or Bounds())
 
 

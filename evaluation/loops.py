@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from evaluation.branches import DENSE_SAMPLES, END_SHARE, Branches, Stretches, c
 from evaluation.motion import Cycle, Loop
 from evaluation.record import FloatArray, Record
 
-__all__ = ["DENSE_SAMPLES", "END_SHARE", "LoopStack", "cut_loop", "cut_loops"]
+__all__ = ["DENSE_SAMPLES", "END_SHARE", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
 
 _CHUNK_POINTS = 65_536
 """Points of a branch that are worked on together: what is made of them stays in the processor's cache."""
@@ -23,14 +24,28 @@ _CHUNK_LOOPS = 800
 class LoopStack:
     """Loops of many cycles, a row each: both branches, and what lies between them where the stroke dwells.
 
-    ``dwells``: time, stroke and force (3, M) of the samples strictly inside the dwell at the top, by row;
-    only rows that dwell.
+    ``branches``: all loading branches, then all unloading ones. ``dwells``: time, stroke and force (3, M) of
+    the samples strictly inside the dwell at the top, by row; only rows that dwell.
     """
 
     cycles: Sequence[Cycle]
-    loading: Branches
-    unloading: Branches
+    branches: Branches
     dwells: dict[int, FloatArray]
+
+    @cached_property
+    def loading(self) -> Branches:
+        """Their loading branches, a row each."""
+        return self.branches.rows(slice(0, len(self.cycles)))
+
+    @cached_property
+    def unloading(self) -> Branches:
+        """Their unloading branches, a row each."""
+        return self.branches.rows(slice(len(self.cycles), None))
+
+    @cached_property
+    def _areas(self) -> tuple[FloatArray, FloatArray]:
+        areas = self.branches.areas()
+        return areas[: len(self.cycles)], areas[len(self.cycles) :]
 
     def loop(self, row: int) -> Loop:
         """Return one loop."""
@@ -45,11 +60,11 @@ class LoopStack:
 
     def stored_energy_J(self) -> FloatArray:  # noqa: N802 - the unit keeps its capital
         """Return the area under each loading branch [J = kN·mm] (EN 15551: W_s), shape (R,)."""
-        return self.loading.areas()
+        return self._areas[0]
 
     def absorbed_energy_J(self) -> FloatArray:  # noqa: N802
         """Return the signed area of each loop [J] (W_a); one that does not close is closed by a chord."""
-        whole = self.loading.areas() + self.unloading.areas()
+        whole = self._areas[0] + self._areas[1]
         ends = np.arange(whole.size), self.unloading.count - 1
         opened = self.loading.stroke_mm[:, 0] - self.unloading.stroke_mm[ends]
         whole += 0.5 * (self.unloading.force_kN[ends] + self.loading.force_kN[:, 0]) * opened
@@ -99,28 +114,59 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
 def _cut(
     record: Record, cycles: Sequence[Cycle], inner: tuple[Stretches, Stretches], strokes: FloatArray
 ) -> LoopStack:
-    up, down = inner
-    top_up, top_down = up.end_forces(record, last=True), down.end_forces(record, last=False)
-    passes = up.end_s == down.start_s
-    mean = 0.5 * (top_up + top_down)
-    top_up, top_down = np.where(passes, mean, top_up), np.where(passes, mean, top_down)
-    begin, end = up.end_forces(record, last=False), down.end_forces(record, last=True)
+    both, own = inner[0].joined(inner[1]), len(cycles)
+    starts, ends = both.end_forces(record)
+    passes = inner[0].end_s == inner[1].start_s
+    mean = 0.5 * (ends[:own] + starts[own:])
+    ends[:own], starts[own:] = np.where(passes, mean, ends[:own]), np.where(passes, mean, starts[own:])
     dwells = {}
     if not passes.all():
-        rest = Stretches.between(record.time_s, up.end_s, down.start_s)
+        rest = Stretches.between(record.time_s, inner[0].end_s, inner[1].start_s)
         columns = (record.time_s, record.stroke_mm, record.force_kN)
         for row in np.flatnonzero(~passes).tolist():
             inside = slice(int(rest.first[row]), int(rest.last[row]))
             dwells[row] = np.stack([column[inside] for column in columns])
-    return LoopStack(
-        cycles,
-        closed(record, up, (strokes[0], begin), (strokes[1], top_up)),
-        closed(record, down, (strokes[2], top_down), (strokes[3], end)),
-        dwells,
-    )
+    first, last = np.concatenate(strokes[::2]), np.concatenate(strokes[1::2])
+    return LoopStack(cycles, closed(record, both, (first, starts), (last, ends)), dwells)
 
 
 def cut_loop(record: Record, cycle: Cycle) -> Loop:
     """Return the loop of one complete cycle (:func:`cut_loops`)."""
     (stack,) = cut_loops(record, [cycle])
     return stack.loop(0)
+
+
+class CutLoops:
+    """The loops of a record's complete cycles for all who need them; where they fit, they are cut once.
+
+    Parameters
+    ----------
+    record : Record
+    cycles : sequence of Cycle
+        Complete.
+    """
+
+    def __init__(self, record: Record, cycles: Sequence[Cycle]) -> None:
+        self._record = record
+        self.cycles = cycles
+        self._only: LoopStack | None = None
+
+    def stacks(self) -> Iterator[LoopStack]:
+        """Yield the loops of all cycles (:func:`cut_loops`)."""
+        if self._only is not None:
+            yield self._only
+            return
+        for stack in cut_loops(self._record, self.cycles):
+            if len(stack.cycles) == len(self.cycles):
+                self._only = stack
+            yield stack
+
+    def branches_of(self, chosen: Sequence[Cycle]) -> list[tuple[FloatArray, FloatArray]]:
+        """Return time, stroke and force of both branches of some of the cycles, shape (3, M) each."""
+        if self._only is not None:
+            row_of = {cycle.index: row for row, cycle in enumerate(self.cycles)}
+            own = [(self._only, row_of[cycle.index]) for cycle in chosen]
+        else:
+            stacks = cut_loops(self._record, chosen)
+            own = [(stack, row) for stack in stacks for row in range(len(stack.cycles))]
+        return [(stack.loading.row(row), stack.unloading.row(row)) for stack, row in own]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.loops import cut_loops
+from evaluation.loops import CutLoops
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
 
@@ -81,10 +81,21 @@ class MeanLoop:
         return float(np.trapezoid(self.loading_kN - self.unloading_kN, self.stroke_mm))
 
 
-def mean_loop(record: Record, results: Sequence[CycleResult], used: Sequence[int]) -> MeanLoop | None:
+def mean_loop(
+    record: Record, results: Sequence[CycleResult], used: Sequence[int], loops: CutLoops
+) -> MeanLoop | None:
     """Return the mean loop over the cycles used, or over the complete ones where none is steady.
 
     None where no cycle is complete or they have no common range.
+
+    Parameters
+    ----------
+    record : Record
+    results : sequence of CycleResult
+    used : sequence of int
+        Numbers of the cycles that represent the run.
+    loops : CutLoops
+        Those of the complete cycles.
     """
     complete = [r for r in results if r.cycle.complete]
     wanted = set(used)
@@ -99,14 +110,13 @@ def mean_loop(record: Record, results: Sequence[CycleResult], used: Sequence[int
         return None
     stroke = np.linspace(first, last, POINTS)
     up, down = np.zeros(POINTS), np.zeros(POINTS)
-    cut = cut_loops(record, [result.cycle for result in chosen])
-    loops = [stack.loop(row) for stack in cut for row in range(len(stack.cycles))]
-    for result, loop in zip(chosen, loops, strict=True):
-        loading = loop.force_kN[loop.loading].copy()
+    branches = loops.branches_of([result.cycle for result in chosen])
+    for result, (loading, unloading) in zip(chosen, branches, strict=True):
+        _, rising_mm, force_kN = loading
         if result.cycle.top.method == "lines":
-            loading[-1] = _end_force(loop.stroke_mm[loop.loading], loading)
-        up += _read(stroke, loop.stroke_mm[loop.loading], loading)
-        down += _read(stroke, loop.stroke_mm[loop.unloading][::-1], loop.force_kN[loop.unloading][::-1])
+            force_kN[-1] = _end_force(rising_mm, force_kN)
+        up += _read(stroke, rising_mm, force_kN)
+        down += _read(stroke, unloading[1, ::-1], unloading[2, ::-1])
     starts = [r.quantities.temperature_start_C for r in chosen]
     known = [value for value in starts if value is not None]
     accuracies = [s.accuracy_C for s in record.temperatures if s.role == "specimen"]
@@ -130,7 +140,7 @@ def _means(figures: Sequence[Mapping[str, float | None]]) -> dict[str, float]:
         values = [own.get(name) for own in figures]
         known = [value for value in values if value is not None]
         if len(known) == len(values):
-            result[name] = float(np.mean(known))
+            result[name] = sum(known) / len(known)
     return result
 
 

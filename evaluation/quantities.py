@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from evaluation.branches import Branches
 from evaluation.cycles import STEADY_STROKE
-from evaluation.loops import LoopStack, cut_loops
+from evaluation.loops import CutLoops, LoopStack
 from evaluation.motion import Cycle, Loop
 from evaluation.record import FloatArray, Record, Temperature
 from evaluation.results import CycleResult, Quantities
@@ -68,7 +68,10 @@ def _area_J(loop: Loop, part: slice) -> float:  # noqa: N802
 
 
 def evaluate_cycles(
-    record: Record, cycles: Sequence[Cycle], first: ComplexArray | None = None
+    record: Record,
+    cycles: Sequence[Cycle],
+    first: ComplexArray | None = None,
+    loops: CutLoops | None = None,
 ) -> list[CycleResult]:
     """Return the figures of cycles; of one that is not complete only those of its stroke.
 
@@ -79,6 +82,8 @@ def evaluate_cycles(
         Found in that record.
     first : array, shape (C,), optional
         K* = K′ + i K″ of the complete ones [kN/mm], if it is known already.
+    loops : CutLoops, optional
+        Those of the complete ones, if somebody else needs them too.
 
     Returns
     -------
@@ -95,7 +100,7 @@ def evaluate_cycles(
     ]
     found: list[Quantities] = []
     said: dict[int, tuple[str, ...]] = {}
-    for stack in cut_loops(record, complete):
+    for stack in (loops or CutLoops(record, complete)).stacks():
         begin = len(found)
         figures, texts = _stack_figures(stack, first[begin : begin + len(stack.cycles)])
         found += figures

@@ -13,6 +13,7 @@ from evaluation.cycles import find_with_harmonics
 from evaluation.defects import describe
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
+from evaluation.loops import CutLoops
 from evaluation.mean_loop import mean_loop
 from evaluation.nulls import missing_warnings
 from evaluation.propagations import Propagations
@@ -87,7 +88,8 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     record, inertia, added = correct_inertia(record, cycles, facts.moving_mass, options.moving_mass)
     prepared = Propagations(record, cycles, added)
     # With inertia, force and so its harmonics are others than those that the cycles were found with.
-    results = evaluate_cycles(record, cycles, first if added is None else None)
+    loops = CutLoops(record, [cycle for cycle in cycles if cycle.complete])
+    results = evaluate_cycles(record, cycles, first if added is None else None, loops)
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
@@ -131,7 +133,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         skew_sensitivity=skew,
         draw_wires=wires,
         inertia_correction=inertia,
-        mean_loop=mean_loop(record, results, used),
+        mean_loop=mean_loop(record, results, used, loops),
     )
 
 

@@ -94,7 +94,7 @@ def summarise(cycles: Sequence[CycleResult], used: tuple[int, ...], draws: MeanO
         if not numbers or len(numbers) < len(chosen):
             values[name] = Measured(None)
             continue
-        mean = float(np.mean(numbers))
+        mean = sum(numbers) / len(numbers)
         if not draws.known(name):
             values[name] = Measured(mean)
             continue

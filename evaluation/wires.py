@@ -79,10 +79,12 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
     if difference is None or difference.size == 0:
         return record, facts, None
     # Where the wires' delays differ, the first and last samples of a stretch have no common instant.
-    difference = np.where(np.isfinite(difference), difference, 0.0)
-    peak = int(np.argmax(np.abs(difference)))
+    if not np.isfinite(np.sum(difference)):
+        difference = np.where(np.isfinite(difference), difference, 0.0)
+    peak = max(int(np.argmax(difference)), int(np.argmin(difference)), key=lambda row: abs(difference[row]))
     largest, at_s = float(abs(difference[peak])), float(record.time_s[peak])
-    limit = difference_limit_mm(facts.stroke_uncertainty, float(np.max(np.abs(record.stroke_mm))))
+    furthest_mm = max(float(np.max(record.stroke_mm)), -float(np.min(record.stroke_mm)))
+    limit = difference_limit_mm(facts.stroke_uncertainty, furthest_mm)
     out = _wire_out(record.stroke_mm, difference)
     if out is not None:
         number, row = out

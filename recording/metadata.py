@@ -107,6 +107,18 @@ def check_document(document: Mapping[str, Any], file: Path) -> dict[str, StreamH
         raise BadInput("the table “streams” is missing", file=file, place="metadata: streams")
     heads = {name: _head(str(name), entry, file) for name, entry in streams.items()}
     _refuse_double_names(heads, file)
+    return heads
+
+
+def check_new_document(document: Mapping[str, Any], file: Path) -> dict[str, StreamHead]:
+    """Return the streams of a document that can be written: one that :func:`check_document` accepts, as JSON.
+
+    Raises
+    ------
+    BadInput
+        As :func:`check_document`, or if something in it has no JSON form.
+    """
+    heads = check_document(document, file)
     try:
         canonical_json(document)
     except (ValueError, TypeError) as error:

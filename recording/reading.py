@@ -93,6 +93,17 @@ class Reader:
             self._tree.close()
             self._tree = None
 
+    def document(self) -> dict[str, Any]:
+        """Return the metadata document, not yet checked.
+
+        Raises
+        ------
+        BadInput
+            As :func:`open_tree` and :func:`read_document`.
+        """
+        with self.held(), _damage_named(self.path):
+            return read_document(self._tree, self.path)
+
     def column(self, place: str, facts: Mapping[str, Any], rows: slice = _ALL) -> NDArray[Any]:
         """Return a dataset that is as the metadata document says, or some rows of it.
 

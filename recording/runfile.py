@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from recording.metadata import (
     StreamHead,
     check_document,
     check_format,
+    check_new_document,
     is_unaltered,
 )
 from recording.reading import RESTORE, Reader, open_tree, read_document
@@ -43,6 +45,7 @@ __all__ = [
     "Series",
     "StreamData",
     "open_run",
+    "opened_run",
     "read_metadata",
     "write_run",
 ]
@@ -163,7 +166,7 @@ def fitting_heads(
     BadInput
         If the document lacks something, or has other streams or channels than those held.
     """
-    heads = check_document(metadata, path)
+    heads = check_new_document(metadata, path)
     if unknown := set(held) - set(heads):
         raise BadInput(f"streams without metadata: {', '.join(sorted(unknown))}", file=path)
     for name, channels in held.items():
@@ -196,9 +199,13 @@ def read_metadata(path: Path) -> dict[str, Any]:
     with open_tree(path) as tree:
         document = read_document(tree, path)
     check_format(document, path)
+    _demand_unaltered(document, path)
+    return document
+
+
+def _demand_unaltered(document: Mapping[str, Any], path: Path) -> None:
     if not is_unaltered(document):
         raise BadInput("the metadata were altered", file=path, place="metadata", remedy=RESTORE)
-    return document
 
 
 def open_run(path: Path) -> Run:
@@ -212,20 +219,51 @@ def open_run(path: Path) -> Run:
     BadInput
         If it is no run file, of a newer format, damaged, or a unit is missing or wrong.
     """
+    with opened_run(path) as run:
+        return run
+
+
+@contextmanager
+def opened_run(path: Path) -> Iterator[Run]:
+    """Open a run file as :func:`open_run`, and keep it open in a ``with`` block.
+
+    Raises
+    ------
+    BadInput
+        As :func:`open_run`.
+    """
     whole = path.is_file() and file_is_as_sealed(path)
-    document = read_metadata(path)
-    if not whole and (faults := content_faults(path)):
-        raise BadInput(faults[0].text, file=path, place=faults[0].place, remedy=RESTORE)
-    heads = check_document(document, path)
-    facts: Mapping[str, Mapping[str, Any]] = document["datasets"]
     reader = Reader(path, sealed=whole)
+    with reader.held():
+        yield _run(reader, _document(reader) if whole else _checked_document(reader))
+
+
+def _document(reader: Reader) -> dict[str, Any]:
+    """Return the metadata document of a file whose bytes are those that were sealed."""
+    document = reader.document()
+    check_format(document, reader.path)
+    return document
+
+
+def _checked_document(reader: Reader) -> dict[str, Any]:
+    """Return the metadata document of a file whose bytes are others, if all that they hold is right."""
+    document = _document(reader)
+    _demand_unaltered(document, reader.path)
+    if faults := content_faults(reader.path):
+        raise BadInput(faults[0].text, file=reader.path, place=faults[0].place, remedy=RESTORE)
+    return document
+
+
+def _run(reader: Reader, document: dict[str, Any]) -> Run:
+    heads = check_document(document, reader.path)
+    facts: Mapping[str, Mapping[str, Any]] = document["datasets"]
     streams = {
         name: StreamData(reader, head, facts)
         for name, head in heads.items()
         if f"{ENTRY}/{name}/segments" in facts
     }
     for stream in streams.values():
-        _check_datasets(stream, facts, path)
+        _check_datasets(stream, facts, reader.path)
     return Run(reader, document, streams)
 
 

@@ -20,7 +20,7 @@ from foundation.errors import BadInput
 from recording.content import Anchor, Event, RecordingFault
 from recording.journal import DataRecord, EndRecord
 from recording.journal_file import JOURNAL_SUFFIX, JournalFile
-from recording.metadata import STATUSES, check_document
+from recording.metadata import STATUSES, check_new_document
 from recording.seal import RUN_SUFFIX, seal_held
 from recording.segments import SEGMENT_BYTES, SegmentedJournal
 
@@ -85,7 +85,7 @@ class RunRecorder:
         self.worst_sync_s = 0.0
         """The longest that data waited for its acknowledgement after it was written [s]."""
         document = {**metadata, "run": {"status": "recovered", **dict(metadata.get("run", {}))}}
-        self._streams = check_document(document, self.path)
+        self._streams = check_new_document(document, self.path)
         if document["run"]["id"] != run_id:
             raise BadInput(f"run.id is not “{run_id}”", file=self.path, place="metadata: run.id")
         if (directory / f"{run_id}{RUN_SUFFIX}").exists():
