@@ -91,8 +91,8 @@ class Branches:
         """Return some of the branches, as wide as the longest of them."""
         count = self.count[chosen]
         width = slice(0, int(np.max(count, initial=1)))
-        columns = (column[chosen, width] for column in (self.time_s, self.stroke_mm, self.force_kN))
-        return Branches(*columns, count, self.averaged)
+        time, stroke, force = (a[chosen, width] for a in (self.time_s, self.stroke_mm, self.force_kN))
+        return Branches(time, stroke, force, count, self.averaged)
 
     def row(self, row: int) -> FloatArray:
         """Return time, stroke and force of one branch, shape (3, M)."""
@@ -125,7 +125,7 @@ class Stretches:
         return Stretches(*(np.concatenate((getattr(self, own), getattr(others, own))) for own in columns))
 
     def end_forces(self, record: Record) -> tuple[FloatArray, FloatArray]:
-        """Return the force of each branch at its start and end, from a line (few samples: a parabola) there."""
+        """Return the force of each branch at its start and its end, from a line (a parabola) there."""
         size = self.last - self.first
         few = np.minimum(np.clip(END_SHARE * size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES).astype(int), size)
         count, at_s = np.concatenate((few, few)), np.concatenate((self.start_s, self.end_s))

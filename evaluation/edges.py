@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from evaluation.record import FloatArray
-from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, maxima, powers
+from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, derivative, maxima, solved, value_at
 from evaluation.turn_sides import Side
 
 _EDGE_SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
@@ -50,47 +51,95 @@ def edge_fit(side: Side) -> EdgeFit:
     no more than 0.3 % of the stroke is missing, the maximum is the turning point. Further beyond, the turn
     is cut off. Without any maximum (triangle), the end itself is the turning point.
     """
-    fits = []
+    windows = []
     for share in _EDGE_SHARES:
         window = side.above(side.value[side.peak] - share * side.height - 2.0 * side.sigma)
         time_s, value, group = _grouped(side.time_s[window], side.value[window])
         if time_s.size < LEAST_POINTS:
             continue
-        fits.append(_one_sided(side, time_s, value, 4 if time_s.size > LEAST_POINTS else 2, group))
+        windows.append((time_s, value, group))
         if share >= _WIDE and time_s.size >= _ENOUGH:
             break
-    if not fits:
+    if not windows:
         end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
         return EdgeFit("edge", end_s, end, side.sigma, side.sigma)
+    few = [window for window in windows if window[0].size == LEAST_POINTS]
+    many = [window for window in windows if window[0].size > LEAST_POINTS]
+    fits = [*_one_sided(side, few, 2), *_one_sided(side, many, 4)]
     noise = max(side.sigma, min(fit.residual for fit in fits), 1e-6 * side.height)
     return min((fit for fit in fits if fit.residual <= CONSISTENT * noise), key=lambda fit: fit.u)
 
 
-def _one_sided(side: Side, time_s: FloatArray, value: FloatArray, degree: int, group: int) -> EdgeFit:
+def _one_sided(
+    side: Side, windows: Sequence[tuple[FloatArray, FloatArray, int]], degree: int
+) -> list[EdgeFit]:
+    """Return the turn by a polynomial over each of some windows: time, value, and samples of a point."""
+    if not windows:
+        return []
     end_s = float(side.time_s[side.peak])
-    span = float(time_s[-1] - time_s[0])
-    z = (time_s - end_s) / span
-    matrix = powers(z, degree)
-    inverse = np.linalg.inv(matrix.T @ matrix)
-    coefficients = inverse @ (matrix.T @ value)
-    error = value - matrix @ coefficients
-    residual = float(np.sqrt(error @ error / (time_s.size - degree - 1)))
-    u = max(residual, side.sigma / float(np.sqrt(group))) * float(np.sqrt(inverse[0, 0]))
-    residual *= float(np.sqrt(group))
-    vertex = float(maxima(coefficients[None], np.zeros(1))[0])
-    if np.isnan(vertex):
-        bend, steep = float(coefficients[2]), abs(float(coefficients[1]))
-        u_bend = residual / float(np.sqrt(group)) * float(np.sqrt(inverse[2, 2]))
-        turning = bend < -max(3.0 * u_bend, _STRAIGHT * steep)
-        return EdgeFit("cut" if turning else "edge", end_s, float(coefficients[0]), residual, u)
-    top = float(np.polynomial.polynomial.polyval(vertex, coefficients))
-    on_record = float(z[0]) <= vertex <= float(z[-1])
-    doubt = min(3.0 * u, _MOST_DOUBT * side.height)
-    reached = on_record or top - float(coefficients[0]) <= _EDGE_MISSING * side.height + doubt
-    if not reached:
-        return EdgeFit("cut", end_s + span * vertex, top, residual, u)
-    bend = -float(np.polynomial.polynomial.polyval(vertex, np.polynomial.polynomial.polyder(coefficients, 2)))
-    row = np.arange(degree + 1.0) * vertex ** np.maximum(np.arange(degree + 1) - 1, 0)
-    scatter = max(residual, side.sigma) / float(np.sqrt(group))
-    u_s = span * scatter * float(np.sqrt(row @ inverse @ row)) / bend
-    return EdgeFit("edge", end_s + span * vertex, top, residual, u, u_s)
+    count = np.array([time_s.size for time_s, _, _ in windows])
+    used = np.arange(int(np.max(count))) < count[:, None]
+    span = np.array([float(time_s[-1] - time_s[0]) for time_s, _, _ in windows])
+    z, value = np.zeros(used.shape), np.zeros(used.shape)
+    z[used] = np.concatenate([time_s - end_s for time_s, _, _ in windows]) / np.repeat(span, count)
+    value[used] = np.concatenate([values for _, values, _ in windows])
+    coefficients, inverse, _, errors = solved(z, value, used, degree)
+    vertex = maxima(coefficients, np.zeros(count.size))
+    some = np.nan_to_num(vertex)
+    top = value_at(coefficients, some)
+    bend = -value_at(derivative(derivative(coefficients)), some)
+    residual = np.sqrt(errors / (count - degree - 1))
+    return [
+        _Polynomial(
+            group=group,
+            span_s=float(span[row]),
+            ends=(float(z[row, 0]), float(z[row, count[row] - 1])),
+            coefficients=coefficients[row],
+            inverse=inverse[row],
+            residual=float(residual[row]),
+            vertex=float(vertex[row]),
+            top=float(top[row]),
+            bend=float(bend[row]),
+        ).turn(side)
+        for row, (_, _, group) in enumerate(windows)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Polynomial:
+    """A polynomial over a window: time since the end in its length ``span_s``, points of ``group`` samples.
+
+    ``ends`` are those of the window, ``vertex`` is its maximum (NaN: there is none), ``top`` and ``bend`` its
+    value and curvature there.
+    """
+
+    group: int
+    span_s: float
+    ends: tuple[float, float]
+    coefficients: FloatArray
+    inverse: FloatArray
+    residual: float
+    vertex: float
+    top: float
+    bend: float
+
+    def turn(self, side: Side) -> EdgeFit:
+        """Return what it says of the turn."""
+        end_s, root = float(side.time_s[side.peak]), float(np.sqrt(self.group))
+        at_end, steep, bend = (float(c) for c in self.coefficients[:3])
+        u = max(self.residual, side.sigma / root) * float(np.sqrt(self.inverse[0, 0]))
+        residual = self.residual * root
+        if np.isnan(self.vertex):
+            u_bend = self.residual * float(np.sqrt(self.inverse[2, 2]))
+            turning = bend < -max(3.0 * u_bend, _STRAIGHT * abs(steep))
+            return EdgeFit("cut" if turning else "edge", end_s, at_end, residual, u)
+        vertex_s = end_s + self.span_s * self.vertex
+        on_record = self.ends[0] <= self.vertex <= self.ends[1]
+        doubt = min(3.0 * u, _MOST_DOUBT * side.height)
+        if not on_record and self.top - at_end > _EDGE_MISSING * side.height + doubt:
+            return EdgeFit("cut", vertex_s, self.top, residual, u)
+        degree = self.coefficients.size - 1
+        row = np.arange(degree + 1.0) * self.vertex ** np.maximum(np.arange(degree + 1) - 1, 0)
+        scatter = max(residual, side.sigma) / root
+        u_s = self.span_s * scatter * float(np.sqrt(row @ self.inverse @ row)) / self.bend
+        return EdgeFit("edge", vertex_s, self.top, residual, u, u_s)

@@ -60,7 +60,10 @@ def _stretches(values: FloatArray) -> FloatArray:
 def _difference_sigma(values: FloatArray, weights: tuple[float, ...]) -> float:
     stride = max(1, values.size // _NOISE_SAMPLES)
     last = values.size - len(weights) + 1
-    difference = sum(weight * values[k : last + k : stride] for k, weight in enumerate(weights))
+    places = range(0, last, stride)
+    difference = np.zeros(len(places))
+    for k, weight in enumerate(weights):
+        difference += weight * values[k : last + k : stride]
     gain = float(np.sqrt(sum(weight**2 for weight in weights)))
     fifth = int(_LOWER_FIFTH * (difference.size - 1))
     return float(np.partition(np.abs(difference), fifth)[fifth]) / _NORMAL_LOWER_FIFTH / gain

@@ -6,7 +6,7 @@ equations are solved together. A window by itself would cost a thousand times it
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 
@@ -152,19 +152,20 @@ def powers(z: FloatArray, degree: int) -> FloatArray:
     return matrix
 
 
-def _value(coefficients: FloatArray, z: FloatArray) -> FloatArray:
+def value_at(coefficients: FloatArray, z: FloatArray) -> FloatArray:
     """Return polynomials, shape (R, degree + 1) from the lowest power, at one z each (Horner's scheme)."""
-    total = np.zeros_like(z)
-    for k in range(coefficients.shape[1] - 1, -1, -1):
+    total = coefficients[:, -1]
+    for k in range(coefficients.shape[1] - 2, -1, -1):
         total = total * z + coefficients[:, k]
     return total
 
 
-def _slope(coefficients: FloatArray) -> FloatArray:
+def derivative(coefficients: FloatArray) -> FloatArray:
+    """Return the coefficients of the derivatives of polynomials, shape (R, degree)."""
     return coefficients[:, 1:] * np.arange(1.0, coefficients.shape[1])
 
 
-def _solved(
+def solved(
     z: FloatArray, value: FloatArray, used: BoolArray, degree: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return coefficients, inverse of the normal matrix, fitted values and the sum of squared errors."""
@@ -212,7 +213,7 @@ def _solved_alike(
         errors[rows] = np.einsum("rp,rp->r", own, own)
         other[rows] = False
     if other.any():
-        one = _solved(z[other], value[other], used[other], degree)
+        one = solved(z[other], value[other], used[other], degree)
         coefficients[other], inverse[other], fitted[other], errors[other] = one
     return coefficients, inverse, fitted, errors
 
@@ -223,14 +224,14 @@ def _gain(row: FloatArray, inverse: FloatArray) -> FloatArray:
 
 def maxima(coefficients: FloatArray, guess: FloatArray) -> FloatArray:
     """Return where polynomials have a maximum near ``guess`` inside ±0.9, by Newton's method; else NaN."""
-    slope = _slope(coefficients)
-    bend = _slope(slope)
+    slope = derivative(coefficients)
+    bend = derivative(slope)
     z = guess.copy()
     lost = np.zeros(z.size, dtype=bool)
     for _ in range(12):
-        curvature = _value(bend, z)
+        curvature = value_at(bend, z)
         lost |= curvature >= 0.0
-        step = np.where(lost, 0.0, _value(slope, z) / np.where(curvature < 0.0, curvature, -1.0))
+        step = np.where(lost, 0.0, value_at(slope, z) / np.where(curvature < 0.0, curvature, -1.0))
         z = z - step
         lost |= np.abs(z) > 0.9
         if np.all(lost | (np.abs(step) < 1e-12)):
@@ -256,12 +257,12 @@ def _smooth(points: Points, degree: int, sigma: float, averaged: int) -> Fits:
     row = powers(top, degree)
     # The maximum lies where the slope is 0: an error of the slope moves it by that over the curvature.
     slope_row = np.concatenate((np.zeros((top.size, 1)), np.arange(1.0, degree + 1) * row[:, :-1]), axis=1)
-    curvature = np.where(good, _value(_slope(_slope(coefficients)), top), -1.0)
+    curvature = np.where(good, value_at(derivative(derivative(coefficients)), top), -1.0)
     step = 2.0 / np.maximum(count - 1, 1)
     inside = step**2 / 24.0 * (1.0 - 1.0 / (averaged * points.group) ** 2)
     return Fits(
         time_s=middle + half * top,
-        value=_value(coefficients, top) - inside * curvature,
+        value=value_at(coefficients, top) - inside * curvature,
         residual=np.where(good, residual * np.sqrt(points.group), np.inf),
         u=np.where(good, scatter * _gain(row, inverse), np.inf),
         u_s=half * scatter * _gain(slope_row, inverse) / -curvature,
@@ -278,6 +279,15 @@ def _meeting(left: FloatArray, right: FloatArray) -> FloatArray:
     return np.where(discriminant < 0.0, np.nan, -2.0 * c0 / safe / (1.0 + root))
 
 
+def _solved_sides(
+    z: FloatArray, value: FloatArray, sides: Sequence[BoolArray], degree: int
+) -> list[tuple[FloatArray, ...]]:
+    """Return :func:`solved` for the points of each side."""
+    used = np.concatenate(sides)
+    both = solved(np.tile(z, (len(sides), 1)) * used, np.tile(value, (len(sides), 1)) * used, used, degree)
+    return [tuple(np.split(column, len(sides))[k] for column in both) for k in range(len(sides))]
+
+
 def _flanks(points: Points, degree: int, sigma: float) -> Fits:
     """Fit both flanks of each row and find where they meet; u is never below what ``sigma`` makes it."""
     level = np.where(points.used, points.value, -np.inf)
@@ -290,7 +300,7 @@ def _flanks(points: Points, degree: int, sigma: float) -> Fits:
     z = np.where(points.used, (points.time_s - tip_s[:, None]) / half[:, None], 0.0)
     value = np.where(points.used, points.value, 0.0)
     sides = [points.used & (order < at), points.used & (order > at)]
-    left, right = (_solved(z * side, value * side, side, degree) for side in sides)
+    left, right = _solved_sides(z, value, sides, degree)
     meet = _meeting(left[0], right[0])
     # The sample nearest to a sharp tip is at most half a step away, in time and so in height. Flanks that
     # meet further out have a short dwell between them, not a tip.
@@ -302,9 +312,9 @@ def _flanks(points: Points, degree: int, sigma: float) -> Fits:
         np.abs(np.nan_to_num(meet, nan=np.inf)) <= (0.5 + _TIP_SLACK) * step
     )
     meet = np.where(good, meet, 0.0)
-    rise, fall = _value(_slope(left[0]), meet), -_value(_slope(right[0]), meet)
+    rise, fall = value_at(derivative(left[0]), meet), -value_at(derivative(right[0]), meet)
     good &= (rise > 0.0) & (fall > 0.0)
-    peak = _value(left[0], meet)
+    peak = value_at(left[0], meet)
     noise = sigma / np.sqrt(points.group)
     overshoot = peak - np.take_along_axis(value, at, axis=1)[:, 0]
     good &= overshoot <= (0.5 + _TIP_SLACK) * step * np.maximum(rise, fall) + 3.0 * noise

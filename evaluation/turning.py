@@ -85,9 +85,13 @@ def fit_turning_points(
     others[plain_rows] = False
     alone = np.flatnonzero(others).tolist()
     least_samples = LEAST_SAMPLES * held
-    sides = {i: side_of(time_s, stroke_mm, reversals.row(i), sigma_mm, least_samples) for i in alone}
-    dwells = {i: dwell for i, side in sides.items() if (dwell := plateau(side)) is not None}
-    whole = [i for i, side in sides.items() if i not in dwells and not (side.open_left or side.open_right)]
+
+    def side(row: int) -> Side:
+        return side_of(time_s, stroke_mm, reversals.row(row), sigma_mm, least_samples)
+
+    sides = {i: side(i) for i in alone}
+    dwells = {i: dwell for i, own in sides.items() if (dwell := plateau(own)) is not None}
+    whole = [i for i, own in sides.items() if i not in dwells and not (own.open_left or own.open_right)]
     edges = [_windows(sides[i]) for i in whole]
     rows = np.concatenate((plain_rows, np.array(whole, dtype=np.intp)))
     order = np.argsort(rows)
@@ -105,25 +109,15 @@ def fit_turning_points(
     for i, turn in zip(rows[order].tolist(), fitted, strict=True):
         found[i] = turn
     return [
-        turn
-        if turn is not None
-        else _by_itself(time_s, stroke_mm, reversals.row(i), sigma_mm, least_samples, dwells.get(i))
+        turn if turn is not None else _by_itself(sides.get(i) or side(i), reversals.row(i), dwells.get(i))
         for i, turn in enumerate(found)
     ]
 
 
-def _by_itself(
-    time_s: FloatArray,
-    stroke_mm: FloatArray,
-    reversal: Reversal,
-    sigma_mm: float,
-    least_samples: int,
-    dwell: Dwell | None,
-) -> TurningPoint:
+def _by_itself(side: Side, reversal: Reversal, dwell: Dwell | None) -> TurningPoint:
     """Return the turning point of a reversal that no shape was fitted to from both sides."""
     if dwell is not None:
         return _rested(dwell, reversal)
-    side = side_of(time_s, stroke_mm, reversal, sigma_mm, least_samples)
     if side.open_left or side.open_right:
         return _one_sided(edge_fit(side), side, reversal)
     return _extreme(side, reversal)
