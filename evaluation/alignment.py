@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from evaluation.cycles import cycle_samples
 from evaluation.loops import LoopStack, cut_loops
@@ -102,6 +101,8 @@ def _moved_about(
 def _moved(time_s: FloatArray, force_kN: FloatArray, by_s: Sequence[float]) -> list[FloatArray]:
     """Return the force moved earlier by each of some times."""
     if time_s.size <= _SPLINE_SAMPLES:
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow to import: only who evaluates waits
+
         spline = CubicSpline(time_s, force_kN)
         return [np.asarray(spline(time_s + by), dtype=np.float64) for by in by_s]
     return [np.asarray(np.interp(time_s + by, time_s, force_kN), dtype=np.float64) for by in by_s]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
-from evaluation.budget import run_budget
+from evaluation.budget_lines import Budget
 from evaluation.condense import condensed_for
 from evaluation.cycles import find_with_harmonics
 from evaluation.defects import describe
@@ -117,6 +117,11 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         warnings += assumptions(facts, limits)
         case = Case(record, facts, complete, prepared, draws, drawn, limits, options, inspection)
         requirements = judge(case)
+    budget: tuple[Budget, ...] = ()
+    if options.draws:
+        from evaluation.budget import run_budget  # noqa: PLC0415 - GTC is slow to import
+
+        budget = run_budget(*stated, prepared, summary, added)
     skew = _skew_sensitivity(record, facts, results, used)
     warnings += missing_warnings(results, summary, requirements, skew, wires, _numbered)
     return RunEvaluation(
@@ -129,7 +134,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
         inspection=inspection.record() if inspection and requirements else None,
-        budget=run_budget(*stated, prepared, summary, added) if options.draws else (),
+        budget=budget,
         skew_sensitivity=skew,
         draw_wires=wires,
         inertia_correction=inertia,

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.linalg import solve_banded
 
 from evaluation.record import FloatArray
 
@@ -86,6 +84,8 @@ def _slopes(x: FloatArray, y: FloatArray, starts: IndexArray, count: IndexArray)
     right[ends] = weights[0][:, None] * chord[ends - 1] + weights[1][:, None] * chord[ends - 2]
     bands[2, starts[1:] - 1] = 0.0
     bands[0, starts[1:]] = 0.0
+    from scipy.linalg import solve_banded  # noqa: PLC0415 - slow to import, and seldom needed
+
     return np.asarray(solve_banded((1, 1), bands, right), dtype=np.float64)
 
 
@@ -118,11 +118,13 @@ def moved(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatA
     -------
     array, shape (M,)
     """
+    # Slow to import: only whoever evaluates has to wait for them.
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+    from scipy.ndimage import spline_filter1d  # noqa: PLC0415
+
     share = _common_share(time_s, wanted_s)
     if share is None:
         return np.asarray(CubicSpline(time_s, value)(wanted_s))
-    from scipy.ndimage import spline_filter1d  # noqa: PLC0415 - a tenth of a second, and few commands need it
-
     whole = int(np.floor(share))
     s = share - whole
     r = 1.0 - s

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -84,14 +84,28 @@ def cycle_frame(of_run: OfRun, numbers: Sequence[NDArray[np.float64]]) -> pd.Dat
     return table.astype({"cycle": "int64", "complete": bool, "steady": bool})
 
 
-def cycle_csv(of_run: OfRun, numbers: Sequence[NDArray[np.float64]]) -> Iterator[str]:
-    """Yield the same table as CSV, a piece a run: what pandas writes, in a quarter of the time."""
+def cycle_rows(numbers: NDArray[np.float64]) -> str:
+    """Return a run's numbers, shape (C, len(NUMBERS)), as they stand in the table as CSV: a line a cycle."""
+    columns = [_texts(name, numbers[:, column]) for column, name in enumerate(NUMBERS)]
+    return "\n".join(map(",".join, zip(*columns, strict=True)))
+
+
+def cycle_csv(of_run: OfRun, rows: Iterable[str]) -> Iterator[str]:
+    """Yield the same table as CSV, a piece a run: what pandas writes, in a quarter of the time.
+
+    Parameters
+    ----------
+    of_run : mapping of str to sequence
+    rows : iterable of str
+        One a run (:func:`cycle_rows`).
+    """
     yield _csv_line(COLUMNS)
-    for position, own in enumerate(numbers):
+    for position, own in enumerate(rows):
         before = _csv_line([of_run[name][position] for name in _OF_RUN])[:-1]
         after = _csv_line([of_run[name][position] for name in _TRACE])
-        columns = [_texts(name, own[:, column]) for column, name in enumerate(NUMBERS)]
-        yield "".join([f"{before},{','.join(row)},{after}" for row in zip(*columns, strict=True)])
+        if own:
+            between = f",{after}{before},"
+            yield f"{before},{own.replace(chr(10), between)},{after}"
 
 
 def _texts(name: str, values: NDArray[np.float64]) -> list[str]:
@@ -198,11 +212,22 @@ def write_cycles(
         As :func:`write_table`.
     """
     if path.suffix.lower() == ".csv":
-        with _writing(path), path.open("w", encoding="utf-8", newline="") as stream:
-            stream.writelines(cycle_csv(of_run, numbers))
+        write_cycle_csv(of_run, [cycle_rows(own) for own in numbers], path)
         return
     check_table_name(path)
     write_frames({"cycles": cycle_frame(of_run, numbers), **(more or {})}, path)
+
+
+def write_cycle_csv(of_run: OfRun, rows: Iterable[str], path: Path) -> None:
+    """Write the table as CSV (:func:`cycle_csv`).
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be written.
+    """
+    with _writing(path), path.open("w", encoding="utf-8", newline="") as stream:
+        stream.writelines(cycle_csv(of_run, rows))
 
 
 def write_frames(frames: Mapping[str, pd.DataFrame], path: Path) -> None:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from scipy.special import stdtrit
 
 from evaluation.grouping import grouped
 from evaluation.quantities import is_two_sided
@@ -107,6 +106,8 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         s = float(np.sqrt(np.sum(residual**2) / (len(points) - 2)))
         slope_u = s / float(np.sqrt(spread))
         intercept_u = s * float(np.sqrt(1.0 / len(points) + centre**2 / spread))
+        from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
         factor = float(stdtrit(len(points) - 2, 0.5 * (1.0 + CONFIDENCE)))
         width = factor * s * np.sqrt(1.0 / len(points) + (frequency - centre) ** 2 / spread)
         band = tuple(float(w) for w in width)

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import NormalDist
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from evaluation.inertia import InertiaForce
@@ -233,7 +233,7 @@ class CyclePropagation:
 
 def overreach(readings: float) -> float:
     """Return the mean of the largest of so many standard normal deviates (Blom's formula)."""
-    return float(ndtri((readings - 0.375) / (readings + 0.25)))
+    return NormalDist().inv_cdf((readings - 0.375) / (readings + 0.25))
 
 
 def _weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]:

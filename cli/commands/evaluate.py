@@ -91,6 +91,7 @@ def command(
     from evaluation.archive.cache import Cache
     from evaluation.archive.evaluate import evaluate_archive
     from evaluation.archive.identity import Settings, software
+    from evaluation.archive.kept import Wanted
     from evaluation.archive.sources import find_runs
     from evaluation.archive.tables import document, write_document, write_tables
     from evaluation.table import check_table_name
@@ -112,7 +113,10 @@ def command(
                 settings,
                 _workers(cluster, jobs),
                 cache,
-                with_entries=json_file is not None or shown_whole,
+                wanted=Wanted(
+                    entries=json_file is not None or shown_whole,
+                    rows=table is not None and table.suffix.lower() == ".csv",
+                ),
                 report=report,
             )
     finally:

@@ -92,6 +92,7 @@ def _results(
     from evaluation.archive.evaluate import evaluate_archive
     from evaluation.archive.facts import results_by_path
     from evaluation.archive.identity import Settings, software
+    from evaluation.archive.kept import Wanted
     from evaluation.archive.local import Local
 
     settings = Settings()
@@ -99,7 +100,12 @@ def _results(
     try:
         with progress_bar() as report:
             evaluation = evaluate_archive(
-                [run.path for run in runs], settings, Local(), cache, with_entries=False, report=report
+                [run.path for run in runs],
+                settings,
+                Local(),
+                cache,
+                wanted=Wanted(entries=False, rows=False),
+                report=report,
             )
     finally:
         if cache is not None:

@@ -13,20 +13,20 @@ import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from evaluation.archive.kept import KeptRun
+from evaluation.archive.kept import KeptRun, Wanted
 from foundation.errors import BadInput
 from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp
 from recording.layout import file_is_as_sealed
 from recording.runfile import read_metadata
 
-FILE_NAME = "evaluations-1.sqlite"
+FILE_NAME = "evaluations-2.sqlite"
 KEPT_DAYS = 90
 """Results of other software than the present are dropped when they are older."""
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS files (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, sha256 TEXT) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS runs (
     sha256 TEXT, settings TEXT, software TEXT, written REAL, check_sum INTEGER,
-    text TEXT, cycles BLOB, loop BLOB, entry BLOB, PRIMARY KEY (sha256, settings, software)
+    text TEXT, cycles BLOB, loop BLOB, entry BLOB, rows BLOB, PRIMARY KEY (sha256, settings, software)
 );
 """
 
@@ -101,14 +101,14 @@ class Cache:
                 return row is not None
         return False
 
-    def find(self, path: str, content: str, *, with_entry: bool) -> KeptRun | None:
+    def find(self, path: str, content: str, wanted: Wanted) -> KeptRun | None:
         """Return the result for a content, under a path; None where there is none, or it is damaged."""
         with self._file.guarded() as connection:
             if connection is None:
                 return None
-            wanted = "entry" if with_entry else "x''"
+            entry, rows = "entry" if wanted.entries else "x''", "rows" if wanted.rows else "x''"
             row = connection.execute(
-                f"SELECT check_sum, text, cycles, loop, {wanted} FROM runs "
+                f"SELECT check_sum, text, cycles, loop, {entry}, {rows} FROM runs "
                 "WHERE sha256 = ? AND settings = ? AND software = ?",
                 (content, *self._key),
             ).fetchone()
@@ -123,9 +123,10 @@ class Cache:
                 return
             for _, _, run in results:
                 parts = run.text, run.cycles, run.loop
+                held = (*parts, run.entry, run.rows)
                 connection.execute(
-                    "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    (run.facts["sha256"], *self._key, time.time(), _check_sum(*parts), *parts, run.entry),
+                    "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    (run.facts["sha256"], *self._key, time.time(), _check_sum(*parts), *held),
                 )
         self._remember_files(
             [(p, stamp, run.facts["sha256"]) for p, stamp, run in results if stamp is not None]

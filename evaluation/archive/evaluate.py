@@ -10,11 +10,12 @@ from typing import Any, Protocol
 
 from evaluation.archive.cache import Cache
 from evaluation.archive.identity import Settings, Software, software
-from evaluation.archive.kept import KeptRun
+from evaluation.archive.kept import KeptRun, Wanted
 from evaluation.archive.work import File, Outcome
 from evaluation.document import SCHEMA, what_runs_say_together
 from recording.cachefile import Stamp, stamp_of
 
+_EVERYTHING = Wanted()
 _KEEP_EVERY = 50
 """Results are kept this many at a time: what is lost if the evaluation is killed."""
 
@@ -98,7 +99,7 @@ def evaluate_archive(
     workers: Workers,
     cache: Cache | None = None,
     *,
-    with_entries: bool = True,
+    wanted: Wanted = _EVERYTHING,
     report: Callable[[Progress], None] = lambda _: None,
 ) -> ArchiveEvaluation:
     """Evaluate run files.
@@ -111,9 +112,8 @@ def evaluate_archive(
         :class:`evaluation.archive.local.Local` or :class:`evaluation.archive.cluster.Cluster`.
     cache : Cache, optional
         What is known already; without one everything is evaluated.
-    with_entries : bool
-        Whether the entries of the evaluation document will be asked for; tables, trends and comparisons do
-        without.
+    wanted : Wanted
+        What will be asked for; trends and comparisons do without any of it.
     report : callable
         Told of the progress.
 
@@ -128,7 +128,7 @@ def evaluate_archive(
         If the workers cannot be reached or used. A file that cannot be evaluated is a failure in the result.
     """
     kept = _Kept(cache, {str(path): stamp_of(path) for path in files})
-    found = _known([(path, kept.stamps[str(path)]) for path in files], cache, with_entry=with_entries)
+    found = _known([(path, kept.stamps[str(path)]) for path in files], cache, wanted)
     failed: dict[str, Failure] = {}
     reused = len(found)
 
@@ -149,7 +149,7 @@ def evaluate_archive(
                 failed[outcome.path] = Failure(outcome.path, outcome.problem, outcome.lost)
             else:
                 kept.add(outcome.path, outcome.run)
-                found[outcome.path] = outcome.run if with_entries else outcome.run.without_entry()
+                found[outcome.path] = outcome.run.with_only(wanted)
             tell()
     finally:
         kept.flush()
@@ -164,14 +164,14 @@ def evaluate_archive(
 
 
 def _known(
-    stamps: Sequence[tuple[Path, Stamp | None]], cache: Cache | None, *, with_entry: bool
+    stamps: Sequence[tuple[Path, Stamp | None]], cache: Cache | None, wanted: Wanted
 ) -> dict[str, KeptRun]:
     if cache is None:
         return {}
     contents = cache.known_contents(stamps)
     found = {}
     for path, content in contents.items():
-        run = cache.find(str(path), content, with_entry=with_entry)
+        run = cache.find(str(path), content, wanted)
         if run is not None:
             found[str(path)] = run
     return found

@@ -20,11 +20,19 @@ from numpy.typing import NDArray
 from evaluation.document import LIGHT, run_entry
 from evaluation.mean_loop import MeanLoop
 from evaluation.results import Measured, RunEvaluation, RunFacts, Summary
-from evaluation.table import NUMBERS, cycle_numbers
+from evaluation.table import NUMBERS, cycle_numbers, cycle_rows
 
 _HEAD = '{"run":{'
 _QUICK = 1
 """Level of compression: the higher ones cost more time than they save."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What will be asked for beyond facts, means and numbers: entries of the document, rows as CSV."""
+
+    entries: bool = True
+    rows: bool = True
 
 
 @dataclass(frozen=True)
@@ -43,6 +51,8 @@ class KeptRun:
         Mean loop: strokes and forces of both branches, float64, shape (3, M); empty where there is none.
     entry : bytes
         Entry of the evaluation document but for the path, compressed JSON; empty where it was not asked for.
+    rows : bytes
+        Numbers of the table of cycles as CSV, compressed text; empty where it was not asked for.
     """
 
     path: str
@@ -50,6 +60,7 @@ class KeptRun:
     cycles: bytes
     loop: bytes
     entry: bytes
+    rows: bytes
 
     @cached_property
     def facts(self) -> dict[str, Any]:
@@ -62,9 +73,15 @@ class KeptRun:
         """Numbers of the table of cycles, shape (C, len(NUMBERS))."""
         return np.frombuffer(self.cycles, dtype="<f8").reshape(-1, len(NUMBERS))
 
-    def without_entry(self) -> KeptRun:
-        """Return the run without what only the evaluation document needs: the larger part."""
-        return replace(self, entry=b"")
+    def with_only(self, wanted: Wanted) -> KeptRun:
+        """Return the run without what nobody will ask for: the larger part."""
+        return replace(
+            self, entry=self.entry if wanted.entries else b"", rows=self.rows if wanted.rows else b""
+        )
+
+    def rows_text(self) -> str:
+        """Return the numbers of the table of cycles as CSV (:func:`evaluation.table.cycle_rows`)."""
+        return zlib.decompress(self.rows).decode()
 
     def entry_text(self) -> str:
         """Return the entry of the document as JSON text, on one line."""
@@ -98,12 +115,14 @@ def keep(run: RunEvaluation) -> KeptRun:
     assert text.startswith(_HEAD)
     loop = run.mean_loop if run.mean_loop is not None and run.mean_loop.temperature_C is not None else None
     curves = b"" if loop is None else np.stack((loop.stroke_mm, loop.loading_kN, loop.unloading_kN)).tobytes()
+    numbers = cycle_numbers(entry)
     return KeptRun(
         path=run.facts.path,
         text=_json(_facts(entry, run, loop)),
-        cycles=cycle_numbers(entry).tobytes(),
+        cycles=numbers.tobytes(),
         loop=curves,
         entry=zlib.compress(text.encode(), _QUICK),
+        rows=zlib.compress(cycle_rows(numbers).encode(), _QUICK),
     )
 
 

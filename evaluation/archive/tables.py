@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from evaluation.archive.evaluate import ArchiveEvaluation
 from evaluation.archive.kept import KeptRun
 from evaluation.summary import SUMMARY_NAMES
-from evaluation.table import OfRun, check_table_name, cycle_frame, write_cycles, write_frames
+from evaluation.table import OfRun, check_table_name, cycle_frame, write_cycle_csv, write_cycles, write_frames
 
 if TYPE_CHECKING:  # takes a third of a second, and a table of cycles in CSV does without
     import pandas as pd
@@ -28,8 +28,12 @@ def cycles_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
 
 
 def _cycles(evaluation: ArchiveEvaluation) -> tuple[OfRun, list[NDArray[np.float64]]]:
+    return _of_run(evaluation), [run.cycle_numbers for run in evaluation.runs]
+
+
+def _of_run(evaluation: ArchiveEvaluation) -> OfRun:
     runs = evaluation.runs
-    of_run: OfRun = {
+    return {
         "run": [run.facts["id"] for run in runs],
         "path": [run.path for run in runs],
         "kind": [run.facts["kind"] for run in runs],
@@ -38,7 +42,6 @@ def _cycles(evaluation: ArchiveEvaluation) -> tuple[OfRun, list[NDArray[np.float
         "settings_sha256": [evaluation.settings.sha256] * len(runs),
         "version": [evaluation.software.text] * len(runs),
     }
-    return of_run, [run.cycle_numbers for run in runs]
 
 
 def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
@@ -111,7 +114,9 @@ def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path 
     frame = None
     if runs is not None or (cycles is not None and cycles.suffix.lower() == ".xlsx"):
         frame = runs_frame(evaluation)
-    if cycles is not None:
+    if cycles is not None and cycles.suffix.lower() == ".csv":
+        write_cycle_csv(_of_run(evaluation), (run.rows_text() for run in evaluation.runs), cycles)
+    elif cycles is not None:
         write_cycles(*_cycles(evaluation), cycles, None if frame is None else {"runs": frame})
     if frame is not None and runs is not None and runs != cycles:
         write_frames({"runs": frame}, runs)

@@ -17,6 +17,7 @@ from evaluation.archive import cache as cache_room
 from evaluation.archive.cache import FILE_NAME, Cache
 from evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
 from evaluation.archive.identity import Settings, software
+from evaluation.archive.kept import Wanted
 from evaluation.archive.local import Local
 from evaluation.archive.work import File, Outcome
 from recording import cachefile
@@ -87,7 +88,7 @@ def test_other_code_is_another_evaluation(
 ) -> None:
     evaluated(runs[:1], tmp_path)
     cache = Cache(tmp_path, SETTINGS.sha256, replace(software(), code_sha256="f" * 64).sha256)
-    assert cache.find("x.h5", "no matter", with_entry=True) is None
+    assert cache.find("x.h5", "no matter", Wanted()) is None
     assert evaluate_archive(runs[:1], SETTINGS, Counting(), cache).reused == 0
     cache.close()
     monkeypatch.setattr(cache_room, "KEPT_DAYS", 0)
