@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from evaluation.condense import block_means, block_starts
 from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
 from evaluation.record import Record, check_usable
-from evaluation.splines import moved
+from evaluation.splines import moved, moved_evenly
 from foundation.units import to_inside
 from recording.run import Run, Series, mean_stroke
 
@@ -231,6 +231,10 @@ def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Se
     brought = np.full(wanted_s.size, np.nan)
     for first, last in pairwise(edges):
         at, known, wanted = at_s[first:last], value[first:last], wanted_s[first:last]
+        even = moved_evenly(at, known, wanted)
+        if even is not None:
+            brought[first:last] = even
+            continue
         good = np.isfinite(at) & np.isfinite(known)
         if not good.all():
             at, known = at[good], known[good]

@@ -104,10 +104,6 @@ _TOLD_APART = 40
 def moved(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray:
     """Return the cubic spline through points (its ends not-a-knot) at other moments.
 
-    Where the points are even and each moment is as far from its point as every other one, the spline at the
-    moments is a recursive filter and four products (Unser 1999, Splines: a perfect fit for signal and image
-    processing, eq. 16 and 17): the same figures to the last digits, a tenth of the time.
-
     Parameters
     ----------
     time_s, value : arrays, shape (N,)
@@ -118,13 +114,26 @@ def moved(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatA
     -------
     array, shape (M,)
     """
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow to import: only who evaluates waits
+
+    even = moved_evenly(time_s, value, wanted_s)
+    return np.asarray(CubicSpline(time_s, value)(wanted_s)) if even is None else even
+
+
+def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray | None:
+    """Return the same for many points that are even, each moment as far from its point as every other one.
+
+    There the spline at the moments is a recursive filter and four products (Unser 1999, Splines: a perfect
+    fit for signal and image processing, eq. 16 and 17): the same figures to the last digits, a tenth of the
+    time. None where the points are not so, are few, or one of them is no number.
+    """
+    share = _common_share(time_s, wanted_s)
+    if share is None or not np.isfinite(np.sum(value)):
+        return None
     # Slow to import: only whoever evaluates has to wait for them.
     from scipy.interpolate import CubicSpline  # noqa: PLC0415
     from scipy.ndimage import spline_filter1d  # noqa: PLC0415
 
-    share = _common_share(time_s, wanted_s)
-    if share is None:
-        return np.asarray(CubicSpline(time_s, value)(wanted_s))
     whole = int(np.floor(share))
     s = share - whole
     r = 1.0 - s
@@ -139,12 +148,11 @@ def moved(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatA
         for k in (1, 2, 3):
             part += taps[k] * weight[first + k : last + k]
         found[first - begin + inner.start : last - begin + inner.start] = part
-    # The filter's ends are others than the spline's, which are put over them.
-    for points, kept in (
-        (slice(0, _END_POINTS), slice(0, _TOLD_APART)),
-        (slice(-_END_POINTS, None), slice(-_TOLD_APART, None)),
-    ):
-        found[kept] = CubicSpline(time_s[points], value[points])(wanted_s[kept])
+    # The filter's ends are others than the spline's, which are put over them: that at the end backwards.
+    ends = np.stack((value[:_END_POINTS], value[: -_END_POINTS - 1 : -1]), axis=1)
+    at = np.arange(_TOLD_APART) + np.array([[share], [-share]])
+    spline = CubicSpline(np.arange(_END_POINTS), ends)(at)
+    found[:_TOLD_APART], found[: -_TOLD_APART - 1 : -1] = spline[0, :, 0], spline[1, :, 1]
     return found
 
 
@@ -153,14 +161,15 @@ def _common_share(time_s: FloatArray, wanted_s: FloatArray) -> float | None:
     if wanted_s.size != time_s.size or time_s.size < 2 * _END_POINTS:
         return None
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
-    share = float(wanted_s[0] - time_s[0]) / step
-    if not abs(share) <= _MOST_STEPS:
+    late_s = float(wanted_s[0] - time_s[0])
+    slack_s = _EVEN_STEPS * step
+    if not (step > 0.0 and abs(late_s) <= _MOST_STEPS * step):
         return None
     for first in range(0, time_s.size, _CHUNK):
         part = slice(first, first + _CHUNK)
-        off = time_s[part] - (time_s[0] + step * np.arange(first, min(first + _CHUNK, time_s.size)))
-        late = wanted_s[part] - time_s[part] - share * step
-        extremes = np.max(off), -np.min(off), np.max(late), -np.min(late)
-        if not all(extreme <= _EVEN_STEPS * step for extreme in extremes):
+        even_s = step * np.arange(first, min(first + _CHUNK, time_s.size)) + time_s[0]
+        off, late = time_s[part] - even_s, wanted_s[part] - even_s
+        extremes = np.max(off), -np.min(off), np.max(late) - late_s, late_s - np.min(late)
+        if not all(extreme <= slack_s for extreme in extremes):
             return None
-    return share
+    return late_s / step

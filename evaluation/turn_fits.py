@@ -285,7 +285,8 @@ def _solved_sides(
     """Return :func:`solved` for the points of each side."""
     used = np.concatenate(sides)
     both = solved(np.tile(z, (len(sides), 1)) * used, np.tile(value, (len(sides), 1)) * used, used, degree)
-    return [tuple(np.split(column, len(sides))[k] for column in both) for k in range(len(sides))]
+    rows = len(z)
+    return [tuple(column[k * rows : (k + 1) * rows] for column in both) for k in range(len(sides))]
 
 
 def _flanks(points: Points, degree: int, sigma: float) -> Fits:

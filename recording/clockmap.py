@@ -9,12 +9,10 @@ smallest difference is taken in each minute of the run, and in between the offse
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.content import MICROSECOND_S, Anchor
+from recording.content import MICROSECOND_S
 
 WINDOW_S = 60.0
 
@@ -24,8 +22,10 @@ class ClockMap:
 
     Parameters
     ----------
-    anchors : sequence of Anchor
-        At least one.
+    device_us : array of int, shape (n,)
+        Device's time of each anchor [µs]; at least one.
+    host_s : array, shape (n,)
+        Host's time of each [s].
 
     Raises
     ------
@@ -33,12 +33,10 @@ class ClockMap:
         If there is no anchor.
     """
 
-    def __init__(self, anchors: Sequence[Anchor]) -> None:
-        if not anchors:
+    def __init__(self, device_us: NDArray[np.int64], host_s: NDArray[np.float64]) -> None:
+        if not host_s.size:
             raise ValueError("no clock anchors")
-        host_s = np.array([anchor.host_s for anchor in anchors])
-        device_s = np.array([anchor.device_us for anchor in anchors]) * MICROSECOND_S
-        difference_s = host_s - device_s
+        difference_s = host_s - device_us * MICROSECOND_S
         window = np.floor((host_s - host_s.min()) / WINDOW_S).astype(int)
         best = [
             int(rows[np.argmin(difference_s[rows])])

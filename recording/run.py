@@ -77,10 +77,13 @@ class Run:
         return self._reader.held()
 
     def _rows(self, group: str, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+        return zip(*[values.tolist() for values in self._columns(group, names)], strict=True)
+
+    def _columns(self, group: str, names: Sequence[str]) -> list[NDArray[Any]]:
         facts = self.metadata["datasets"]
         columns = Columns(self._reader, {name: f"{ENTRY}/{group}/{name}" for name in names}, facts)
         with self.held_open():
-            return zip(*[columns[name].tolist() for name in names], strict=True)
+            return [columns[name] for name in names]
 
     @cached_property
     def anchors(self) -> tuple[Anchor, ...]:
@@ -263,7 +266,8 @@ class Run:
 
     @cached_property
     def _clocks(self) -> ClockMap | None:
-        return ClockMap(self.anchors) if self.anchors else None
+        device_us, host_s = self._columns("anchors", ("device_us", "host_s"))
+        return ClockMap(device_us, host_s) if host_s.size else None
 
     @cached_property
     def _device_stream(self) -> StreamData | None:
