@@ -20,8 +20,8 @@ ROOMS = ("evaluation", "recording", "foundation")
 """Rooms whose code makes the figures …"""
 _NOT_OF_FIGURES = ("evaluation/figures", "evaluation/report")
 """… but for what only shows them."""
-LIBRARIES = ("numpy", "scipy", "h5py", "GTC")
-"""Libraries whose other version may give another last digit."""
+LIBRARIES = ("numpy", "scipy", "h5py", "GTC", "orjson")
+"""Libraries whose other version may give another last digit, or write it otherwise."""
 THREADS = "OPENBLAS_NUM_THREADS"
 """Sums of the linear algebra library differ in the last bit with its number of threads: one everywhere."""
 

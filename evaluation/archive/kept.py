@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 from evaluation.document import LIGHT, run_entry
@@ -65,7 +66,7 @@ class KeptRun:
     @cached_property
     def facts(self) -> dict[str, Any]:
         """Facts and means."""
-        facts: dict[str, Any] = json.loads(self.text)
+        facts: dict[str, Any] = orjson.loads(self.text)
         return facts
 
     @property
@@ -112,16 +113,16 @@ def keep(run: RunEvaluation) -> KeptRun:
     entry = run_entry(run)
     of_run = {key: value for key, value in entry["run"].items() if key != "path"}
     text = _json({**entry, "run": of_run})
-    assert text.startswith(_HEAD)
+    assert text.startswith(_HEAD.encode())
     loop = run.mean_loop if run.mean_loop is not None and run.mean_loop.temperature_C is not None else None
     curves = b"" if loop is None else np.stack((loop.stroke_mm, loop.loading_kN, loop.unloading_kN)).tobytes()
     numbers = cycle_numbers(entry)
     return KeptRun(
         path=run.facts.path,
-        text=_json(_facts(entry, run, loop)),
+        text=_json(_facts(entry, run, loop)).decode(),
         cycles=numbers.tobytes(),
         loop=curves,
-        entry=zlib.compress(text.encode(), _QUICK),
+        entry=zlib.compress(text, _QUICK),
         rows=zlib.compress(cycle_rows(numbers).encode(), _QUICK),
     )
 
@@ -176,5 +177,5 @@ def _loop(facts: Mapping[str, Any] | None, curves: bytes) -> MeanLoop | None:
     )
 
 
-def _json(content: Any) -> str:
-    return json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+def _json(content: Any) -> bytes:
+    return orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import pandas as pd
@@ -76,10 +78,15 @@ def test_a_long_document_is_written_run_by_run(tmp_path: Path, monkeypatch: pyte
     assert texts[1].count("\n") < 30
 
 
-def test_csv_is_what_pandas_writes(tmp_path: Path) -> None:
+def test_csv_says_what_pandas_writes(tmp_path: Path) -> None:
     evaluation = evaluate_archive(archive(tmp_path)[:2], SETTINGS, Local(1))
     write_tables(evaluation, tmp_path / "c.csv", None)
-    assert (tmp_path / "c.csv").read_text() == cycles_frame(evaluation).to_csv(index=False)
+    texts = (tmp_path / "c.csv").read_text(), cycles_frame(evaluation).to_csv(index=False)
+    ours, theirs = (list(csv.reader(StringIO(text))) for text in texts)
+    assert len(ours) == len(theirs) > 1
+    for mine, its in zip(ours, theirs, strict=True):
+        for a, b in zip(mine, its, strict=True):  # 0.000015 is 1.5e-05
+            assert a == b or float(a) == float(b)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".xlsx"])
