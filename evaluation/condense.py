@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import find_reversals, held_samples, noise_sigma
-from evaluation.spectra import HARMONICS, fitted_harmonics
+from evaluation.spectra import HARMONICS
 from foundation.kind import Kind
 
 POINTS_OF_KIND: Mapping[Kind, int | None] = {
@@ -41,8 +41,8 @@ _RUN_IN = 2
 """… so many half-cycles at both ends are not looked at: a ramp leads to its sines, and away from them."""
 _LOOKED_AT = 8
 """So many cycles, spread over the run, are looked at; …"""
-_LOOKED_AT_POINTS = 100
-"""… so many samples of each."""
+_LOOKED_AT_POINTS = 128
+"""… at so many even moments of each."""
 _FEW_A_BLOCK = 4
 _NEAR_BLOCKS = 4
 """Noise moves a coarse extreme: the extreme block is looked for among so many to both sides."""
@@ -116,16 +116,16 @@ def _is_sine(record: Record, turns: NDArray[np.intp]) -> bool:
         return False
     looked_at = begins[np.unique(np.linspace(0, begins.size - 1, _LOOKED_AT).astype(int))]
     first, last = turns[looked_at], turns[looked_at + 2]
-    step = np.maximum(1, (last - first) // _LOOKED_AT_POINTS)
-    count = -(-(last - first) // step)
-    order = np.arange(int(np.max(count)))
-    used = order < count[:, None]
-    at = np.where(used, first[:, None] + step[:, None] * order, first[:, None])
-    start_s = record.time_s[first][:, None]
-    share = (record.time_s[at] - start_s) / (record.time_s[last][:, None] - start_s)
-    found = fitted_harmonics(share, record.stroke_mm[None, at], used, HARMONICS)[0]
-    power = np.sum(found**2, axis=2)
-    return bool(np.all(np.sum(power[:, 2:], axis=1) <= SINE_DISTORTION**2 * power[:, 1]))
+    even = np.arange(_LOOKED_AT_POINTS) / _LOOKED_AT_POINTS
+    rows = []
+    for a, b in zip(first.tolist(), last.tolist(), strict=True):
+        every = max(1, (b - a) // (2 * _LOOKED_AT_POINTS))
+        time_s, stroke_mm = record.time_s[a : b + every : every], record.stroke_mm[a : b + every : every]
+        start_s, end_s = record.time_s[a], record.time_s[b]
+        rows.append(np.interp(start_s + even * (end_s - start_s), time_s, stroke_mm))
+    power = np.abs(np.fft.rfft(np.stack(rows), axis=1)) ** 2
+    others = np.sum(power[:, 2 : HARMONICS + 1], axis=1)
+    return bool(np.all(others <= SINE_DISTORTION**2 * power[:, 1]))
 
 
 def _condensed(

@@ -54,7 +54,7 @@ def plateau(side: Side) -> Dwell | None:
 def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
     """Return the samples within one and nine bands about a dwell, and its level, if it is one."""
     near = side.value[side.above(side.value[side.peak] - 2.0 * band)]
-    level = float(np.median(near))
+    level = _middle(near)
     inner = side.above(level - band)
     if inner.stop - inner.start < side.least_samples:
         return None
@@ -64,6 +64,12 @@ def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
     cut_off = outer.start == 0 or outer.stop == side.value.size
     ratio = CUT_OFF_RATIO if cut_off else PLATEAU_RATIO
     return (inner, outer, level) if outer_s <= ratio * inner_s else None
+
+
+def _middle(values: FloatArray) -> float:
+    """Return the median; NumPy's own takes ten times as long for a handful of values."""
+    order, half = np.sort(values), values.size // 2
+    return float(order[half] if values.size % 2 else 0.5 * (order[half - 1] + order[half]))
 
 
 def _time_above(side: Side, inside: slice, level: float) -> float:
@@ -123,11 +129,11 @@ def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float
     creep during the dwell does not shift it.
     """
     middle = 0.5 * float(time[0] + time[-1])
-    corner, level = float(time[0]), float(np.median(value))
+    corner, level = float(time[0]), _middle(value)
     for _ in range(3):
         corner = min(float(time[0]) + max(level - entered, 0.0) * slowness, middle)
         first = max(0, min(int(np.searchsorted(time, corner)), time.size - LEAST_SAMPLES))
         span = max(2.0 * abs(level - entered) * slowness, 0.02 * float(time[-1] - time[0]))
         last = max(int(np.searchsorted(time, corner + span)), first + LEAST_SAMPLES)
-        level = float(np.median(value[first:last]))
+        level = _middle(value[first:last])
     return corner, level

@@ -41,7 +41,7 @@ class EvenBasis:
         """Prepare the solution for points at places, in steps, that are ``step`` of a period each."""
         middle = 0.5 * float(place[0] + place[-1])
         near = np.array([1.0 - _STEPS_ALIKE, 1.0, 1.0 + _STEPS_ALIKE])
-        below, at, above = (_solution(share * step * (place - middle), order) for share in near)
+        below, at, above = _solutions(np.outer(near * step, place - middle), order)
         return cls(place, middle, step, np.stack((at, 0.5 * (above - below), 0.5 * (above + below) - at)))
 
     def suits(self, step: FloatArray) -> BoolArray:
@@ -75,10 +75,13 @@ class EvenBasis:
         return found
 
 
-def _solution(share: FloatArray, order: int) -> FloatArray:
-    """Return the matrix that makes values at moments, over the period, the coefficients of 1, cos and sin."""
-    angle = 2.0 * np.pi * np.outer(share, np.arange(1.0, order + 1.0))
-    rows = np.concatenate((np.ones((share.size, 1)), np.cos(angle), np.sin(angle)), axis=1)
-    weight = np.gradient(share)  # an integral over the period, with what is beyond the outermost points
-    weighted = rows * weight[:, None]
-    return np.asarray(np.linalg.solve(weighted.T @ rows, weighted.T).T)
+def _solutions(share: FloatArray, order: int) -> FloatArray:
+    """Return the matrices that make values at moments, over the period, the coefficients of 1, cos and sin.
+
+    ``share`` (K, P) are the moments for each of the matrices, shape (K, P, 2 order + 1).
+    """
+    angle = 2.0 * np.pi * share[..., None] * np.arange(1.0, order + 1.0)
+    rows = np.concatenate((np.ones((*share.shape, 1)), np.cos(angle), np.sin(angle)), axis=2)
+    weight = np.gradient(share, axis=1)  # an integral over the period, with what is beyond the outermost
+    weighted = (rows * weight[..., None]).transpose(0, 2, 1)
+    return np.asarray(np.linalg.solve(weighted @ rows, weighted).transpose(0, 2, 1))

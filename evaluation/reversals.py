@@ -23,8 +23,10 @@ _COARSEST_STEP = 0.02
 """A larger share of the range is no converter's step: so the few, even steps of an ideal flank look."""
 _NOISE_SAMPLES = 8192
 """Differences are taken at about so many places, spread evenly over the record: 2 % of their deviation."""
-_STRETCHES, _STRETCH = 32, 2048
+_STRETCHES, _STRETCH = 16, 1024
 """Converter steps and held samples of a longer record are looked for in so many stretches of it."""
+_LONG = 65_536
+"""Of a longer record not every sample is a candidate for a reversal."""
 _BLOCKS = (512, 64, 8)
 """Sizes of the blocks of which, from coarse to fine, only the extremes are candidates for a reversal."""
 _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
@@ -213,7 +215,7 @@ def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
     """
     index = np.arange(stroke_mm.size)
     low = high = index[:0]
-    long = stroke_mm.size > _STRETCHES * _STRETCH
+    long = stroke_mm.size > _LONG
     if long:
         low, high = _block_extremes(stroke_mm)
         index = _candidates(stroke_mm, low, high, np.inf)

@@ -48,13 +48,42 @@ def splines(
     slope = _slopes(own, y, starts, count)
     step = own[at + 1] - own[at]
     z = (share - own[at]) / step
-    found = [fine]
-    for k in range(y.shape[1]):
-        low, rise = y[at, k], y[at + 1, k] - y[at, k]
-        bend, over = step * slope[at, k] - rise, step * slope[at + 1, k] - rise
-        # Hermite: y0 + z (rise + (1 - z) (bend (1 - z) - over z)).
-        found.append(low + z * (rise + (1.0 - z) * (bend * (1.0 - z) - over * z)))
-    return found
+    return [
+        fine,
+        *(
+            _between(y[at, k], y[at + 1, k], step * slope[at, k], step * slope[at + 1, k], z)
+            for k in range(y.shape[1])
+        ),
+    ]
+
+
+def spline_at(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the spline through points at some places; beyond the ends, its outermost cubics.
+
+    Parameters
+    ----------
+    x : array, shape (N,)
+        Rising, at least four.
+    y : array, shape (N, K)
+    at : array, shape (M,)
+
+    Returns
+    -------
+    array, shape (M, K)
+    """
+    slope = _slopes(x, y, np.array([0]), np.array([x.size]))
+    place = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
+    step = (x[place + 1] - x[place])[:, None]
+    z = (at - x[place])[:, None] / step
+    return _between(y[place], y[place + 1], step * slope[place], step * slope[place + 1], z)
+
+
+def _between(
+    low: FloatArray, high: FloatArray, begins: FloatArray, ends: FloatArray, z: FloatArray
+) -> FloatArray:
+    """Return Hermite's cubics of two values and slopes by the step, at the share z of the way."""
+    rise = high - low
+    return low + z * (rise + (1.0 - z) * ((begins - rise) * (1.0 - z) - (ends - rise) * z))
 
 
 def _slopes(x: FloatArray, y: FloatArray, starts: IndexArray, count: IndexArray) -> FloatArray:
@@ -114,10 +143,12 @@ def moved(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatA
     -------
     array, shape (M,)
     """
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow to import: only who evaluates waits
-
     even = moved_evenly(time_s, value, wanted_s)
-    return np.asarray(CubicSpline(time_s, value)(wanted_s)) if even is None else even
+    if even is not None:
+        return even
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow to import, and seldom needed
+
+    return np.asarray(CubicSpline(time_s, value)(wanted_s))
 
 
 def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray | None:
@@ -130,9 +161,7 @@ def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) ->
     share = _common_share(time_s, wanted_s)
     if share is None or not np.isfinite(np.sum(value)):
         return None
-    # Slow to import: only whoever evaluates has to wait for them.
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415
-    from scipy.ndimage import spline_filter1d  # noqa: PLC0415
+    from scipy.ndimage import spline_filter1d  # noqa: PLC0415 - slow to import: only who evaluates waits
 
     whole = int(np.floor(share))
     s = share - whole
@@ -150,9 +179,9 @@ def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) ->
         found[first - begin + inner.start : last - begin + inner.start] = part
     # The filter's ends are others than the spline's, which are put over them: that at the end backwards.
     ends = np.stack((value[:_END_POINTS], value[: -_END_POINTS - 1 : -1]), axis=1)
-    at = np.arange(_TOLD_APART) + np.array([[share], [-share]])
-    spline = CubicSpline(np.arange(_END_POINTS), ends)(at)
-    found[:_TOLD_APART], found[: -_TOLD_APART - 1 : -1] = spline[0, :, 0], spline[1, :, 1]
+    near = np.arange(_TOLD_APART)
+    spline = spline_at(np.arange(float(_END_POINTS)), ends, np.concatenate((near + share, near - share)))
+    found[:_TOLD_APART], found[: -_TOLD_APART - 1 : -1] = spline[:_TOLD_APART, 0], spline[_TOLD_APART:, 1]
     return found
 
 
