@@ -221,7 +221,8 @@ def _all_fits(
 
     The widest windows come first, and polynomials before flanks. A fit that is consistent with the noise has
     a u that no fit over so much fewer samples can have: such windows are left out. So are flanks where a
-    polynomial is consistent over a window so high that a corner would show.
+    polynomial is consistent over a window so high that a corner would show, or nearly so at a turn most of
+    whose kind are smooth.
     """
     size = last - first
     known, least = np.full(sign.size, np.inf), np.maximum(sigma, 1e-6 * height)
@@ -256,7 +257,20 @@ def _all_fits(
             chosen[at[kept]] = True
             fits.put(chosen, part.rows(kept))
         found.append(fits)
+        if own is wide:
+            best = np.min(np.where(no_corner, fits.residual.reshape(size.shape), np.inf), axis=1)
+            smooth |= _like_most(smooth, best <= _LIKE_TURNS_SLACK * CONSISTENT * least, sign)
     return found[0], found[1]
+
+
+def _like_most(smooth: BoolArray, nearly: BoolArray, sign: FloatArray) -> BoolArray:
+    """Return which turns are nearly smooth, where most turns of their kind are smooth."""
+    alike = np.zeros(sign.size, dtype=bool)
+    for kind in (-1.0, 1.0):
+        own = sign == kind
+        if np.count_nonzero(own) >= _LIKE_TURNS and 2 * np.count_nonzero(smooth[own]) > np.count_nonzero(own):
+            alike |= own & nearly
+    return alike
 
 
 def _together(size: IndexArray) -> Iterator[slice]:
