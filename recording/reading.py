@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 from foundation.errors import BadInput
@@ -114,7 +114,7 @@ class Reader:
         """
         with self.held(), _damage_named(self.path):
             if self._sealed and rows == _ALL:
-                return _sealed_column(self._tree, place)
+                return _sealed_column(self._tree, place, facts)
             return read_column(self._tree, self.path, place, facts, rows)
 
 
@@ -126,14 +126,14 @@ def read_document(tree: Any, path: Path) -> dict[str, Any]:
     BadInput
         If there is none or it is no JSON document.
     """
-    if "metadata" not in tree.attrs:
+    if not h5py.h5a.exists(tree.id, b"metadata"):
         raise BadInput(
             "not a run file of bufferstand (no metadata attribute)",
             file=path,
             remedy="foreign records are read by “bufferstand import”",
         )
     try:
-        document = json.loads(tree.attrs["metadata"])
+        document = orjson.loads(tree.attrs["metadata"])
     except (ValueError, TypeError):
         raise BadInput("the metadata are no JSON", file=path, place="metadata", remedy=RESTORE) from None
     if not isinstance(document, dict):
@@ -159,10 +159,12 @@ def read_column(
     return values
 
 
-def _sealed_column(tree: Any, place: str) -> NDArray[Any]:
+def _sealed_column(tree: Any, place: str, facts: Mapping[str, Any]) -> NDArray[Any]:
     """Return a dataset of a file that was checked, without what h5py does for files of any kind."""
     dataset = h5py.h5d.open(tree.id, place.encode())
-    values: NDArray[Any] = np.empty(dataset.shape, dataset.dtype)
+    dtype = facts["dtype"]
+    # Of a text, HDF5 wants to know the encoding too.
+    values: NDArray[Any] = np.empty(dataset.shape, dataset.dtype if "S" in dtype else dtype)
     dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
     return values
 
