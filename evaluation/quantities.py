@@ -159,7 +159,7 @@ def _stack_figures(stack: LoopStack, first: ComplexArray) -> tuple[list[Quantiti
     storage, loss = first.real, first.imag
     rising, stiff = stored > 0.0, storage > 0.0
     distortion = np.array([np.nan if c.stroke_distortion is None else c.stroke_distortion for c in cycles])
-    speeds = [branch_speeds_mm_per_s(branch) for branch in (stack.loading, stack.unloading)]
+    speeds = np.split(branch_speeds_mm_per_s(stack.branches), 2)
     # What NaN may stand for: a figure that is not to be had, for the reason that its warning says.
     unknown = {
         "damping": ~rising,
@@ -247,17 +247,14 @@ def is_two_sided(force_min_kN: float, force_max_kN: float) -> bool:
 
 def _extreme_forces(stack: LoopStack) -> tuple[FloatArray, FloatArray]:
     """Return least and largest force of both branches, each smoothed by itself: peaks stay sharp."""
-    lowest, highest = [], []
-    for branch in (stack.loading, stack.unloading):
-        least, most = np.empty(branch.count.size), np.empty(branch.count.size)
-        for window, rows in _by_window(branch.count, FORCE_WINDOW):
-            force, count = branch.force_kN[rows], branch.count[rows]
-            if window:
-                force = smoothed(force, count, window, 2)
-            least[rows], most[rows] = np.min(force, axis=1), np.max(force, axis=1)
-        lowest.append(least)
-        highest.append(most)
-    return np.minimum(*lowest), np.maximum(*highest)
+    branches = stack.branches
+    least, most = np.empty(branches.count.size), np.empty(branches.count.size)
+    for window, rows in _by_window(branches.count, FORCE_WINDOW):
+        force, count = branches.force_kN[rows], branches.count[rows]
+        if window:
+            force = smoothed(force, count, window, 2)
+        least[rows], most[rows] = np.min(force, axis=1), np.max(force, axis=1)
+    return np.minimum(*np.split(least, 2)), np.maximum(*np.split(most, 2))
 
 
 def _by_window(count: NDArray[np.intp], share: float) -> list[tuple[int, slice | NDArray[np.intp]]]:

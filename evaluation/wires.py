@@ -19,6 +19,8 @@ LEAST_MOTION = 0.25
 """A stretch tells when the other wire moves by this share of its largest motion in any stretch …"""
 LEAST_MOTION_MM = 0.5
 """… and by at least this much (far above the noise of a wire)."""
+_LOOKED_AT = 100
+"""Of a longer stretch, about so many samples are looked at."""
 _MOST_FITTED = 100_000
 """The straight line of the difference over stroke is fitted to at most so many samples, evenly picked."""
 
@@ -152,11 +154,11 @@ def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int]
     """Return which wire (1 or 2) stands still while the other moves, and the row from which on; or None."""
     rows = mean_mm.size // min(BLOCKS, max(1, mean_mm.size // 8))
     blocks = mean_mm.size // rows
-    shape, used = (blocks, rows), blocks * rows
-    moved = []
-    for sign in (0.5, -0.5):
-        wire = (mean_mm[:used] + sign * difference_mm[:used]).reshape(shape)
-        moved.append(np.max(wire, axis=1) - np.min(wire, axis=1))
+    every = max(1, rows // _LOOKED_AT)
+    mean, half = (
+        column[: blocks * rows].reshape(blocks, rows)[:, ::every] for column in (mean_mm, 0.5 * difference_mm)
+    )
+    moved = [np.max(wire, axis=1) - np.min(wire, axis=1) for wire in (mean + half, mean - half)]
     one, two = moved
     larger = np.maximum(one, two)
     tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)

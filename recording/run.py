@@ -327,4 +327,8 @@ def mean_stroke(wires: Sequence[Series]) -> Series:
     if len(wires) == 1:
         return wires[0]
     one, two = wires
-    return Series((one.time_s + two.time_s) / 2.0, (one.value + two.value) / 2.0, one.unit)
+    together = np.array_equal(one.time_s, two.time_s)
+    time_s = one.time_s if together else 0.5 * (one.time_s + two.time_s)
+    mean = one.value + two.value
+    mean *= 0.5
+    return Series(time_s, mean, one.unit)

@@ -26,7 +26,7 @@ _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS files (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, sha256 TEXT) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS runs (
     sha256 TEXT, settings TEXT, software TEXT, written REAL, check_sum INTEGER,
-    text TEXT, cycles BLOB, loop BLOB, entry BLOB, rows BLOB, PRIMARY KEY (sha256, settings, software)
+    text TEXT, cycles BLOB, loop BLOB, entry BLOB, rows TEXT, PRIMARY KEY (sha256, settings, software)
 );
 """
 
@@ -106,7 +106,7 @@ class Cache:
         with self._file.guarded() as connection:
             if connection is None:
                 return None
-            entry, rows = "entry" if wanted.entries else "x''", "rows" if wanted.rows else "x''"
+            entry, rows = "entry" if wanted.entries else "x''", "rows" if wanted.rows else "''"
             row = connection.execute(
                 f"SELECT check_sum, text, cycles, loop, {entry}, {rows} FROM runs "
                 "WHERE sha256 = ? AND settings = ? AND software = ?",

@@ -52,8 +52,9 @@ class KeptRun:
         Mean loop: strokes and forces of both branches, float64, shape (3, M); empty where there is none.
     entry : bytes
         Entry of the evaluation document but for the path, compressed JSON; empty where it was not asked for.
-    rows : bytes
-        Numbers of the table of cycles as CSV, compressed text; empty where it was not asked for.
+    rows : str
+        Numbers of the table of cycles as CSV (:func:`evaluation.table.cycle_rows`); empty where it was not
+        asked for.
     """
 
     path: str
@@ -61,7 +62,7 @@ class KeptRun:
     cycles: bytes
     loop: bytes
     entry: bytes
-    rows: bytes
+    rows: str
 
     @cached_property
     def facts(self) -> dict[str, Any]:
@@ -77,12 +78,8 @@ class KeptRun:
     def with_only(self, wanted: Wanted) -> KeptRun:
         """Return the run without what nobody will ask for: the larger part."""
         return replace(
-            self, entry=self.entry if wanted.entries else b"", rows=self.rows if wanted.rows else b""
+            self, entry=self.entry if wanted.entries else b"", rows=self.rows if wanted.rows else ""
         )
-
-    def rows_text(self) -> str:
-        """Return the numbers of the table of cycles as CSV (:func:`evaluation.table.cycle_rows`)."""
-        return zlib.decompress(self.rows).decode()
 
     def entry_text(self) -> str:
         """Return the entry of the document as JSON text, on one line."""
@@ -123,7 +120,7 @@ def keep(run: RunEvaluation) -> KeptRun:
         cycles=numbers.tobytes(),
         loop=curves,
         entry=zlib.compress(text, _QUICK),
-        rows=zlib.compress(cycle_rows(numbers).encode(), _QUICK),
+        rows=cycle_rows(numbers),
     )
 
 

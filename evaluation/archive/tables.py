@@ -115,7 +115,7 @@ def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path 
     if runs is not None or (cycles is not None and cycles.suffix.lower() == ".xlsx"):
         frame = runs_frame(evaluation)
     if cycles is not None and cycles.suffix.lower() == ".csv":
-        write_cycle_csv(_of_run(evaluation), (run.rows_text() for run in evaluation.runs), cycles)
+        write_cycle_csv(_of_run(evaluation), (run.rows for run in evaluation.runs), cycles)
     elif cycles is not None:
         write_cycles(*_cycles(evaluation), cycles, None if frame is None else {"runs": frame})
     if frame is not None and runs is not None and runs != cycles:
