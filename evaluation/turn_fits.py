@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +46,7 @@ class Points:
     used: BoolArray
     group: IndexArray
 
-    @property
+    @cached_property
     def count(self) -> IndexArray:
         """Points of each row."""
         return np.asarray(np.count_nonzero(self.used, axis=1))
@@ -132,8 +132,10 @@ def sharp_fits(points: Points, sigma: float) -> Fits:
 
 def _in_parts(points: Points, few: BoolArray, fit: Callable[[Points, bool], Fits]) -> Fits:
     """Fit so many rows at a time that what is made of them stays in the processor's cache."""
-    found = Fits.none(few.size)
     step = max(1, _CHUNK_POINTS // points.time_s.shape[1])
+    if 0 < few.size <= step and (few.all() or not few.any()):
+        return fit(points, bool(few[0]))
+    found = Fits.none(few.size)
     for is_few in (True, False):
         rows = np.flatnonzero(few == is_few)
         for start in range(0, rows.size, step):

@@ -238,7 +238,7 @@ def _all_fits(
     for own, variance, fit in shapes:
         fits = Fits.none(first.size)
         gain = np.where((own >= LEAST_POINTS) & ~smooth[:, None], sigma * least_gain(own, variance), np.inf)
-        for levels in _together(own):
+        for levels in _together(np.where(smooth[:, None], 0, own)):
             may = gain[:, levels] < known[:, None]
             rows, columns = np.nonzero(may)
             if not rows.size:

@@ -147,7 +147,8 @@ def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, floa
         return None
     slope = float(np.dot(centred, difference)) / spread
     offset = float(np.mean(difference)) - slope * float(np.mean(stroke))
-    return offset, slope, float(np.max(np.abs(difference - offset - slope * stroke)))
+    left = difference - slope * stroke
+    return offset, slope, max(float(np.max(left)) - offset, offset - float(np.min(left)))
 
 
 def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int] | None:
@@ -155,10 +156,11 @@ def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int]
     rows = mean_mm.size // min(BLOCKS, max(1, mean_mm.size // 8))
     blocks = mean_mm.size // rows
     every = max(1, rows // _LOOKED_AT)
-    mean, half = (
-        column[: blocks * rows].reshape(blocks, rows)[:, ::every] for column in (mean_mm, 0.5 * difference_mm)
+    mean, difference = (
+        column[: blocks * rows].reshape(blocks, rows)[:, ::every] for column in (mean_mm, difference_mm)
     )
-    moved = [np.max(wire, axis=1) - np.min(wire, axis=1) for wire in (mean + half, mean - half)]
+    wires = mean + 0.5 * difference, mean - 0.5 * difference
+    moved = [np.max(wire, axis=1) - np.min(wire, axis=1) for wire in wires]
     one, two = moved
     larger = np.maximum(one, two)
     tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
