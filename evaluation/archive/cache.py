@@ -26,7 +26,7 @@ _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS files (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, sha256 TEXT) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS runs (
     sha256 TEXT, settings TEXT, software TEXT, written REAL, check_sum INTEGER,
-    text TEXT, cycles BLOB, loop BLOB, entry BLOB, rows TEXT, PRIMARY KEY (sha256, settings, software)
+    text TEXT, cycles BLOB, loop BLOB, rows TEXT, entry BLOB, PRIMARY KEY (sha256, settings, software)
 );
 """
 
@@ -106,14 +106,14 @@ class Cache:
         with self._file.guarded() as connection:
             if connection is None:
                 return None
-            entry, rows = "entry" if wanted.entries else "x''", "rows" if wanted.rows else "''"
+            entry = "entry" if wanted.entries else "x''"
             row = connection.execute(
-                f"SELECT check_sum, text, cycles, loop, {entry}, {rows} FROM runs "
+                f"SELECT check_sum, text, cycles, loop, rows, {entry} FROM runs "
                 "WHERE sha256 = ? AND settings = ? AND software = ?",
                 (content, *self._key),
             ).fetchone()
-            if row is not None and row[0] == _check_sum(*row[1:4]):
-                return KeptRun(path, *row[1:])
+            if row is not None and row[0] == _check_sum(*row[1:5]):
+                return KeptRun(path, *row[1:4], entry=row[5], rows=row[4]).with_only(wanted)
         return None
 
     def remember(self, results: Sequence[tuple[Path, Stamp | None, KeptRun]]) -> None:
@@ -122,11 +122,10 @@ class Cache:
             if connection is None:
                 return
             for _, _, run in results:
-                parts = run.text, run.cycles, run.loop
-                held = (*parts, run.entry, run.rows)
+                parts = run.text, run.cycles, run.loop, run.rows
                 connection.execute(
                     "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    (run.facts["sha256"], *self._key, time.time(), _check_sum(*parts), *held),
+                    (run.facts["sha256"], *self._key, time.time(), _check_sum(*parts), *parts, run.entry),
                 )
         self._remember_files(
             [(p, stamp, run.facts["sha256"]) for p, stamp, run in results if stamp is not None]
@@ -143,8 +142,8 @@ def _name(path: Path) -> str:
     return os.path.abspath(path)  # noqa: PTH100 - resolving links takes ten times as long, and only saves time
 
 
-def _check_sum(text: str, cycles: bytes, loop: bytes) -> int:
-    return zlib.crc32(loop, zlib.crc32(cycles, zlib.crc32(text.encode())))
+def _check_sum(text: str, cycles: bytes, loop: bytes, rows: str) -> int:
+    return zlib.crc32(rows.encode(), zlib.crc32(loop, zlib.crc32(cycles, zlib.crc32(text.encode()))))
 
 
 def _content_if_whole(path: Path) -> str | None:

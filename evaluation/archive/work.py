@@ -15,8 +15,9 @@ from evaluation.archive.kept import KeptRun, keep
 from evaluation.document import evaluate_file
 from foundation.errors import BadInput
 
-MOST_FILES = 25
-"""Files of one task: enough that handing it out costs nothing, few enough to lose with a worker …"""
+MOST_FILES = 10
+"""Files of one task: enough that handing it out costs nothing, few enough to lose with a worker, and that no
+worker waits long for the last task of another …"""
 MOST_BYTES = 32_000_000
 """… and no more bytes than this, but for a file that is larger alone."""
 
