@@ -106,14 +106,15 @@ class Cache:
         with self._file.guarded() as connection:
             if connection is None:
                 return None
-            entry = "entry" if wanted.entries else "x''"
+            kept = "entry" if wanted.entries else "x''"
             row = connection.execute(
-                f"SELECT check_sum, text, cycles, loop, rows, {entry} FROM runs "
+                f"SELECT check_sum, text, cycles, loop, rows, {kept} FROM runs "
                 "WHERE sha256 = ? AND settings = ? AND software = ?",
                 (content, *self._key),
             ).fetchone()
             if row is not None and row[0] == _check_sum(*row[1:5]):
-                return KeptRun(path, *row[1:4], entry=row[5], rows=row[4]).with_only(wanted)
+                _, text, cycles, loop, rows, entry = row
+                return KeptRun(path, text, cycles, loop, entry, rows).with_only(wanted)
         return None
 
     def remember(self, results: Sequence[tuple[Path, Stamp | None, KeptRun]]) -> None:
