@@ -25,6 +25,8 @@ _TIP_SLACK = 0.25
 _CHUNK_POINTS = 100_000
 """Points that are fitted together: what is made of them stays in the processor's cache."""
 
+_FEW_ALIKE = 50
+"""Of fewer rows of one number of points each has a matrix of its own."""
 _LEAST_ALIKE = 8
 """So many rows of one number of points are fitted by one matrix …"""
 _EVEN = 1e-4
@@ -193,11 +195,29 @@ def _even_solution(number: int, degree: int) -> tuple[FloatArray, FloatArray, Fl
     return even, matrix, common, matrix @ common
 
 
+@lru_cache(maxsize=4)
+def _even_solutions(degree: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return points, powers, solutions and inverses by number of points, padded; NaN where too few."""
+    numbers = MOST_POINTS + 1
+    even = np.full((numbers, MOST_POINTS), np.nan)
+    matrix, solution = np.zeros((2, numbers, MOST_POINTS, degree + 1))
+    common = np.zeros((numbers, degree + 1, degree + 1))
+    for number in range(degree + 1, numbers):
+        own = slice(0, number)
+        even[number] = 0.0
+        even[number, own], matrix[number, own], common[number], solution[number, own] = _even_solution(
+            number, degree
+        )
+    return even, matrix, solution, common
+
+
 def _solved_alike(
     z: FloatArray, value: FloatArray, used: BoolArray, degree: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the same where ``z`` runs from -1 to 1: rows of as many even points by one matrix."""
     count = np.count_nonzero(used, axis=1)
+    if count.size < _FEW_ALIKE * np.unique(count).size:
+        return _solved_row_by_row(z, value, used, count, degree)
     coefficients = np.empty((count.size, degree + 1))
     inverse = np.empty((count.size, degree + 1, degree + 1))
     fitted, errors = np.zeros_like(value), np.empty(count.size)
@@ -215,6 +235,25 @@ def _solved_alike(
         errors[rows] = np.einsum("rp,rp->r", own, own)
         other[rows] = False
     if other.any():
+        one = solved(z[other], value[other], used[other], degree)
+        coefficients[other], inverse[other], fitted[other], errors[other] = one
+    return coefficients, inverse, fitted, errors
+
+
+def _solved_row_by_row(
+    z: FloatArray, value: FloatArray, used: BoolArray, count: IndexArray, degree: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the same by a matrix for each row: where few rows are alike, all at once is faster."""
+    even, matrix, solution, common = _even_solutions(degree)
+    own = slice(0, z.shape[1])
+    inverse = common[count]
+    coefficients = (value[:, None, :] @ solution[:, own][count])[:, 0]
+    fitted = (matrix[:, own][count] @ coefficients[..., None])[..., 0]
+    error = np.where(used, value - fitted, 0.0)
+    errors = np.einsum("rp,rp->r", error, error)
+    near = np.max(np.abs(z - even[:, own][count]), axis=1) <= _EVEN * 2.0 / np.maximum(count - 1, 1)
+    if not near.all():
+        other = ~near
         one = solved(z[other], value[other], used[other], degree)
         coefficients[other], inverse[other], fitted[other], errors[other] = one
     return coefficients, inverse, fitted, errors
