@@ -7,7 +7,9 @@ each other, the step differs by parts in a thousand, over which the solution is 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,8 @@ BoolArray = NDArray[np.bool_]
 _STEPS_ALIKE = 2e-3
 """Steps are alike within this share: over it the parabola is right to 4e-8 of the first harmonic, and to 4e-5
 of the tenth."""
+_GRID = 5e-4
+"""A basis is made for steps that differ by this share, so that runs of one frequency have it in common."""
 _NEARLY_ONE_STEP = 0.25
 """Where steps differ by less than this share of that, a straight line is right to 1e-6 and 1e-4 of them."""
 
@@ -73,6 +77,21 @@ class EvenBasis:
         found[..., 0, 0] = solved[..., 0]
         found[..., 1:, 0], found[..., 1:, 1] = turned.real, -turned.imag
         return found
+
+
+def basis_for(size: int, points: int, order: int, step: float) -> EvenBasis:
+    """Return the basis for periods of ``size`` samples, averaged to ``points`` points, whose step is alike.
+
+    ``step`` is from sample to sample, as a share of the period.
+    """
+    return _basis(size, points, order, round(math.log(step) / _GRID))
+
+
+@lru_cache(maxsize=128)
+def _basis(size: int, points: int, order: int, number: int) -> EvenBasis:
+    ends = np.arange(points + 1) * size // points
+    place = np.asarray(0.5 * (ends[1:] + ends[:-1]), dtype=np.float64)
+    return EvenBasis.of(place, math.exp(number * _GRID), order)
 
 
 def _solutions(share: FloatArray, order: int) -> FloatArray:

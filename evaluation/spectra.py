@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.even_harmonics import EvenBasis
+from evaluation.even_harmonics import basis_for
 from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
 
@@ -109,7 +109,6 @@ def _fit_rows(
     points = -(-size // group)
     orders = np.minimum(HARMONICS, np.maximum(1, (points - 3) // 2))
     left: list[IndexArray] = []
-    bases: dict[int, EvenBasis] = {}
     for order in np.unique(orders[rows]).tolist():
         alike = rows[orders[rows] == order]
         step = max(1, _CHUNK_POINTS // int(np.max(points[alike])))
@@ -127,7 +126,7 @@ def _fit_rows(
                 left.append(part[grouped & (uneven > _EVEN)])
                 even = uneven <= np.where(grouped, _EVEN, _EVEN_SAMPLES)
                 for own in _of_one_size(size[part], even):
-                    done, fits = _by_basis(bases, own, order, bounds, values)
+                    done, fits = _by_basis(own, order, bounds, values)
                     found[:, part[done]] = fits
                     other[done] = False
             if other.any():
@@ -143,21 +142,19 @@ def _of_one_size(size: IndexArray, wanted: BoolArray) -> list[IndexArray]:
 
 
 def _by_basis(
-    bases: dict[int, EvenBasis], rows: IndexArray, order: int, bounds: IndexArray, values: FloatArray
+    rows: IndexArray, order: int, bounds: IndexArray, values: FloatArray
 ) -> tuple[IndexArray, FloatArray]:
     """Return those of some even periods of one size that are of one step too, and their harmonics.
 
-    ``bases`` are those of the sizes met before; ``values`` (3, R, P): stroke, force, and share of the period.
+    ``values`` (3, R, P): stroke, force, and share of the period.
     """
     inner = bounds[rows[0]]
     points = int(np.count_nonzero(np.diff(inner)))
-    place = 0.5 * (inner[1 : points + 1] + inner[:points]) - inner[0]
+    between = 0.5 * float(inner[points] + inner[points - 1] - inner[1] - inner[0])
     share = values[2, rows, :points]
-    step = (share[:, -1] - share[:, 0]) / (place[-1] - place[0])
+    step = (share[:, -1] - share[:, 0]) / between
     size = int(inner[-1] - inner[0])
-    if size not in bases:
-        bases[size] = EvenBasis.of(place, float(np.median(step)), order)
-    basis = bases[size]
+    basis = basis_for(size, points, order, float(np.median(step)))
     suits = basis.suits(step)
     done, step = rows[suits], step[suits]
     found = np.zeros((values.shape[0], done.size, HARMONICS + 1, 2))
