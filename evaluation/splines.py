@@ -194,11 +194,7 @@ def _common_share(time_s: FloatArray, wanted_s: FloatArray) -> float | None:
     slack_s = _EVEN_STEPS * step
     if not (step > 0.0 and abs(late_s) <= _MOST_STEPS * step):
         return None
-    for first in range(0, time_s.size, _CHUNK):
-        part = slice(first, first + _CHUNK)
-        even_s = step * np.arange(first, min(first + _CHUNK, time_s.size)) + time_s[0]
-        off, late = time_s[part] - even_s, wanted_s[part] - even_s
-        extremes = np.max(off), -np.min(off), np.max(late) - late_s, late_s - np.min(late)
-        if not all(extreme <= slack_s for extreme in extremes):
+    for differences, usual_s in ((wanted_s - time_s, late_s), (np.diff(time_s), step)):
+        if not max(np.max(differences) - usual_s, usual_s - np.min(differences)) <= slack_s:
             return None
     return late_s / step
