@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import find_reversals, held_samples, noise_sigma
+from evaluation.reversals import find_reversals, held_samples, noise_sigma, quantum
 from evaluation.spectra import HARMONICS
 from foundation.kind import Kind
 
@@ -173,7 +173,8 @@ def _turns(record: Record, points: int) -> NDArray[np.intp] | None:
     """Return the reversals; None where the record is too short for a cycle of twice the points."""
     if record.time_s.size < 2 * points:
         return None
-    return find_reversals(record.stroke_mm, noise_sigma(record.stroke_mm))
+    step_mm = quantum(record.stroke_mm)
+    return find_reversals(record.stroke_mm, noise_sigma(record.stroke_mm, step_mm), step_mm)
 
 
 def _block(turns: NDArray[np.intp] | None, points: int) -> int:

@@ -34,12 +34,13 @@ _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
 
 
-def noise_sigma(values: FloatArray) -> float:
+def noise_sigma(values: FloatArray, step: float | None = None) -> float:
     """Return the standard deviation of white noise on a record, from its third and fifth differences.
 
     They vanish for what is smooth over four or six samples. The lower of the two counts, read at its lower
     fifth: so corners, turning points, gaps and jumps do not count as noise, even with 20 samples a cycle. Of
-    samples that are held, one each counts. Quantisation adds a twelfth of its step squared.
+    samples that are held, one each counts. Quantisation adds a twelfth of its step squared (``step``, if it
+    is known already: :func:`quantum`).
     """
     distinct = values
     if held_samples(values) > 1:
@@ -48,7 +49,7 @@ def noise_sigma(values: FloatArray) -> float:
     if distinct.size < 16:
         return 0.0
     spread = min(_difference_sigma(distinct, weights) for weights in _DIFFERENCES)
-    return max(spread, quantum(values) / float(np.sqrt(12.0)))
+    return max(spread, (quantum(values) if step is None else step) / float(np.sqrt(12.0)))
 
 
 def _stretches(values: FloatArray) -> FloatArray:
@@ -198,7 +199,7 @@ def _largest_cycle(values: FloatArray, index: IndexArray) -> float:
     return float(np.max(np.minimum(height[:-1], height[1:]), initial=0.0))
 
 
-def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
+def find_reversals(stroke_mm: FloatArray, sigma_mm: float, step_mm: float | None = None) -> IndexArray:
     """Return indices of alternating lower and upper extremes that are motion, both record ends included.
 
     Parameters
@@ -206,6 +207,8 @@ def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
     stroke_mm : array, shape (N,)
     sigma_mm : float
         Noise of the stroke (:func:`noise_sigma`).
+    step_mm : float, optional
+        The converter's step (:func:`quantum`), if it is known already.
 
     Returns
     -------
@@ -220,7 +223,8 @@ def find_reversals(stroke_mm: FloatArray, sigma_mm: float) -> IndexArray:
         low, high = _block_extremes(stroke_mm)
         index = _candidates(stroke_mm, low, high, np.inf)
     span = float(np.ptp(stroke_mm[index])) if index.size else 0.0
-    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * quantum(stroke_mm), _LEAST_SHARE * span)
+    step_mm = quantum(stroke_mm) if step_mm is None else step_mm
+    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * step_mm, _LEAST_SHARE * span)
     if long:
         coarse = _extremes_among(stroke_mm, index)
         largest = _largest_cycle(stroke_mm, _remove_small(stroke_mm, coarse, least))
