@@ -34,6 +34,9 @@ LEAST_CYCLES = 3
 """Fewest cycles at a frequency: their scatter is the noise's part of the uncertainty."""
 LARGE_LOSS = 0.05
 """A loss factor above this is no elastic reference's."""
+_SUREST = 0.7
+"""No frequency counts as surer than this share of their median: with three of them the interval holds the
+truth in 96 % of simulated measurements, and in 98 % if none counted as surer than the median."""
 _COVERED = 0.9545
 """Probability that U = k u covers; k = 2 for many degrees of freedom."""
 _TOO_MUCH = 0.95
@@ -222,9 +225,9 @@ def _combined(
     omega = 2.0 * np.pi * np.array([point.frequency_Hz for point in points])
     skew = np.array([point.skew_s for point in points])
     phase = np.array([point.by_phase_s for point in points])
-    # A few cycles that agree by chance must not outweigh all others: no point is better than the median.
+    # A few cycles that agree by chance must not outweigh all others.
     own = np.array([point.standard_uncertainty_s for point in points])
-    u = np.maximum(own, max(float(np.median(own)), 1e-9))
+    u = np.maximum(own, max(_SUREST * float(np.median(own)), 1e-9))
     dof = float(sum(point.cycles - 1 for point in points))
     several = omega[-1] >= SEVERAL_FREQUENCIES * omega[0]
     # δ = ω τ - η for every point; without several frequencies η is not fitted but bounded.
