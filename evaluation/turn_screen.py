@@ -161,8 +161,12 @@ def _fallen(
 def _not_above(fallen: FloatArray, size: IndexArray, limit: FloatArray) -> IndexArray:
     """Return how many values of each row, which rises, are not above each of its limits."""
     if fallen.shape[1] <= _SHORT:  # to look for the first one above is faster than bisection
-        within = np.count_nonzero(fallen[:, None, :] <= limit[:, :, None], axis=2)
-        return np.asarray(np.minimum(within, size[:, None]))  # what pads a row repeats its last value
+        found = np.empty(limit.shape, dtype=np.intp)
+        for k in range(limit.shape[1]):
+            above = fallen > limit[:, k, None]
+            first = np.argmax(above, axis=1)
+            found[:, k] = np.where(above[np.arange(first.size), first], first, size)
+        return found
     low = np.zeros(limit.shape, dtype=np.intp)
     high = np.broadcast_to(size[:, None], limit.shape).copy()
     offset = fallen.shape[1] * np.arange(fallen.shape[0])[:, None]
