@@ -28,8 +28,8 @@ _EVEN_SAMPLES = 1e-3
 """Samples by themselves do when they are within this share."""
 _LEAST_ALIKE = 8
 """So many periods of one number of samples are solved by one matrix."""
-_CHUNK_POINTS = 8192
-"""Points that are fitted together: their waves, 21 rows of them, stay in the processor's cache."""
+_CHUNK_POINTS = 32_768
+"""Points that are fitted together: more of them would leave the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,17 +80,10 @@ def screened(
         for k in range(2):
             below = shares * height[part][:, None] + 2.0 * sigma_mm
             counts[k, part] = _not_above(fallen[k], size[k, part], below)
-        bands = np.maximum(PLATEAU_NOISE * sigma_mm, np.outer(PLATEAU_BANDS, wide))
-        turns = _Turns(
-            time_s,
-            stroke_mm,
-            np.tile(at[part], len(bands)),
-            np.tile(sign[part], len(bands)),
-            np.tile(size[:, part], len(bands)),
-            [np.tile(f, (len(bands), 1)) for f in fallen],
-        )
-        rests = turns.rest(bands.ravel(), least_samples).reshape(bands.shape)
-        plain[part] = (height[part] > least_height(sigma_mm)) & ~np.any(rests, axis=0)
+        turns = _Turns(time_s, stroke_mm, at[part], sign[part], size[:, part], fallen)
+        plain[part] = height[part] > least_height(sigma_mm)
+        for share in PLATEAU_BANDS:
+            plain[part] &= ~turns.rest(np.maximum(PLATEAU_NOISE * sigma_mm, share * wide), least_samples)
         start = part.stop
     first, last = at[:, None] - counts[0], at[:, None] + 1 + counts[1]
     return Screened(inner[plain], first[plain], last[plain], height[plain])
