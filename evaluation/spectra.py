@@ -28,7 +28,7 @@ _EVEN_SAMPLES = 1e-3
 """Samples by themselves do when they are within this share."""
 _LEAST_ALIKE = 8
 """So many periods of one number of samples are solved by one matrix."""
-_CHUNK_POINTS = 32_768
+_CHUNK_POINTS = 12_288
 """Points that are fitted together: more of them would leave the processor's cache."""
 
 
