@@ -92,11 +92,19 @@ def perform(
         finally:
             stand.close()
     if outcome.error is not None:
-        # A bug of ours; the stand is safe, the runs are closed. Its place is kept for whoever mends it.
-        text = "".join(traceback.format_exception(outcome.error))
-        (out / "internal-error.txt").write_text(text, encoding="utf-8")
-        warn(f"a bug of bufferstand ended this; please report it with {out / 'internal-error.txt'}")
+        keep_bug(outcome.error, out)
     return outcome
+
+
+def keep_bug(bug: BaseException, out: Path) -> None:
+    """Keep the place of a bug of ours for whoever mends it; the stand is safe, the runs are closed."""
+    text, file = "".join(traceback.format_exception(bug)), out / "internal-error.txt"
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        warn(f"a bug of bufferstand ended this; please report this ({file}: {error.strerror}):\n{text}")
+    else:
+        warn(f"a bug of bufferstand ended this; please report it with {file}")
 
 
 def _say(line: str) -> None:

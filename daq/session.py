@@ -28,7 +28,7 @@ from daq.signals import StopRequest
 from daq.validity import expired_calibrations
 from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
-from foundation.errors import DeviceFault
+from foundation.errors import BadInput, DeviceFault
 from protocols.guard_table import GuardTable
 from protocols.plan import Plan
 from protocols.steps import Motion, PlannedStep
@@ -259,7 +259,7 @@ class Session:
             self._catch_up()  # what was sampled before belongs to no run, or to the one before
             alive.driver.obey()
             if where is not None:
-                alive.acquisition.attach(self._make_recorder(*where, self._document(where[1], step)))
+                alive.acquisition.attach(self._recorder(*where, step))
                 self._run_id = where[1]
             alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
             for text in self._expired():
@@ -276,6 +276,13 @@ class Session:
             if isinstance(error, DeviceFault):
                 raise halt from error
             raise
+
+    def _recorder(self, folder: Path, run_id: str, step: PlannedStep) -> Recorder:
+        """Return a run's recorder; where there is no room for one, nothing may move."""
+        try:
+            return self._make_recorder(folder, run_id, self._document(run_id, step))
+        except (BadInput, OSError) as error:
+            raise Halt(self.trip_of("recorder", f"the run cannot be recorded: {error}")) from None
 
     @contextmanager
     def _watched(self) -> Iterator[None]:

@@ -265,6 +265,22 @@ def test_a_recorder_that_fails_stops_the_stand(tmp_path: Path) -> None:
     assert open_run(outcome.runs[0]).status == "failed"
 
 
+def test_a_run_for_which_there_is_no_room_ends_the_campaign(tmp_path: Path) -> None:
+    case = Case(tmp_path, HARMONIC + STATIC)
+
+    def recorder(folder: Path, run_id: str, document: Any) -> RunRecorder:
+        if run_id.startswith("002"):
+            raise BadInput("cannot record here: No space left on device", file=folder)
+        return RunRecorder(folder, run_id, document)
+
+    outcome = case.run(recorder=recorder)
+    assert (outcome.status, outcome.exit_status, outcome.error) == ("failed", 4, None)
+    assert "the run cannot be recorded: " in outcome.reason
+    assert "No space left on device" in outcome.reason
+    assert_safe(case.controller, outcome)
+    assert [step["status"] for step in case.record()["steps"]] == ["complete", "failed"]
+
+
 class UnsealableRecorder(RunRecorder):
     """Records, but cannot seal."""
 
