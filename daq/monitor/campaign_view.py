@@ -35,7 +35,7 @@ class FolderWatch:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._seen: dict[str, tuple[int, int]] = {}
+        self._seen: dict[str, tuple[int, int, int]] = {}
 
     def look(self) -> FolderNews:
         """Return what has changed since the last look."""
@@ -61,7 +61,7 @@ class FolderWatch:
             state = (self._folder / name).stat()
         except OSError:
             return False
-        stamp = (state.st_mtime_ns, state.st_size)
+        stamp = (state.st_mtime_ns, state.st_size, state.st_ino)
         if self._seen.get(name) == stamp:
             return False
         self._seen[name] = stamp

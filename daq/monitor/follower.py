@@ -66,6 +66,7 @@ class Follower:
         self._tail: JournalTail | None = None
         self._heard_at: dict[str, float] = {}
         self.source: Source = "waiting"
+        self._looking = asyncio.Lock()
         self.ended = asyncio.Event()
         """The campaign has said that it is over, and its record how it ended has been read."""
 
@@ -87,6 +88,12 @@ class Follower:
             await asyncio.sleep(LOOK_S)
 
     async def _look(self) -> None:
+        async with (
+            self._looking
+        ):  # whoever comes second shall not find nothing new, and go on before it is shown
+            await self._look_now()
+
+    async def _look_now(self) -> None:
         news = await asyncio.to_thread(self._watch.look)
         if news.problem:
             self._view.put("problem", news.problem)

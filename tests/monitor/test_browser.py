@@ -68,7 +68,9 @@ class Tab:
         """Ask until it is so (the page's own policy forbids what playwright's way would do in it)."""
         end_s = time.monotonic() + WAIT_S
         while not self.tab.evaluate(condition):
-            assert time.monotonic() < end_s, (condition, self.tab.inner_text("body")[:2000])
+            if time.monotonic() >= end_s:
+                said = [self.tab.inner_text(f"#{name}") for name in ("status", "age", "alarm")]
+                pytest.fail(f"not {condition}, but {said}: {self.tab.inner_text('body')[:1000]}")
             self.tab.wait_for_timeout(30)
 
     def drawn(self) -> None:

@@ -237,7 +237,7 @@ function head() {
   const { campaign: c, source, end, now, problem } = state.sections, kind = source?.kind, old = age();
   const finished = kind === "finished" || end || state.over;
   let text = "waiting", look = "", alarm = "";
-  if (!state.connected && state.over) { text = c?.status && c.status !== "running" ? c.status : "closed"; look = c?.status || ""; }
+  if (!state.connected && state.over) { look = end?.status || (c?.status !== "running" && c?.status) || ""; text = look || "closed"; }
   else if (!state.connected) { text = "connection lost"; look = "lost"; }
   else if (end) { text = end.status; look = end.status; }
   else if (kind === "finished") { text = c?.status || "over"; look = text; }
