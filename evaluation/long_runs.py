@@ -232,8 +232,6 @@ def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Se
     for first, last in pairwise(edges):
         at, known, wanted = at_s[first:last], value[first:last], wanted_s[first:last]
         even = moved_evenly(at, known, wanted)
-        if even is not None and even.size == brought.size:
-            return even
         if even is not None:
             brought[first:last] = even
             continue

@@ -32,7 +32,7 @@ from recording.metadata import (
     check_new_document,
     is_unaltered,
 )
-from recording.reading import RESTORE, Reader, open_tree, read_document
+from recording.reading import RESTORE, Reader
 from recording.run import Run, Series
 from recording.stream import StreamData
 from recording.tree_file import TreeFile
@@ -196,16 +196,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
     BadInput
         If it is no run file, of a newer format, or its document is altered.
     """
-    with open_tree(path) as tree:
-        document = read_document(tree, path)
-    check_format(document, path)
-    _demand_unaltered(document, path)
-    return document
-
-
-def _demand_unaltered(document: Mapping[str, Any], path: Path) -> None:
-    if not is_unaltered(document):
-        raise BadInput("the metadata were altered", file=path, place="metadata", remedy=RESTORE)
+    return _unaltered_document(Reader(path))
 
 
 def open_run(path: Path) -> Run:
@@ -239,16 +230,23 @@ def opened_run(path: Path) -> Iterator[Run]:
 
 
 def _document(reader: Reader) -> dict[str, Any]:
-    """Return the metadata document of a file whose bytes are those that were sealed."""
+    """Return the metadata document, of a format that is understood."""
     document = reader.document()
     check_format(document, reader.path)
     return document
 
 
+def _unaltered_document(reader: Reader) -> dict[str, Any]:
+    """Return the metadata document of any file, if it is the one whose hash it states."""
+    document = _document(reader)
+    if not is_unaltered(document):
+        raise BadInput("the metadata were altered", file=reader.path, place="metadata", remedy=RESTORE)
+    return document
+
+
 def _checked_document(reader: Reader) -> dict[str, Any]:
     """Return the metadata document of a file whose bytes are others, if all that they hold is right."""
-    document = _document(reader)
-    _demand_unaltered(document, reader.path)
+    document = _unaltered_document(reader)
     if faults := content_faults(reader.path):
         raise BadInput(faults[0].text, file=reader.path, place=faults[0].place, remedy=RESTORE)
     return document

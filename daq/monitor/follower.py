@@ -88,9 +88,8 @@ class Follower:
             await asyncio.sleep(LOOK_S)
 
     async def _look(self) -> None:
-        async with (
-            self._looking
-        ):  # whoever comes second shall not find nothing new, and go on before it is shown
+        """Show what has changed in the folder; whoever asks meanwhile waits until that is shown."""
+        async with self._looking:
             await self._look_now()
 
     async def _look_now(self) -> None:
