@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +72,11 @@ def spline_at(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     -------
     array, shape (M, K)
     """
-    slope = _slopes(x, y, np.array([0]), np.array([x.size]))
+    return _read(x, y, _slopes(x, y, np.array([0]), np.array([x.size])), at)
+
+
+def _read(x: FloatArray, y: FloatArray, slope: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the spline of some values and slopes at some places."""
     place = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
     step = (x[place + 1] - x[place])[:, None]
     z = (at - x[place])[:, None] / step
@@ -180,9 +185,17 @@ def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) ->
     # The filter's ends are others than the spline's, which are put over them: that at the end backwards.
     ends = np.stack((value[:_END_POINTS], value[: -_END_POINTS - 1 : -1]), axis=1)
     near = np.arange(_TOLD_APART)
-    spline = spline_at(np.arange(float(_END_POINTS)), ends, np.concatenate((near + share, near - share)))
+    points, slopes_of = _even_ends()
+    spline = _read(points, ends, slopes_of @ ends, np.concatenate((near + share, near - share)))
     found[:_TOLD_APART], found[: -_TOLD_APART - 1 : -1] = spline[:_TOLD_APART, 0], spline[_TOLD_APART:, 1]
     return found
+
+
+@lru_cache(maxsize=1)
+def _even_ends() -> tuple[FloatArray, FloatArray]:
+    """Return even points 0, 1, 2 …, and by what matrix their values give the spline's slopes at them."""
+    points = np.arange(float(_END_POINTS))
+    return points, _slopes(points, np.eye(_END_POINTS), np.array([0]), np.array([_END_POINTS]))
 
 
 def _common_share(time_s: FloatArray, wanted_s: FloatArray) -> float | None:

@@ -20,6 +20,8 @@ MOST_POINTS = 100
 MANY_POINTS = 12
 """Flanks are parabolas from so many points on, else straight lines."""
 LEAST_POINTS = 5
+_LAST_STEP = 1e-7
+"""Newton's method squares what is left: after so small a step it is as small as rounding."""
 _TIP_SLACK = 0.25
 """Flanks may meet so much further out than half a step of the samples."""
 _CHUNK_POINTS = 100_000
@@ -275,7 +277,7 @@ def maxima(coefficients: FloatArray, guess: FloatArray) -> FloatArray:
         step = np.where(lost, 0.0, value_at(slope, z) / np.where(curvature < 0.0, curvature, -1.0))
         z = z - step
         lost |= np.abs(z) > 0.9
-        if np.all(lost | (np.abs(step) < 1e-12)):
+        if np.all(lost | (np.abs(step) < _LAST_STEP)):
             break
     return np.where(lost, np.nan, z)
 

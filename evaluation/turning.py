@@ -36,6 +36,8 @@ that of two straight lines 5.7 and more."""
 _CORNER_SHOWS = 80.0
 """Times the noise: over a window of such a height the best quartic misses a corner by 3 of it (0.037 of the
 height, root mean square)."""
+_NO_CORNER = 2.0
+"""Times the noise: so little misfit over such a window is no corner's."""
 
 _KINDS: tuple[TurnKind, TurnKind] = ("lower", "upper")
 _METHODS: tuple[TurnMethod, TurnMethod] = ("polynomial", "lines")
@@ -259,7 +261,7 @@ def _all_fits(
         found.append(fits)
         if own is wide:
             best = np.min(np.where(no_corner, fits.residual.reshape(size.shape), np.inf), axis=1)
-            smooth |= _like_most(smooth, best <= _LIKE_TURNS_SLACK * CONSISTENT * least, sign)
+            smooth |= _like_most(smooth, best <= _NO_CORNER * least, sign)
     return found[0], found[1]
 
 
