@@ -205,6 +205,8 @@ def _windows(blocks: Iterator[FloatArray]) -> Iterator[tuple[FloatArray, int, in
 
 def same_instants(one_s: FloatArray, other_s: FloatArray) -> bool:
     """Say whether times of shape (N,) are equal but for rounding."""
+    if one_s is other_s:
+        return True
     if one_s.shape != other_s.shape or (one_s.size and abs(one_s[0] - other_s[0]) > _SAME_INSTANT_S):
         return False
     return np.array_equal(one_s, other_s) or bool(

@@ -65,6 +65,7 @@ class Run:
         self.streams = streams
         self._times_s: dict[str, NDArray[np.float64]] = {}
         self._series: dict[str, Series] = {}
+        self._true_s: dict[tuple[str, float], NDArray[np.float64]] = {}
 
     def held_open(self) -> AbstractContextManager[None]:
         """Keep the file open in a ``with`` block in which several datasets are read.
@@ -176,9 +177,12 @@ class Run:
         stream = self.stream_of(channel)
         if channel in self._series:
             return self._series[channel]
-        series = _calibrated(stream.channels[channel], self._run_time_s(stream), stream.counts[channel])
+        own = stream.channels[channel]
+        alike = self._true_s.get((stream.name, own.delay_s))  # channels of one delay share their times
+        series = _calibrated(own, self._run_time_s(stream), stream.counts[channel], true_s=alike)
         if stream.rows <= _KEPT_ROWS:
             self._series[channel] = series
+            self._true_s[stream.name, own.delay_s] = series.time_s
         return series
 
     def stroke(self) -> Series:
@@ -317,9 +321,15 @@ def _first_s(stream: StreamData) -> float:
 
 
 def _calibrated(
-    channel: Channel, time_s: NDArray[np.float64], counts: NDArray[Any], branch: Branch | None = None
+    channel: Channel,
+    time_s: NDArray[np.float64],
+    counts: NDArray[Any],
+    branch: Branch | None = None,
+    true_s: NDArray[np.float64] | None = None,
 ) -> Series:
-    return Series(time_s - channel.delay_s, channel.calibration.apply(counts, branch), channel.unit)
+    if true_s is None:
+        true_s = time_s - channel.delay_s
+    return Series(true_s, channel.calibration.apply(counts, branch), channel.unit)
 
 
 def mean_stroke(wires: Sequence[Series]) -> Series:
@@ -327,7 +337,7 @@ def mean_stroke(wires: Sequence[Series]) -> Series:
     if len(wires) == 1:
         return wires[0]
     one, two = wires
-    together = np.array_equal(one.time_s, two.time_s)
+    together = one.time_s is two.time_s or np.array_equal(one.time_s, two.time_s)
     time_s = one.time_s if together else 0.5 * (one.time_s + two.time_s)
     mean = one.value + two.value
     mean *= 0.5
