@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -44,45 +44,63 @@ def _grouped(time_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatAr
     return time_s[:whole].reshape(shape).mean(axis=1), value[:whole].reshape(shape).mean(axis=1), group
 
 
-def edge_fit(side: Side) -> EdgeFit:
-    """Return the turning point at an end of the record, from the one side that is there.
+def edge_fits(sides: Sequence[Side]) -> list[EdgeFit]:
+    """Return the turning points at ends of the record, each from the one side that is there.
 
     Where a polynomial over the last part of the stroke has its maximum on record, or so little beyond that
     no more than 0.3 % of the stroke is missing, the maximum is the turning point. Further beyond, the turn
     is cut off. Without any maximum (triangle), the end itself is the turning point.
     """
-    windows = []
-    for share in _EDGE_SHARES:
-        window = side.above(side.value[side.peak] - share * side.height - 2.0 * side.sigma)
-        time_s, value, group = _grouped(side.time_s[window], side.value[window])
-        if time_s.size < LEAST_POINTS:
-            continue
-        windows.append((time_s, value, group))
-        if share >= _WIDE and time_s.size >= _ENOUGH:
-            break
-    if not windows:
+    windows = [window for row, side in enumerate(sides) for window in _windows(row, side)]
+    found: list[list[EdgeFit]] = [[] for _ in sides]
+    for degree, few in ((2, True), (4, False)):
+        own = [window for window in windows if (window.time_s.size == LEAST_POINTS) == few]
+        for window, fit in zip(own, _one_sided(sides, own, degree), strict=True):
+            found[window.row].append(fit)
+    return [_surest(side, fits) for side, fits in zip(sides, found, strict=True)]
+
+
+def _surest(side: Side, fits: Sequence[EdgeFit]) -> EdgeFit:
+    if not fits:
         end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
         return EdgeFit("edge", end_s, end, side.sigma, side.sigma)
-    few = [window for window in windows if window[0].size == LEAST_POINTS]
-    many = [window for window in windows if window[0].size > LEAST_POINTS]
-    fits = [*_one_sided(side, few, 2), *_one_sided(side, many, 4)]
     noise = max(side.sigma, min(fit.residual for fit in fits), 1e-6 * side.height)
     return min((fit for fit in fits if fit.residual <= CONSISTENT * noise), key=lambda fit: fit.u)
 
 
-def _one_sided(
-    side: Side, windows: Sequence[tuple[FloatArray, FloatArray, int]], degree: int
-) -> list[EdgeFit]:
-    """Return the turn by a polynomial over each of some windows: time, value, and samples of a point."""
+class _Window(NamedTuple):
+    """Points beside the end of one side (``row``), each the mean of ``group`` samples."""
+
+    row: int
+    time_s: FloatArray
+    value: FloatArray
+    group: int
+
+
+def _windows(row: int, side: Side) -> list[_Window]:
+    windows = []
+    for share in _EDGE_SHARES:
+        window = side.above(side.value[side.peak] - share * side.height - 2.0 * side.sigma)
+        points = _Window(row, *_grouped(side.time_s[window], side.value[window]))
+        if points.time_s.size < LEAST_POINTS:
+            continue
+        windows.append(points)
+        if share >= _WIDE and points.time_s.size >= _ENOUGH:
+            break
+    return windows
+
+
+def _one_sided(sides: Sequence[Side], windows: Sequence[_Window], degree: int) -> list[EdgeFit]:
+    """Return the turn by a polynomial over each of some windows."""
     if not windows:
         return []
-    end_s = float(side.time_s[side.peak])
-    count = np.array([time_s.size for time_s, _, _ in windows])
+    count = np.array([window.time_s.size for window in windows])
     used = np.arange(int(np.max(count))) < count[:, None]
-    span = np.array([float(time_s[-1] - time_s[0]) for time_s, _, _ in windows])
+    span = np.array([float(window.time_s[-1] - window.time_s[0]) for window in windows])
+    ends_s = [float(side.time_s[side.peak]) for side in sides]
     z, value = np.zeros(used.shape), np.zeros(used.shape)
-    z[used] = np.concatenate([time_s - end_s for time_s, _, _ in windows]) / np.repeat(span, count)
-    value[used] = np.concatenate([values for _, values, _ in windows])
+    z[used] = np.concatenate([own.time_s - ends_s[own.row] for own in windows]) / np.repeat(span, count)
+    value[used] = np.concatenate([window.value for window in windows])
     coefficients, inverse, _, errors = solved(z, value, used, degree)
     vertex = maxima(coefficients, np.zeros(count.size))
     some = np.nan_to_num(vertex)
@@ -91,7 +109,7 @@ def _one_sided(
     residual = np.sqrt(errors / (count - degree - 1))
     return [
         _Polynomial(
-            group=group,
+            group=window.group,
             span_s=float(span[row]),
             ends=(float(z[row, 0]), float(z[row, count[row] - 1])),
             coefficients=coefficients[row],
@@ -100,8 +118,8 @@ def _one_sided(
             vertex=float(vertex[row]),
             top=float(top[row]),
             bend=float(bend[row]),
-        ).turn(side)
-        for row, (_, _, group) in enumerate(windows)
+        ).turn(sides[window.row])
+        for row, window in enumerate(windows)
     ]
 
 

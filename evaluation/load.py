@@ -109,9 +109,7 @@ def _wires(run: Run, bounds: Bounds) -> list[str]:
     """Return the stroke channels that hold a number: an empty column is a wire that was not there."""
     there = [name for name in STROKES if run.has(name)]
     filled = [
-        name
-        for name in there
-        if any(_holds_number(series.value) for series in _series_of(run, name, bounds))
+        name for name in there if any(_holds_number(series.value) for series in _series_of(run, name, bounds))
     ]
     return filled or there
 

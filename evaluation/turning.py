@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
-from evaluation.edges import CONSISTENT, EdgeFit, edge_fit
+from evaluation.edges import CONSISTENT, EdgeFit, edge_fits
 from evaluation.motion import TurningPoint, TurnMethod
 from evaluation.record import FloatArray
 from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, Fits, Points, points_of, sharp_fits, smooth_fits
@@ -107,22 +107,17 @@ def fit_turning_points(
         sigma_mm,
         averaged,
     )
-    found: list[TurningPoint | None] = [None] * reversals.index.size
-    for i, turn in zip(rows[order].tolist(), fitted, strict=True):
-        found[i] = turn
+    found: dict[int, TurningPoint] = {
+        i: turn for i, turn in zip(rows[order].tolist(), fitted, strict=True) if turn is not None
+    }
+    found |= {i: _rested(dwell, reversals.row(i)) for i, dwell in dwells.items()}
+    cut = [i for i, own in sides.items() if i not in dwells and (own.open_left or own.open_right)]
+    ends = edge_fits([sides[i] for i in cut])
+    found |= {i: _one_sided(fit, sides[i], reversals.row(i)) for i, fit in zip(cut, ends, strict=True)}
     return [
-        turn if turn is not None else _by_itself(sides.get(i) or side(i), reversals.row(i), dwells.get(i))
-        for i, turn in enumerate(found)
+        found[i] if i in found else _extreme(sides.get(i) or side(i), reversals.row(i))
+        for i in range(reversals.index.size)
     ]
-
-
-def _by_itself(side: Side, reversal: Reversal, dwell: Dwell | None) -> TurningPoint:
-    """Return the turning point of a reversal that no shape was fitted to from both sides."""
-    if dwell is not None:
-        return _rested(dwell, reversal)
-    if side.open_left or side.open_right:
-        return _one_sided(edge_fit(side), side, reversal)
-    return _extreme(side, reversal)
 
 
 def _rested(dwell: Dwell, reversal: Reversal) -> TurningPoint:
