@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import find_reversals, held_samples, noise_sigma, quantum
+from evaluation.reversals import Sampling, find_reversals, held_samples, sampling_of
 from evaluation.spectra import HARMONICS
 from foundation.kind import Kind
 
@@ -71,8 +71,9 @@ def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] 
     points = POINTS_OF_KIND[kind]
     if points is None:
         return record, None, _coarse_event(record)
-    turns = _turns(record, POINTS_OF_A_SINE if kind == "harmonic" else points)
-    if kind == "harmonic" and turns is not None and _is_sine(record, turns):
+    sampling = sampling_of(record.stroke_mm)
+    turns = _turns(record, sampling, POINTS_OF_A_SINE if kind == "harmonic" else points)
+    if kind == "harmonic" and turns is not None and _is_sine(record, sampling, turns):
         points = POINTS_OF_A_SINE
     return *_condensed(record, points, turns), _coarse_cycles(record, points, turns)
 
@@ -105,9 +106,9 @@ def _averaged(record: Record) -> str:
     return f"the run is so long that {record.averaged} samples were averaged into one"
 
 
-def _is_sine(record: Record, turns: NDArray[np.intp]) -> bool:
+def _is_sine(record: Record, sampling: Sampling, turns: NDArray[np.intp]) -> bool:
     """Say whether some cycles are as good as sines. Samples that are held would beat with small blocks."""
-    if turns.size < 5 or any(held_samples(signal) > 1 for signal in (record.stroke_mm, record.force_kN)):
+    if turns.size < 5 or sampling.held > 1 or held_samples(record.force_kN) > 1:
         return False
     begins = np.arange(1, turns.size - 3)
     if begins.size > _MANY_TURNS:
@@ -169,12 +170,11 @@ def _reversals_of(
     return np.asarray(found)
 
 
-def _turns(record: Record, points: int) -> NDArray[np.intp] | None:
+def _turns(record: Record, sampling: Sampling, points: int) -> NDArray[np.intp] | None:
     """Return the reversals; None where the record is too short for a cycle of twice the points."""
     if record.time_s.size < 2 * points:
         return None
-    step_mm = quantum(record.stroke_mm)
-    return find_reversals(record.stroke_mm, noise_sigma(record.stroke_mm, step_mm), step_mm)
+    return find_reversals(record.stroke_mm, sampling)
 
 
 def _block(turns: NDArray[np.intp] | None, points: int) -> int:

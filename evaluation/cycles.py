@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from evaluation.defects import describe
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import find_reversals, held_samples, noise_sigma
+from evaluation.reversals import Sampling, find_reversals, sampling_of
 from evaluation.spectra import spectra_between
 from evaluation.turn_sides import Reversals
 from evaluation.turning import fit_turning_points
@@ -57,11 +57,11 @@ def find_with_harmonics(
 
     ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already.
     """
-    sigma = noise_sigma(record.stroke_mm)
-    index = find_reversals(record.stroke_mm, sigma) if reversals is None else reversals
+    sampling = sampling_of(record.stroke_mm)
+    index = find_reversals(record.stroke_mm, sampling) if reversals is None else reversals
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
-    turns = _fit_turns(record, index, sigma)
+    turns = _fit_turns(record, index, sampling)
     triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
     why = _incomplete(record, triples)
     whole = np.array([not reasons for reasons in why])
@@ -86,7 +86,7 @@ def _starts(turns: Sequence[TurningPoint]) -> range:
     return range(first, len(turns) - 2, 2)
 
 
-def _fit_turns(record: Record, index: NDArray[np.intp], sigma: float) -> list[TurningPoint]:
+def _fit_turns(record: Record, index: NDArray[np.intp], sampling: Sampling) -> list[TurningPoint]:
     """Fit each reversal between its neighbours, without looking across a break of the record."""
     stroke = record.stroke_mm
     upper = np.append(np.diff(stroke[index]) < 0.0, False)  # of each, whether the next one is lower
@@ -104,8 +104,8 @@ def _fit_turns(record: Record, index: NDArray[np.intp], sigma: float) -> list[Tu
         record.time_s,
         stroke,
         Reversals(index, limits, upper, at_end),
-        sigma,
-        held=held_samples(stroke),
+        sampling.sigma,
+        held=sampling.held,
         averaged=record.averaged,
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,7 @@ _COARSEST_STEP = 0.02
 """A larger share of the range is no converter's step: so the few, even steps of an ideal flank look."""
 _NOISE_SAMPLES = 8192
 """Differences are taken at about so many places, spread evenly over the record: 2 % of their deviation."""
+_LEAST_DIFFERENT = 16
 _STRETCHES, _STRETCH = 16, 1024
 """Converter steps and held samples of a longer record are looked for in so many stretches of it."""
 _LONG = 65_536
@@ -34,22 +37,49 @@ _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
 
 
-def noise_sigma(values: FloatArray, step: float | None = None) -> float:
-    """Return the standard deviation of white noise on a record, from its third and fifth differences.
+@dataclass(frozen=True)
+class Sampling:
+    """How the values of a record came about.
 
-    They vanish for what is smooth over four or six samples. The lower of the two counts, read at its lower
-    fifth: so corners, turning points, gaps and jumps do not count as noise, even with 20 samples a cycle. Of
-    samples that are held, one each counts. Quantisation adds a twelfth of its step squared (``step``, if it
-    is known already: :func:`quantum`).
+    Attributes
+    ----------
+    held : int
+        For how many samples a value usually stays the same: 1, or more where samples are held.
+    step : float
+        The converter's step in the unit of the values, where the record repeats values while it moves, else
+        0. Rest alone is no sign of it: there, equal values come in few long rows. All steps are whole
+        multiples of the converter's, and there are steps of several sizes or rests between most of them.
+    sigma : float
+        Standard deviation of white noise, from third and fifth differences. They vanish for what is smooth
+        over four or six samples. The lower of the two counts, read at its lower fifth: so corners, turning
+        points, gaps and jumps do not count as noise, even with 20 samples a cycle. Of samples that are held,
+        one each counts. Quantisation adds a twelfth of its step squared.
     """
+
+    held: int
+    step: float
+    sigma: float
+
+
+def sampling_of(values: FloatArray) -> Sampling:
+    """Return how the values of a record, shape (N,), came about."""
+    stretches = _stretches(values)
+    changes = np.diff(stretches, axis=1)
+    moves = changes != 0.0
+    held, step = _held(moves), _quantum(stretches, changes, moves)
     distinct = values
-    if held_samples(values) > 1:
-        near = _stretches(values).ravel()
+    if held > 1:
+        near = stretches.ravel()
         distinct = near[np.concatenate(([0], np.flatnonzero(np.diff(near) != 0.0) + 1))]
-    if distinct.size < 16:
-        return 0.0
+    if distinct.size < _LEAST_DIFFERENT:
+        return Sampling(held, step, 0.0)
     spread = min(_difference_sigma(distinct, weights) for weights in _DIFFERENCES)
-    return max(spread, (quantum(values) if step is None else step) / float(np.sqrt(12.0)))
+    return Sampling(held, step, max(spread, step / float(np.sqrt(12.0))))
+
+
+def noise_sigma(values: FloatArray) -> float:
+    """Return the standard deviation of white noise on a record (:class:`Sampling`)."""
+    return sampling_of(values).sigma
 
 
 def _stretches(values: FloatArray) -> FloatArray:
@@ -72,19 +102,12 @@ def _difference_sigma(values: FloatArray, weights: tuple[float, ...]) -> float:
     return float(np.partition(np.abs(difference), fifth)[fifth]) / _NORMAL_LOWER_FIFTH / gain
 
 
-def quantum(values: FloatArray) -> float:
-    """Return the converter step of a record that repeats values while it moves, else 0 (unit of ``values``).
-
-    Rest alone is no sign of it: there, equal values come in few long rows. All steps are whole multiples of
-    the converter's, and there are steps of several sizes or rests between most of them.
-    """
-    stretches = _stretches(values)
-    step = np.abs(np.diff(stretches, axis=1))
-    moves = step > 0.0
+def _quantum(stretches: FloatArray, changes: FloatArray, moves: NDArray[np.bool_]) -> float:
+    """Return the converter's step (:class:`Sampling`)."""
     rows = np.count_nonzero(moves[:, 1:] & ~moves[:, :-1])
     if rows < max(8, _REPEATED_SHARE * np.count_nonzero(moves)):
         return 0.0
-    moving = step[moves]
+    moving = np.abs(changes[moves])
     # A low quantile, not the least: rounding of the input's decimals makes steps near zero.
     least = float(np.quantile(moving, 0.02))
     multiples = moving / least
@@ -100,12 +123,15 @@ def quantum(values: FloatArray) -> float:
 
 
 def held_samples(values: FloatArray) -> int:
-    """Return for how many samples a value usually stays the same: 1, or more where samples are held."""
-    changes = np.diff(_stretches(values), axis=1) != 0.0
+    """Return for how many samples a value usually stays the same (:class:`Sampling`)."""
+    return _held(np.diff(_stretches(values), axis=1) != 0.0)
+
+
+def _held(moves: NDArray[np.bool_]) -> int:
     # Most records change from sample to sample: told without a list of all changes.
-    if 2 * np.count_nonzero(changes[:, 1:] & changes[:, :-1]) > np.count_nonzero(changes):
+    if 2 * np.count_nonzero(moves[:, 1:] & moves[:, :-1]) > np.count_nonzero(moves):
         return 1
-    row, change = np.nonzero(changes)
+    row, change = np.nonzero(moves)
     lasted = np.diff(change)[np.diff(row) == 0]
     return _median(lasted) if lasted.size else 1
 
@@ -199,16 +225,14 @@ def _largest_cycle(values: FloatArray, index: IndexArray) -> float:
     return float(np.max(np.minimum(height[:-1], height[1:]), initial=0.0))
 
 
-def find_reversals(stroke_mm: FloatArray, sigma_mm: float, step_mm: float | None = None) -> IndexArray:
+def find_reversals(stroke_mm: FloatArray, sampling: Sampling | None = None) -> IndexArray:
     """Return indices of alternating lower and upper extremes that are motion, both record ends included.
 
     Parameters
     ----------
     stroke_mm : array, shape (N,)
-    sigma_mm : float
-        Noise of the stroke (:func:`noise_sigma`).
-    step_mm : float, optional
-        The converter's step (:func:`quantum`), if it is known already.
+    sampling : Sampling, optional
+        That of the stroke, if it is known already.
 
     Returns
     -------
@@ -223,8 +247,8 @@ def find_reversals(stroke_mm: FloatArray, sigma_mm: float, step_mm: float | None
         low, high = _block_extremes(stroke_mm)
         index = _candidates(stroke_mm, low, high, np.inf)
     span = float(np.ptp(stroke_mm[index])) if index.size else 0.0
-    step_mm = quantum(stroke_mm) if step_mm is None else step_mm
-    least = max(_NOISE_FACTOR * sigma_mm, _STEPS_FACTOR * step_mm, _LEAST_SHARE * span)
+    own = sampling or sampling_of(stroke_mm)
+    least = max(_NOISE_FACTOR * own.sigma, _STEPS_FACTOR * own.step, _LEAST_SHARE * span)
     if long:
         coarse = _extremes_among(stroke_mm, index)
         largest = _largest_cycle(stroke_mm, _remove_small(stroke_mm, coarse, least))

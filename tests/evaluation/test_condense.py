@@ -11,7 +11,7 @@ from evaluation.cycles import find_cycles
 from evaluation.quantities import evaluate_cycle
 from evaluation.record import make_record
 from evaluation.results import Options, RunFacts
-from evaluation.reversals import find_reversals, noise_sigma
+from evaluation.reversals import find_reversals, sampling_of
 from evaluation.run import evaluate_run
 from foundation.kind import Kind
 from tests.evaluation.signals import Ellipse
@@ -139,7 +139,7 @@ def test_reversals_by_blocks_are_those_of_all_samples(
     stroke = 50.0 + 20.0 * np.sin(2.0 * np.pi * at / per_cycle)
     stroke[150_000:150_400] += 9.0 * np.sin(2.0 * np.pi * np.arange(400) / 40.0)
     stroke += noise * random.standard_normal(at.size)
-    sigma = noise_sigma(stroke)
-    by_blocks = find_reversals(stroke, sigma)
+    sampling = sampling_of(stroke)
+    by_blocks = find_reversals(stroke, sampling)
     monkeypatch.setattr(reversals, "_STRETCHES", 10_000)
-    np.testing.assert_array_equal(by_blocks, find_reversals(stroke, sigma))
+    np.testing.assert_array_equal(by_blocks, find_reversals(stroke, sampling))
