@@ -141,14 +141,16 @@ def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, floa
     """Return offset [mm], slope, and the largest remaining difference [mm] of the line over stroke."""
     every = -(-stroke_mm.size // _MOST_FITTED)
     stroke, difference = stroke_mm[::every], difference_mm[::every]
-    centred = stroke - np.mean(stroke)
+    mean, mean_difference = float(np.mean(stroke)), float(np.mean(difference))
+    centred = stroke - mean
     spread = float(np.dot(centred, centred))
-    if np.ptp(stroke) < LEAST_MOTION_MM or spread == 0.0:
+    if np.max(centred) - np.min(centred) < LEAST_MOTION_MM or spread == 0.0:
         return None
     slope = float(np.dot(centred, difference)) / spread
-    offset = float(np.mean(difference)) - slope * float(np.mean(stroke))
-    left = difference - slope * stroke
-    return offset, slope, max(float(np.max(left)) - offset, offset - float(np.min(left)))
+    centred *= -slope
+    centred += difference
+    left = max(float(np.max(centred)) - mean_difference, mean_difference - float(np.min(centred)))
+    return mean_difference - slope * mean, slope, left
 
 
 def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int] | None:
