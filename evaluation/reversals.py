@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ _STRETCHES, _STRETCH = 16, 1024
 """Converter steps and held samples of a longer record are looked for in so many stretches of it."""
 _LONG = 65_536
 """Of a longer record not every sample is a candidate for a reversal."""
-_BLOCKS = (512, 64, 8)
+_BLOCKS = (512, 64, 16)
 """Sizes of the blocks of which, from coarse to fine, only the extremes are candidates for a reversal."""
 _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
 _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
@@ -200,16 +201,17 @@ def _candidates(values: FloatArray, low: IndexArray, high: IndexArray, threshold
     """Return samples among which are all reversals larger than ``threshold``, in order.
 
     Of a block whose range is smaller no two reversals are, so that its extremes ``low`` and ``high`` stand
-    for it; of the other blocks those of their eighths do, down to single samples.
+    for it; of the other blocks those of their parts do, down to single samples.
     """
     whole = low.size * _BLOCKS[0]
     chosen = np.zeros(values.size, dtype=bool)
     chosen[:1] = chosen[whole:] = True
     rows = np.arange(low.size)
-    for finer in (*_BLOCKS[1:], 1):
+    for size, finer in pairwise((*_BLOCKS, 1)):
         steep = values[high] - values[low] >= threshold
         chosen[low[~steep]] = chosen[high[~steep]] = True
-        rows = (8 * rows[steep][:, None] + np.arange(8)).ravel()
+        parts = size // finer
+        rows = (parts * rows[steep][:, None] + np.arange(parts)).ravel()
         if finer == 1:
             break
         grid = values[:whole].reshape(-1, finer)
