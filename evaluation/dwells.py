@@ -89,7 +89,7 @@ def _time_above(side: Side, inside: slice, level: float) -> float:
 
 def _share(inside: float, outside: float, level: float) -> float:
     """Return where the line from a sample inside to its neighbour outside crosses a level, 0 … 1."""
-    return float(np.clip((inside - level) / (inside - outside), 0.0, 1.0)) if inside > outside else 0.0
+    return min(max(float((inside - level) / (inside - outside)), 0.0), 1.0) if inside > outside else 0.0
 
 
 def _resolution(side: Side) -> float:
