@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import sys
 import time
 from collections.abc import Iterator
@@ -22,6 +21,7 @@ from recording.content import Segment
 from recording.layout import ENTRY, Widths, item_values, segment_rows, stream_columns
 from recording.runfile import fitting_heads, write_columns
 from tests.recording import samples
+from tests.recording.peak_memory import peak_MB
 
 ROWS_AT_ONCE = 1 << 18
 RATE_HZ = 1000.0
@@ -94,11 +94,6 @@ def write(path: Path, rows: int, frequency_Hz: float) -> None:
     write_columns(path, metadata, heads, columns, values())
 
 
-def peak() -> float:
-    """Return the peak memory of this process [MB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
-
-
 def main(path: Path, rows: int, frequency_Hz: float, draws: int, bounds: Bounds) -> None:
     if not path.exists():
         child = os.fork()  # what writing takes does not count
@@ -106,10 +101,10 @@ def main(path: Path, rows: int, frequency_Hz: float, draws: int, bounds: Bounds)
             write(path, rows, frequency_Hz)
             os._exit(0)
         os.waitpid(child, 0)
-    before, started_s = peak(), time.monotonic()
+    before, started_s = peak_MB(), time.monotonic()
     run = evaluate_run(*load_run(path, bounds), Options(draws=draws))
     print(
-        f"{before:.0f} {peak():.0f} {path.stat().st_size / 1e6:.0f} {len(run.cycles)} "
+        f"{before:.0f} {peak_MB():.0f} {path.stat().st_size / 1e6:.0f} {len(run.cycles)} "
         f"{run.summary.values['absorbed_energy_J'].value:.6f} {time.monotonic() - started_s:.1f}"
     )
 

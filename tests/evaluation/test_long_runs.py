@@ -314,9 +314,9 @@ def peaks_of(path: Path, rows: int, frequency_Hz: float, draws: int, *bounds: in
 
 
 def test_memory_does_not_grow_with_the_run(tmp_path: Path) -> None:
-    """600 000 rows read whole take 160 MB more than the process has."""
-    before, after, *_ = peaks_of(tmp_path / "r.h5", 600_000, 0.2, 0, 100_000, 65_536, 200_000)
-    assert after - before < 90.0
+    """2 400 000 rows read whole take 290 MB more than the process has; in pieces 95, with libraries."""
+    before, after, *_ = peaks_of(tmp_path / "r.h5", 2_400_000, 0.2, 0, 100_000, 65_536, 200_000)
+    assert after - before < 150.0
 
 
 @pytest.mark.long

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import sys
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from recording.seal import seal
 from recording.segments import SegmentedJournal
 from recording.verify import verify
 from tests.recording import samples
+from tests.recording.peak_memory import peak_MB
 
 ROWS = 20_000
 
@@ -37,22 +37,17 @@ def write(directory: Path, megabytes: int) -> int:
     return rows
 
 
-def peak_memory() -> float:
-    """Return the most memory that this process ever had [MB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
-
-
 def main(directory: Path, megabytes: int) -> None:
     child = os.fork()  # what writing takes does not count
     if child == 0:
         write(directory, megabytes)
         os._exit(0)
     os.waitpid(child, 0)
-    before = peak_memory()
+    before = peak_MB()
     path = seal(directory / "run-1.journal")
-    sealed = peak_memory()
+    sealed = peak_MB()
     findings = verify(path)
-    print(f"{before:.0f} {sealed:.0f} {peak_memory():.0f} {path.stat().st_size / 1e6:.0f} {len(findings)}")
+    print(f"{before:.0f} {sealed:.0f} {peak_MB():.0f} {path.stat().st_size / 1e6:.0f} {len(findings)}")
 
 
 if __name__ == "__main__":
