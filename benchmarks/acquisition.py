@@ -125,7 +125,7 @@ def fast_enough(stand: StandFile, seconds: float) -> tuple[float, float, float, 
     controller.connect()
     controller.read_block()  # from now on the stand waits for its reader, 6000 samples ahead
     time.sleep(0.5)
-    position = 0
+    position = at = 0
 
     def read_block() -> tuple[int, int]:
         nonlocal position

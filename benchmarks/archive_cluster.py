@@ -19,6 +19,7 @@ from benchmarks.archive import make_run
 from evaluation.archive.cluster import Cluster
 from evaluation.archive.evaluate import evaluate_archive
 from evaluation.archive.identity import Settings
+from evaluation.archive.kept import Wanted
 from evaluation.archive.local import Local
 from evaluation.archive.tables import cycles_frame
 from evaluation.results import Options
@@ -28,7 +29,7 @@ from tests.evaluation_archive.dask_cluster import DaskCluster, dask_cluster
 def seconds(files: list[Path], settings: Settings, address: str) -> float:
     """Return how long a cluster takes [s]."""
     start = time.perf_counter()
-    evaluate_archive(files, settings, Cluster(address, print), with_entries=False)
+    evaluate_archive(files, settings, Cluster(address, print), wanted=Wanted(entries=False))
     return time.perf_counter() - start
 
 

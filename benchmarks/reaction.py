@@ -103,7 +103,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
     for sensor in stand.sensors:
         sensor.start()
     panel = GuardPanel(GuardSet((), (), ControllerGuard(5.0, 5.0, rate_Hz)), wall_s=clock.wall_s())
-    timed = Stand(controller, stand.sensors)  # type: ignore[arg-type]
+    timed = Stand(controller, stand.sensors)
     acquisition = Acquisition(timed, clock, panel)
     driver = Driver(acquisition, StopRequest(), acquisition.tick)
     safe_stop = SafeStop(timed.controller, clock, SafeStopSettings(20.0, 2.0))
