@@ -125,8 +125,6 @@ def _slopes(x: FloatArray, y: FloatArray, starts: IndexArray, count: IndexArray)
 
 _EVEN_STEPS = 1e-7
 """Steps count as even that differ by no more than this share of one: of a spline's values that moves less."""
-_CHUNK = 12_288
-"""Points that are looked at together: what is made of them stays in the processor's cache."""
 _MOST_STEPS = 2
 """A moment is at most so many steps from its point."""
 _END_POINTS = 80
@@ -176,12 +174,7 @@ def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) ->
     inner = slice(_MOST_STEPS + 1, value.size - _MOST_STEPS - 2)
     begin, end = inner.start + whole - 1, inner.stop + whole - 1
     found = np.empty(value.size)
-    for first in range(begin, end, _CHUNK):
-        last = min(first + _CHUNK, end)
-        part = weight[first:last] * taps[0]
-        for k in (1, 2, 3):
-            part += taps[k] * weight[first + k : last + k]
-        found[first - begin + inner.start : last - begin + inner.start] = part
+    found[inner] = np.correlate(weight[begin : end + len(taps) - 1], taps, mode="valid")
     # The filter's ends are others than the spline's, which are put over them: that at the end backwards.
     ends = np.stack((value[:_END_POINTS], value[: -_END_POINTS - 1 : -1]), axis=1)
     near = np.arange(_TOLD_APART)

@@ -19,7 +19,7 @@ LEAST_MOTION = 0.25
 """A stretch tells when the other wire moves by this share of its largest motion in any stretch …"""
 LEAST_MOTION_MM = 0.5
 """… and by at least this much (far above the noise of a wire)."""
-_LOOKED_AT = 100
+_LOOKED_AT = 50
 """Of a longer stretch, about so many samples are looked at."""
 _MOST_FITTED = 100_000
 """The straight line of the difference over stroke is fitted to at most so many samples, evenly picked."""
