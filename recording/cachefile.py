@@ -13,6 +13,8 @@ from pathlib import Path
 SETTLED_S = 2.0
 """A file changed so lately may change again without its times showing it: nothing is kept of it."""
 _BUSY_S = 20.0
+_HELD_KB = 16_384
+"""So much is held before a transaction ends; what does not fit would be written, and synchronised, twice."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,7 @@ class CacheFile:
     def _connected(self) -> sqlite3.Connection:
         connection = sqlite3.connect(self._path, timeout=_BUSY_S)
         try:
+            connection.execute(f"PRAGMA cache_size = -{_HELD_KB}")
             connection.executescript(self._schema)
         except sqlite3.Error:
             connection.close()

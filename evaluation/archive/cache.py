@@ -8,6 +8,7 @@ are read.
 from __future__ import annotations
 
 import os
+import sqlite3
 import time
 import zlib
 from collections.abc import Iterable, Sequence
@@ -78,7 +79,9 @@ class Cache:
             elif self._has_results() and (content := _content_if_whole(path)) is not None:
                 found[path] = content
                 renewed.append((path, stamp, content))
-        self._remember_files(renewed)
+        with self._file.guarded() as connection:
+            if connection is not None and renewed:
+                _insert_files(connection, renewed)
         return found
 
     def _kept_file(self, path: Path) -> tuple[Stamp, str] | None:
@@ -128,15 +131,15 @@ class Cache:
                     "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                     (run.facts["sha256"], *self._key, time.time(), _check_sum(*parts), *parts, run.entry),
                 )
-        self._remember_files(
-            [(p, stamp, run.facts["sha256"]) for p, stamp, run in results if stamp is not None]
-        )
+            _insert_files(
+                connection,
+                [(p, stamp, run.facts["sha256"]) for p, stamp, run in results if stamp is not None],
+            )
 
-    def _remember_files(self, files: Sequence[tuple[Path, Stamp, str]]) -> None:
-        rows = [(_name(path), *stamp.row(), content) for path, stamp, content in files if stamp.settled]
-        with self._file.guarded() as connection:
-            if connection is not None and rows:
-                connection.executemany("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?)", rows)
+
+def _insert_files(connection: sqlite3.Connection, files: Sequence[tuple[Path, Stamp, str]]) -> None:
+    rows = [(_name(path), *stamp.row(), content) for path, stamp, content in files if stamp.settled]
+    connection.executemany("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?, ?, ?)", rows)
 
 
 def _name(path: Path) -> str:
