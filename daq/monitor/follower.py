@@ -79,7 +79,7 @@ class Follower:
     async def _follow_folder(self) -> None:
         evaluated = ""
         while True:
-            await self._look()
+            await self.look()
             record = self._record
             ended = record is not None and record.status != "running" and self.source == "finished"
             if record is not None and ended and self._results and evaluated != record.updated_utc:
@@ -87,7 +87,7 @@ class Follower:
                 await self._evaluate()
             await asyncio.sleep(LOOK_S)
 
-    async def _look(self) -> None:
+    async def look(self) -> None:
         """Show what has changed in the folder; whoever asks meanwhile waits until that is shown."""
         async with self._looking:
             await self._look_now()
@@ -167,7 +167,7 @@ class Follower:
                 said = json.loads(packet)
                 self._heard(said)
                 over = over or "end" in said
-        await self._look()
+        await self.look()
         if over:
             self.ended.set()
         return True

@@ -20,7 +20,7 @@ from foundation.errors import BadInput
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8420
-END_S = 8.0
+END_S = 10.0
 """Longest wait for the web process to end [s]."""
 
 

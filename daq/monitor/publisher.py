@@ -38,6 +38,8 @@ LINES_KEPT = 200
 READINGS_KEPT = 600
 """Of each temperature sensor; when there are more, every second one is forgotten."""
 BUFFER_BYTES = 1 << 20
+LAST_WORD_S = 4.0
+"""How the campaign ended waits so long, in all, for listeners that are behind [s]; it is safe by then."""
 
 
 @dataclass
@@ -138,11 +140,16 @@ class Publisher:
             self._give_up(error)
 
     def end(self, status: str, reason: str) -> None:
-        """Tell how the campaign ended, and let everybody go."""
+        """Tell how the campaign ended, also those that are behind, and let everybody go.
+
+        For after the safe stop: it may take :data:`LAST_WORD_S`.
+        """
         if self._server is None:
             return
         try:
             self._accept()
+            for listener in self._listeners:
+                listener.wire.settimeout(LAST_WORD_S / len(self._listeners))
             self._send_all({"end": {"status": status, "reason": reason}, **self._shown()})
         except Exception as error:  # noqa: BLE001 - as above
             self._give_up(error)
@@ -210,7 +217,7 @@ class Publisher:
             own["guards"] = self._guards_text
         text = f"{common[:-1]},{json.dumps(own, allow_nan=False, separators=(',', ':'))[1:]}"
         try:
-            listener.wire.send(text.encode(), socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+            listener.wire.send(text.encode(), socket.MSG_NOSIGNAL)
         except BlockingIOError:
             listener.dropped += samples
             for kept in listener.readings.values():

@@ -24,7 +24,7 @@ MOST_OF_ONE = 40
 FIRST_REQUEST_S = 10.0
 """A connection that has asked nothing whole for so long is closed [s]."""
 MOST_HEAD_BYTES = 16384
-HEAR_OUT_S = 3.0
+HEAR_OUT_S = 5.0
 """So long a campaign's own last words are waited for [s]."""
 LAST_WORD_S = 3.0
 """So long, at most, pages have to be told that it is over [s]."""
@@ -123,6 +123,7 @@ async def _end(
     if follower.source == "live":  # how it ended is on its way: no page shall be left with “connection lost”
         with suppress(TimeoutError):
             await asyncio.wait_for(follower.ended.wait(), HEAR_OUT_S)
+    await follower.look()  # the record says it too, if its last words were lost
     view.over = True
     with suppress(TimeoutError):
         async with asyncio.timeout(LAST_WORD_S):

@@ -323,7 +323,7 @@ def stop_by_click(browser: Any, folder: Path) -> tuple[float, float]:
         _, stderr = process.communicate(timeout=60)
     finally:
         process.kill()
-        process.communicate()
+        print(process.communicate()[1])  # shown if the test fails
     assert process.returncode == 3, stderr
     assert "valve off" in stderr
     (path,) = sorted((out / "runs").glob("*.h5"))

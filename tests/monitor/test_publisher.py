@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -181,6 +182,52 @@ def test_a_listener_whose_buffer_is_full_loses_rows_but_no_line(tmp_path: Path) 
         lines = [line["text"] for packet in packets for line in packet.get("lines", [])]
         assert lines == [f"line {number}" for number in range(0, 3000, 500)]
         wire.close()
+    assert said == []
+
+
+def test_the_end_reaches_a_listener_that_is_behind(tmp_path: Path) -> None:
+    from tests.monitor.stub import acquisition_of
+
+    with publishing(tmp_path, print) as publisher:
+        wall = [time.monotonic()]
+        publisher._wall_s = lambda: wall[0]
+        stub, wire = acquisition_of(), listener(tmp_path)
+        for number in range(3000):  # until its buffer is full
+            publisher.take(block(np.full(50, 1.0), np.full(50, 2.0), 50 * number))
+            wall[0] += 0.06
+            publisher.look(stub)
+        packets: list[dict[str, Any]] = []
+
+        def read() -> None:
+            time.sleep(0.3)
+            while packet := wire.recv(1 << 20):
+                packets.append(json.loads(packet))
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        publisher.end("stopped", "by the operator")
+        reader.join(10.0)
+        wire.close()
+    assert packets[-1]["dropped"] > 0
+    assert packets[-1]["end"] == {"status": "stopped", "reason": "by the operator"}
+
+
+def test_a_listener_that_hangs_keeps_the_end_only_so_long(tmp_path: Path, monkeypatch: Any) -> None:
+    from tests.monitor.stub import acquisition_of
+
+    monkeypatch.setattr("daq.monitor.publisher.LAST_WORD_S", 0.2)
+    said: list[str] = []
+    with publishing(tmp_path, said.append) as publisher:
+        wall = [time.monotonic()]
+        publisher._wall_s = lambda: wall[0]
+        stub, wires = acquisition_of(), [listener(tmp_path) for _ in range(LISTENERS)]
+        for number in range(3000):
+            publisher.take(block(np.full(50, 1.0), np.full(50, 2.0), 50 * number))
+            wall[0] += 0.06
+            publisher.look(stub)
+        publisher.end("stopped", "by the operator")
+        for wire in wires:
+            wire.close()
     assert said == []
 
 

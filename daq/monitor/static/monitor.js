@@ -295,7 +295,8 @@ function connect() {
   wire.addEventListener("close", () => {
     if (state.connected) state.lostAt = new Date().toLocaleTimeString([], { hour12: false });
     state.connected = false;
-    if (state.sections.end) { state.over = true; head(); return; }
+    const status = state.sections.campaign?.status;
+    if (state.sections.end || (status && status !== "running")) { state.over = true; head(); return; }
     head();
     state.tries += 1;
     setTimeout(reconnect, Math.min(5000, 500 * state.tries));
