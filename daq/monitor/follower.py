@@ -150,7 +150,6 @@ class Follower:
         path = self._folder / LIVE_NAME
         if not path.exists():
             return False
-        loop = asyncio.get_running_loop()
         with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as wire:
             wire.setblocking(False)
             try:
@@ -158,15 +157,19 @@ class Follower:
                     wire.connect(address)
             except OSError:
                 return False
+            packet = await _packet(wire)
+            if not packet:
+                return False  # a campaign that ends takes nobody on any more
             self._let_go()
             self._view.clear_rows()
             self._view.put("end", None)
             self._say_source("live")
             over = False
-            while packet := await loop.sock_recv(wire, BUFFER_BYTES):
+            while packet:
                 said = json.loads(packet)
                 self._heard(said)
                 over = over or "end" in said
+                packet = await _packet(wire)
         await self.look()
         if over:
             self.ended.set()
@@ -347,6 +350,14 @@ class Follower:
             "step": found.step,
             "end_C": round(found.points[-1][1], 1),
         }
+
+
+async def _packet(wire: socket.socket) -> bytes:
+    """Return what a campaign says next; nothing where it says no more."""
+    try:
+        return await asyncio.get_running_loop().sock_recv(wire, BUFFER_BYTES)
+    except ConnectionResetError:  # it ended, or died, before it had taken this listener on
+        return b""
 
 
 def _heat_of(folder: Path, campaign_file: str) -> HeatBalance | None:

@@ -157,12 +157,12 @@ class Publisher:
 
     def close(self) -> None:
         """Let everybody go."""
+        if self._server is not None:
+            self._server.close()  # first: nobody that is let go shall come back and find nothing
+            self._server = None
         for listener in self._listeners:
             listener.wire.close()
         self._listeners.clear()
-        if self._server is not None:
-            self._server.close()
-            self._server = None
 
     def _give_up(self, error: Exception) -> None:
         self.close()
