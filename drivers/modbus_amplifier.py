@@ -63,6 +63,7 @@ class ModbusAmplifier:
         self._watch = Watch(with_saturation(settings.channel, registers.saturation))
         self._wrong: set[str] = set()
         self._sequence = 0
+        self._missed = 0
         self._due_s = 0.0
         self._last_us = -1
         self._counter: int | None = None
@@ -166,6 +167,7 @@ class ModbusAmplifier:
         at_s = 0.5 * (asked_s + answered_s)
         missed = max(0, math.floor((answered_s - self._due_s) / self._period_s))
         self._due_s += (missed + 1) * self._period_s
+        self._missed += missed
         value = block.decode(words, self._map.value, order)
         wrong: dict[str, str] = {}
         if self._map.status is not None:
@@ -180,7 +182,7 @@ class ModbusAmplifier:
             wrong["nan"] = f"{self._name}: its value is {value}; look at its transducer and settings"
             self._tell(wrong)
             return
-        self._post(value, at_s, missed, wrong)
+        self._post(value, at_s, wrong)
 
     def _is_old(self, words: Sequence[int], at_s: float, wrong: dict[str, str]) -> bool:
         """Return whether the measurement was seen before; say it if that lasts."""
@@ -198,10 +200,11 @@ class ModbusAmplifier:
             )
         return True
 
-    def _post(self, value: float, at_s: float, missed: int, wrong: dict[str, str]) -> None:
+    def _post(self, value: float, at_s: float, wrong: dict[str, str]) -> None:
         channel = self.facts.channels[0]
         time_us = max(round(at_s * 1e6), self._last_us + 1)
-        lost = missed if self._sequence else 0
+        # Also those before an answer that held no new measurement, or none at all.
+        lost, self._missed = (self._missed if self._sequence else 0), 0
         raw = np.array([value], dtype=_DTYPES[self._map.value.type])
         times = np.array([time_us], dtype=np.int64)
         for found in self._watch.look(times, raw, channel.calibration.apply(raw)):

@@ -146,6 +146,27 @@ def test_silence_is_told_and_ends(tmp_path: Path, server: RegisterAmplifier) -> 
         amplifier.close()
 
 
+def test_what_a_silence_cost_is_told_though_the_first_answer_is_old(
+    tmp_path: Path, server: RegisterAmplifier
+) -> None:
+    amplifier = opened(tmp_path, server)
+    got = Collector(amplifier)
+    try:
+        amplifier.start()
+        until(lambda: len(got.take().blocks) == 1)
+        server.silent = True
+        until(lambda: any("no reply within 0.1 s, twice" in text for text in got.take().said))
+        server.silent = False
+        before = server.requests
+        until(lambda: server.requests > before + 5)  # answers with what it had measured before
+        server.measure(7.0)
+        until(lambda: len(got.take().blocks) == 2)
+        assert got.blocks[-1].lost > 0
+        assert got.blocks[-1].first_sequence == got.blocks[0].first_sequence + 1 + got.blocks[-1].lost
+    finally:
+        amplifier.close()
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
