@@ -102,9 +102,9 @@ def _moved_about(
 def _moved(time_s: FloatArray, force_kN: FloatArray, by_s: Sequence[float]) -> list[FloatArray]:
     """Return the force moved earlier by each of some times."""
     if time_s.size <= _SPLINE_SAMPLES:
-        found = [moved_evenly(time_s, force_kN, time_s + by) for by in by_s]
-        if all(own is not None for own in found):
-            return [own for own in found if own is not None]
+        even = [own for by in by_s if (own := moved_evenly(time_s, force_kN, time_s + by)) is not None]
+        if len(even) == len(by_s):
+            return even
         wanted_s = np.concatenate([time_s + by for by in by_s])
         return list(spline_at(time_s, force_kN[:, None], wanted_s)[:, 0].reshape(len(by_s), -1))
     return [np.asarray(np.interp(time_s + by, time_s, force_kN), dtype=np.float64) for by in by_s]

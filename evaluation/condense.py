@@ -71,10 +71,12 @@ def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] 
     points = POINTS_OF_KIND[kind]
     if points is None:
         return record, None, _coarse_event(record)
-    sampling = sampling_of(record.stroke_mm)
-    turns = _turns(record, sampling, POINTS_OF_A_SINE if kind == "harmonic" else points)
-    if kind == "harmonic" and turns is not None and _is_sine(record, sampling, turns):
-        points = POINTS_OF_A_SINE
+    turns = None
+    if record.time_s.size >= 2 * (POINTS_OF_A_SINE if kind == "harmonic" else points):
+        sampling = sampling_of(record.stroke_mm)
+        turns = find_reversals(record.stroke_mm, sampling)
+        if kind == "harmonic" and _is_sine(record, sampling, turns):
+            points = POINTS_OF_A_SINE
     return *_condensed(record, points, turns), _coarse_cycles(record, points, turns)
 
 
@@ -168,13 +170,6 @@ def _reversals_of(
     found = near[np.arange(block.size), np.argmax(value, axis=1)]
     found[0], found[-1] = block[0], block[-1]
     return np.asarray(found)
-
-
-def _turns(record: Record, sampling: Sampling, points: int) -> NDArray[np.intp] | None:
-    """Return the reversals; None where the record is too short for a cycle of twice the points."""
-    if record.time_s.size < 2 * points:
-        return None
-    return find_reversals(record.stroke_mm, sampling)
 
 
 def _block(turns: NDArray[np.intp] | None, points: int) -> int:

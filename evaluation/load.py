@@ -23,6 +23,7 @@ from recording.runfile import opened_run
 
 _EMPTY: FloatArray = np.zeros(0)
 _LOOKED_AT = 4096
+"""So many samples at a time are searched for a number."""
 
 
 def load_run(path: Path, bounds: Bounds | None = None) -> tuple[Record, RunFacts]:

@@ -147,10 +147,9 @@ def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, floa
     if np.max(centred) - np.min(centred) < LEAST_MOTION_MM or spread == 0.0:
         return None
     slope = float(np.dot(centred, difference)) / spread
-    centred *= -slope
-    centred += difference
-    left = max(float(np.max(centred)) - mean_difference, mean_difference - float(np.min(centred)))
-    return mean_difference - slope * mean, slope, left
+    left = difference - slope * centred
+    remaining = max(float(np.max(left)) - mean_difference, mean_difference - float(np.min(left)))
+    return mean_difference - slope * mean, slope, remaining
 
 
 def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int] | None:
