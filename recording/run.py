@@ -178,11 +178,9 @@ class Run:
         if channel in self._series:
             return self._series[channel]
         own = stream.channels[channel]
-        alike = self._true_s.get((stream.name, own.delay_s))  # channels of one delay share their times
-        series = _calibrated(own, self._run_time_s(stream), stream.counts[channel], true_s=alike)
+        series = _calibrated(own, self._true_time_s(stream, own.delay_s), stream.counts[channel])
         if stream.rows <= _KEPT_ROWS:
             self._series[channel] = series
-            self._true_s[stream.name, own.delay_s] = series.time_s
         return series
 
     def stroke(self) -> Series:
@@ -234,7 +232,12 @@ class Run:
                 time_s = self._on_run_time_s(stream, stream.stamps(part))
                 counts = {name: stream.counts.rows(name, part) for name in channels}
             yield {
-                name: _calibrated(stream.channels[name], time_s, counts[name], branches[name])
+                name: _calibrated(
+                    stream.channels[name],
+                    time_s - stream.channels[name].delay_s,
+                    counts[name],
+                    branches[name],
+                )
                 for name in channels
             }
 
@@ -293,6 +296,15 @@ class Run:
             self._times_s[stream.name] = time_s
         return time_s
 
+    def _true_time_s(self, stream: StreamData, delay_s: float) -> NDArray[np.float64]:
+        """Return the times at which the values of channels were true; those of one delay share them."""
+        if (stream.name, delay_s) in self._true_s:
+            return self._true_s[stream.name, delay_s]
+        time_s = self._run_time_s(stream) - delay_s
+        if stream.rows <= _KEPT_ROWS:
+            self._true_s[stream.name, delay_s] = time_s
+        return time_s
+
     def _on_run_time_s(self, stream: StreamData, stamps: NDArray[Any]) -> NDArray[np.float64]:
         if stream is self._device_stream and stream.time_name == "time_us":
             since_us = stamps - stream.first_stamp  # in integers: exact, however long the device is up
@@ -321,14 +333,8 @@ def _first_s(stream: StreamData) -> float:
 
 
 def _calibrated(
-    channel: Channel,
-    time_s: NDArray[np.float64],
-    counts: NDArray[Any],
-    branch: Branch | None = None,
-    true_s: NDArray[np.float64] | None = None,
+    channel: Channel, true_s: NDArray[np.float64], counts: NDArray[Any], branch: Branch | None = None
 ) -> Series:
-    if true_s is None:
-        true_s = time_s - channel.delay_s
     return Series(true_s, channel.calibration.apply(counts, branch), channel.unit)
 
 
