@@ -21,7 +21,8 @@ from foundation.errors import BadInput
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8420
 END_S = 10.0
-"""Longest wait for the web process to end [s]."""
+"""Longest wait for the web process to end [s]: longer than it may hear out the campaign and tell its pages
+(``HEAR_OUT_S`` and ``LAST_WORD_S`` of :mod:`daq.monitor.server`)."""
 
 
 @dataclass(frozen=True)

@@ -233,11 +233,16 @@ function choose(index) {
 
 function age() { return state.age === null ? null : state.age + (performance.now() - state.ageAt) / 1000; }
 
+function outcome() {  // how the campaign ended, as far as this page was told
+  const { campaign: c, end } = state.sections;
+  return end?.status || (c?.status !== "running" && c?.status) || "";
+}
+
 function head() {
   const { campaign: c, source, end, now, problem } = state.sections, kind = source?.kind, old = age();
   const finished = kind === "finished" || end || state.over;
   let text = "waiting", look = "", alarm = "";
-  if (!state.connected && state.over) { look = end?.status || (c?.status !== "running" && c?.status) || ""; text = look || "closed"; }
+  if (!state.connected && state.over) { look = outcome(); text = look || "closed"; }
   else if (!state.connected) { text = "connection lost"; look = "lost"; }
   else if (end) { text = end.status; look = end.status; }
   else if (kind === "finished") { text = c?.status || "over"; look = text; }
@@ -295,8 +300,7 @@ function connect() {
   wire.addEventListener("close", () => {
     if (state.connected) state.lostAt = new Date().toLocaleTimeString([], { hour12: false });
     state.connected = false;
-    const status = state.sections.campaign?.status;
-    if (state.sections.end || (status && status !== "running")) { state.over = true; head(); return; }
+    if (outcome()) { state.over = true; head(); return; }
     head();
     state.tries += 1;
     setTimeout(reconnect, Math.min(5000, 500 * state.tries));
