@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -50,14 +51,33 @@ def opened(
     return ModbusAmplifier(link, registers, stand_settings(folder, server.port, rate, extra), WallClock())
 
 
-def test_values_come_in_order_with_stamps_and_each_measurement_once(
-    tmp_path: Path, server: RegisterAmplifier
-) -> None:
-    amplifier = opened(tmp_path, server)
+@contextmanager
+def measuring(folder: Path, server: RegisterAmplifier) -> Iterator[Collector]:
+    """What an amplifier delivers, from its first value on."""
+    amplifier = opened(folder, server)
     got = Collector(amplifier)
     try:
         amplifier.start()
         until(lambda: len(got.take().blocks) == 1)
+        yield got
+    finally:
+        amplifier.close()
+
+
+@contextmanager
+def after_a_silence(folder: Path, server: RegisterAmplifier) -> Iterator[Collector]:
+    """The same, when it answers again after a silence that was told."""
+    with measuring(folder, server) as got:
+        server.silent = True
+        until(lambda: any("no reply within 0.1 s, twice" in text for text in got.take().said))
+        server.silent = False
+        yield got
+
+
+def test_values_come_in_order_with_stamps_and_each_measurement_once(
+    tmp_path: Path, server: RegisterAmplifier
+) -> None:
+    with measuring(tmp_path, server) as got:
         for value in (1.5, -2.25, 1e6):
             server.measure(value)
             until(lambda value=value: float(got.take().blocks[-1].counts["force_2"][0]) == value)  # type: ignore[misc]
@@ -72,8 +92,6 @@ def test_values_come_in_order_with_stamps_and_each_measurement_once(
             for a, b, block in zip(sequence, sequence[1:], got.blocks[1:], strict=False)
         )
         assert got.said == []
-    finally:
-        amplifier.close()
 
 
 @pytest.mark.parametrize(
@@ -131,40 +149,22 @@ def test_a_counter_that_stands_still_is_told_from_a_steady_force(
 
 
 def test_silence_is_told_and_ends(tmp_path: Path, server: RegisterAmplifier) -> None:
-    amplifier = opened(tmp_path, server)
-    got = Collector(amplifier)
-    try:
-        amplifier.start()
-        until(lambda: len(got.take().blocks) == 1)
-        server.silent = True
-        until(lambda: any("no reply within 0.1 s, twice" in text for text in got.take().said))
-        server.silent = False
+    with after_a_silence(tmp_path, server) as got:
         server.measure(7.0)
         until(lambda: len(got.take().blocks) == 2)
         assert got.blocks[-1].lost > 0
-    finally:
-        amplifier.close()
 
 
 def test_what_a_silence_cost_is_told_though_the_first_answer_is_old(
     tmp_path: Path, server: RegisterAmplifier
 ) -> None:
-    amplifier = opened(tmp_path, server)
-    got = Collector(amplifier)
-    try:
-        amplifier.start()
-        until(lambda: len(got.take().blocks) == 1)
-        server.silent = True
-        until(lambda: any("no reply within 0.1 s, twice" in text for text in got.take().said))
-        server.silent = False
+    with after_a_silence(tmp_path, server) as got:
         before = server.requests
         until(lambda: server.requests > before + 5)  # answers with what it had measured before
         server.measure(7.0)
         until(lambda: len(got.take().blocks) == 2)
         assert got.blocks[-1].lost > 0
         assert got.blocks[-1].first_sequence == got.blocks[0].first_sequence + 1 + got.blocks[-1].lost
-    finally:
-        amplifier.close()
 
 
 @pytest.mark.parametrize(

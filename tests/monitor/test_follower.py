@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -29,12 +29,12 @@ async def until(true: Callable[[], bool]) -> None:
 
 
 @pytest.fixture
-def campaign(tmp_path: Path) -> socket.socket:
-    server = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    server.bind(str(tmp_path / LIVE_NAME))
-    server.listen(4)
-    server.setblocking(False)
-    return server
+def campaign(tmp_path: Path) -> Iterator[socket.socket]:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as server:
+        server.bind(str(tmp_path / LIVE_NAME))
+        server.listen(4)
+        server.setblocking(False)
+        yield server
 
 
 def test_the_end_stays_though_the_campaign_leaves_slowly(tmp_path: Path, campaign: socket.socket) -> None:

@@ -6,6 +6,7 @@ import json
 import socket
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.monitor.publisher import LISTENERS, LIVE_NAME, publishing
+from daq.monitor.publisher import LISTENERS, LIVE_NAME, Publisher, publishing
 from daq.monitor.rows import MOST_ROWS, RowBuffer
 from daq.scaling import ScaledBlock
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.test_runner import Case
+
+FLOOD = 3000
+"""Packets that are more than any listener's buffer holds."""
 
 
 def block(stroke: Any, force: Any, first: int = 0, stream: str = "controller") -> ScaledBlock:
@@ -62,6 +66,21 @@ def listener(folder: Path) -> socket.socket:
         wire.close()
         raise
     return wire
+
+
+def telling(publisher: Publisher) -> Callable[[int], None]:
+    """Return what lets 50 samples, with a number, come, and a packet be due."""
+    from tests.monitor.stub import acquisition_of
+
+    wall, stub = [time.monotonic()], acquisition_of()
+    publisher._wall_s = lambda: wall[0]
+
+    def tell(number: int) -> None:
+        publisher.take(block(np.full(50, 1.0), np.full(50, 2.0), 50 * number))
+        wall[0] += 0.06
+        publisher.look(stub)
+
+    return tell
 
 
 class Connecting(Lines):
@@ -149,20 +168,13 @@ def test_listeners_that_read_nothing_stop_nothing_and_what_they_miss_is_counted(
 
 
 def test_a_listener_whose_buffer_is_full_loses_rows_but_no_line(tmp_path: Path) -> None:
-    from tests.monitor.stub import acquisition_of
-
     said: list[str] = []
-    wall = [time.monotonic()]
     with publishing(tmp_path, said.append) as publisher:
-        publisher._wall_s = lambda: wall[0]
-        stub = acquisition_of()
-        wire = listener(tmp_path)
-        for number in range(3000):
-            publisher.take(block(np.full(50, 1.0), np.full(50, 2.0), 50 * number))
+        tell, wire = telling(publisher), listener(tmp_path)
+        for number in range(FLOOD):
             if number % 500 == 0:
                 publisher.message(f"line {number}")
-            wall[0] += 0.06
-            publisher.look(stub)
+            tell(number)
         packets = []
         wire.setblocking(False)
         while True:
@@ -170,32 +182,24 @@ def test_a_listener_whose_buffer_is_full_loses_rows_but_no_line(tmp_path: Path) 
                 packets.append(json.loads(wire.recv(1 << 20)))
             except BlockingIOError:
                 break
-        wall[0] += 0.06
-        publisher.take(block(np.full(50, 1.0), np.full(50, 2.0), 10**6))
-        publisher.look(stub)
+        tell(20_000)
         wire.settimeout(10.0)
         packets.append(json.loads(wire.recv(1 << 20)))
         told = sum(len(packet["rows"]["t"]) for packet in packets if packet["rows"])
         assert packets[-1]["dropped"] > 0
         # rows before the listener was taken on are not its own: at most one packet of them
-        assert 3001 * 50 - told - packets[-1]["dropped"] in (0, 50)
+        assert (FLOOD + 1) * 50 - told - packets[-1]["dropped"] in (0, 50)
         lines = [line["text"] for packet in packets for line in packet.get("lines", [])]
-        assert lines == [f"line {number}" for number in range(0, 3000, 500)]
+        assert lines == [f"line {number}" for number in range(0, FLOOD, 500)]
         wire.close()
     assert said == []
 
 
 def test_the_end_reaches_a_listener_that_is_behind(tmp_path: Path) -> None:
-    from tests.monitor.stub import acquisition_of
-
     with publishing(tmp_path, print) as publisher:
-        wall = [time.monotonic()]
-        publisher._wall_s = lambda: wall[0]
-        stub, wire = acquisition_of(), listener(tmp_path)
-        for number in range(3000):  # until its buffer is full
-            publisher.take(block(np.full(50, 1.0), np.full(50, 2.0), 50 * number))
-            wall[0] += 0.06
-            publisher.look(stub)
+        tell, wire = telling(publisher), listener(tmp_path)
+        for number in range(FLOOD):
+            tell(number)
         packets: list[dict[str, Any]] = []
 
         def read() -> None:
@@ -213,18 +217,12 @@ def test_the_end_reaches_a_listener_that_is_behind(tmp_path: Path) -> None:
 
 
 def test_a_listener_that_hangs_keeps_the_end_only_so_long(tmp_path: Path, monkeypatch: Any) -> None:
-    from tests.monitor.stub import acquisition_of
-
     monkeypatch.setattr("daq.monitor.publisher.LAST_WORD_S", 0.2)
     said: list[str] = []
     with publishing(tmp_path, said.append) as publisher:
-        wall = [time.monotonic()]
-        publisher._wall_s = lambda: wall[0]
-        stub, wires = acquisition_of(), [listener(tmp_path) for _ in range(LISTENERS)]
-        for number in range(3000):
-            publisher.take(block(np.full(50, 1.0), np.full(50, 2.0), 50 * number))
-            wall[0] += 0.06
-            publisher.look(stub)
+        tell, wires = telling(publisher), [listener(tmp_path) for _ in range(LISTENERS)]
+        for number in range(FLOOD):
+            tell(number)
         publisher.end("stopped", "by the operator")
         for wire in wires:
             wire.close()
