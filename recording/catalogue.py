@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +118,7 @@ def facts_of(path: Path) -> RunFacts:
         id=str(run.get("id", "")),
         kind=str(run.get("kind", "")),
         status=str(run.get("status", "")),
-        started_utc=run.get("started_utc"),
+        started_utc=_utc(run.get("started_utc")),
         specimen_id=_table(document, "specimen").get("id"),
         step=str(step.get("name", "")),
         prestress_mm=_number(step.get("prestress_mm")),
@@ -132,6 +133,16 @@ def facts_of(path: Path) -> RunFacts:
 def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     value = document.get(key)
     return value if isinstance(value, Mapping) else {}
+
+
+def _utc(value: Any) -> str | None:
+    """Return a date and time in UTC: imports of before 2026-11-22 may state another zone."""
+    text = _text(value)
+    try:
+        moment = datetime.fromisoformat(text or "")
+    except ValueError:
+        return text
+    return moment.astimezone(UTC).isoformat() if moment.utcoffset() else text
 
 
 def _text(value: Any) -> str | None:

@@ -12,7 +12,10 @@ from foundation.errors import BadInput
 from recording import cachefile, index
 from recording.catalogue import list_runs
 from recording.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
+from recording.runfile import write_run
 from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
+
+from . import samples
 
 
 @pytest.fixture
@@ -91,3 +94,20 @@ def test_done_without(campaign: Path, tmp_path: Path, damage: str) -> None:
 def test_no_runs(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="no run files"):
         indexed_runs(tmp_path, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("stated", "shown"),
+    [
+        ("2026-03-05T00:30:00+01:00", "2026-03-04T23:30:00+00:00"),  # imports of before 2026-11-22
+        ("2026-03-05T00:30:00Z", "2026-03-05T00:30:00Z"),
+        (None, None),
+    ],
+)
+def test_a_start_in_another_zone_is_listed_in_utc(
+    tmp_path: Path, stated: str | None, shown: str | None
+) -> None:
+    document = samples.metadata("run", status="imported")
+    document["run"]["started_utc"] = stated
+    write_run(tmp_path / "run.h5", document, samples.content())
+    assert list_runs(tmp_path)[0].started_utc == shown
