@@ -202,7 +202,7 @@ def read_text(path: Path) -> str:
         If it does not exist, cannot be read or is not UTF-8.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # Windows' editors put a mark before the first line
     except FileNotFoundError:
         raise BadInput("no such file", file=path, remedy="check the path") from None
     except UnicodeDecodeError as error:

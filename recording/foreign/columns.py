@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from foundation.channel import ChannelUncertainty
 from foundation.errors import BadInput
-from foundation.units import conversion
+from foundation.units import FACTORS, conversion
 from recording.foreign.record import ForeignRecord, Header
 
 REQUIRED = ("stroke_1", "force")
@@ -178,8 +179,13 @@ def _positions(record: ForeignRecord, wishes: Mapping[str, Wish]) -> dict[str, i
             position = _find(wish, record)
             if position is not None:
                 positions[name] = position
-    if len(set(positions.values())) < len(positions):
-        raise BadInput("--column: one header is given two names", file=record.path, place=record.header_place)
+    for name, position in positions.items():
+        for other in (n for n, p in positions.items() if p == position and n != name):
+            raise BadInput(
+                f"{wishes[name].header_said} and {wishes[other].header_said}: one header is given two names",
+                file=record.path,
+                place=record.where(position),
+            )
     taken = set(positions.values())
     by_wish = set(positions)
     for position, header in enumerate(record.headers):
@@ -191,8 +197,8 @@ def _positions(record: ForeignRecord, wishes: Mapping[str, Wish]) -> dict[str, i
                 f"two columns mean “{matched}”: {quoted([record.headers[positions[matched]], header])}",
                 file=record.path,
                 place=record.header_place,
-                remedy=f"say which it is with --column {matched}=HEADER"
-                + (", or read one group with --group NAME" if header.group else ""),
+                remedy=f"say which it is with --column {matched}=HEADER (if they are equal, by number in a "
+                "mapping file)" + (", or read one group with --group NAME" if header.group else ""),
             )
         positions[matched] = position
     return positions
@@ -216,7 +222,8 @@ def _find(wish: Wish, record: ForeignRecord) -> int | None:
         return found[0]
     if found:
         full = {headers[position].full for position in found}
-        remedy = f"say which: {', '.join(sorted(full))}" if len(full) == len(found) else ""
+        by_name = f"say which: {', '.join(sorted(full))}"
+        remedy = by_name if len(full) == len(found) else "say which by number, in a mapping file"
         raise BadInput(
             f"{wish.header_said}: {len(found)} headers are “{wish.header}”",
             file=record.path,
@@ -251,13 +258,10 @@ def _matching(wanted: str, headers: Sequence[Header]) -> list[int]:
 def _column(name: str, position: int, wish: Wish, record: ForeignRecord) -> Column:
     header = record.headers[position]
     quantity = name.split("_", maxsplit=1)[0]
-    stated = split_header(header.text)[1]
     if wish.unit is not None:
         used, unit_from = wish.unit, "option" if wish.unit_said.startswith("-") else "mapping"
-    elif stated is not None:
-        used, unit_from = stated, "header"
     else:
-        used, unit_from = header.unit, header.unit_from
+        used, unit_from = _stated_unit(name, quantity, header, record.where(position), record)
     if not used.strip():
         raise BadInput(
             "this column has no unit",
@@ -277,6 +281,13 @@ def _column(name: str, position: int, wish: Wish, record: ForeignRecord) -> Colu
                 error.problem, file=record.path, place=record.where(position), remedy=error.remedy
             ) from None
     scaled = (wish.scale, wish.offset) != (1.0, 0.0)
+    if unit == DATE_TIME and scaled:
+        raise BadInput(
+            "dates and times cannot be scaled",
+            file=record.path,
+            place=record.where(position),
+            remedy="leave out scale and offset",
+        )
     return Column(
         name=name,
         quantity=quantity,
@@ -288,8 +299,43 @@ def _column(name: str, position: int, wish: Wish, record: ForeignRecord) -> Colu
         factor=factor * wish.scale,
         offset=factor * wish.offset + offset,
         inverted=wish.inverted,
-        channel_facts=wish.facts,
+        channel_facts=_inside(wish.facts, factor),
     )
+
+
+def _stated_unit(
+    name: str, quantity: str, header: Header, place: str, record: ForeignRecord
+) -> tuple[str, str]:
+    """Return the unit that the record states, and where: in the header, or apart from it.
+
+    Raises
+    ------
+    BadInput
+        If it states two that differ.
+    """
+    in_header = split_header(header.text)[1]
+    apart = spelled(header.unit)
+    known = FACTORS[quantity]
+    if in_header is None or (in_header not in known and apart in known):  # “force (max)”
+        return header.unit, header.unit_from
+    if apart in known and known[apart] != known[in_header]:
+        raise BadInput(
+            f"two units are stated: {in_header} in the header, {apart} as {header.unit_from}",
+            file=record.path,
+            place=place,
+            remedy=f"say which it is with --unit {name}=…",
+        )
+    return in_header, "header"
+
+
+def _inside(facts: Mapping[str, Any], factor: float) -> Mapping[str, Any]:
+    """Return what is stated of a channel with its limits, stated in the column's unit, in the inside unit."""
+    uncertainty = facts.get("uncertainty")
+    if not isinstance(uncertainty, ChannelUncertainty):
+        return facts
+    limits = {"zero": uncertainty.zero, "linearity": uncertainty.linearity}
+    scaled = {key: value * factor for key, value in limits.items() if value is not None}
+    return {**facts, "uncertainty": uncertainty.model_copy(update=scaled)}
 
 
 def _example(quantity: str) -> str:

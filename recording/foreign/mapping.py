@@ -16,7 +16,14 @@ from foundation.kind import Kind
 from foundation.settings import Day, Settings, load_settings
 from recording.foreign.columns import DATE_TIME, Wish, full_name
 
-_Texts = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+
+def _as_texts(value: object) -> object:
+    if isinstance(value, str):
+        raise ValueError(f'write a list: ["{value}"]')
+    return tuple(value) if isinstance(value, list) else value
+
+
+_Texts = Annotated[tuple[str, ...], BeforeValidator(_as_texts)]
 _CODECS = {
     "UTF-8": "utf-8-sig",  # reads files with and without a mark
     "UTF-16": "utf-16",
@@ -86,8 +93,8 @@ class ChannelForm(Settings):
             raise ValueError("scale must not be 0")
         if self.format is not None and self.unit != DATE_TIME:
             raise ValueError(f"a format is for a time whose unit is “{DATE_TIME}”")
-        if (self.scale, self.offset) != (1.0, 0.0) and self.unit is None:
-            raise ValueError("with scale or offset, say the unit of the value")
+        if (self.scale, self.offset) != (1.0, 0.0) and self.unit in (None, DATE_TIME):
+            raise ValueError("with scale or offset, say the unit of the value (dates and times have none)")
         return self
 
     def channel_facts(self) -> dict[str, Any]:

@@ -17,6 +17,8 @@ LONG_IF_UNEVEN = 3.0
 _FEW_SHARE, _FEW = 0.01, 5
 _SURELY_GAP = 5.0
 _WHOLE = 0.1
+_COUNTABLE = 10**9
+"""A gap of more samples than any record has: its stamps are wrong, and its size is not known."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,9 @@ def examine(
     forward = steps[steps > 0]
     if not len(forward):
         stuck = np.flatnonzero(~(steps > 0))
-        findings = _counted("time stamp(s) do not advance", stuck + 1, row, word)
+        missing = np.flatnonzero(np.isnan(time_s))
+        findings = _counted("missing time stamp(s)", missing, row, word)
+        findings += _counted("time stamp(s) do not advance", np.flatnonzero(steps <= 0) + 1, row, word)
         return Stamps(None, _segments(len(time_s), np.union1d(stuck, known), {}), tuple(findings))
     usual = float(forward[forward <= LONG * np.median(forward)].mean())
     long = steps > LONG * usual
@@ -69,11 +73,13 @@ def examine(
         long = steps > LONG_IF_UNEVEN * usual
         findings.append(f"uneven time stamps, {usual:.6g} s apart in the mean")
     gaps = np.flatnonzero(long)
-    lost = {int(row): max(1, round(float(steps[row]) / usual) - 1) for row in gaps}
+    lost = {int(row): max(1, round(min(float(steps[row]) / usual, 2.0 * _COUNTABLE)) - 1) for row in gaps}
+    lost = {row: count for row, count in lost.items() if count <= _COUNTABLE}
     if len(gaps):
         longest = float(steps[gaps].max())
+        about = f", about {sum(lost.values())} sample(s) missing" if len(lost) == len(gaps) else ""
         findings.append(
-            f"{len(gaps)} gap(s), about {sum(lost.values())} sample(s) missing, the longest {longest:.6g} s; "
+            f"{len(gaps)} gap(s){about}, the longest {longest:.6g} s; "
             f"the first before {word} {row[gaps[0] + 1]}"
         )
     findings += _counted("missing time stamp(s)", np.flatnonzero(np.isnan(time_s)), row, word)

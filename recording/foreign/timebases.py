@@ -1,0 +1,267 @@
+"""The channels of a foreign record by their time bases: whose time each keeps, and what is odd about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foundation.errors import BadInput
+from recording.content import StreamContent
+from recording.foreign.columns import DATE_TIME, Column, quoted
+from recording.foreign.record import Clock, Floats, ForeignRecord, Numbers
+from recording.foreign.stamps import Stamps, examine
+from recording.foreign.wanted import Wanted
+
+STREAM = "record"
+"""The stream of stroke and force; further time bases are ``record_2`` …"""
+_MOSTLY = 3.0
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """Channels on one time base.
+
+    Parameters
+    ----------
+    name : str
+        Of its stream in the run file.
+    time_s : NDArray[float64]
+        Time stamps [s], NaN where there is none; shape (n,).
+    time_from : str
+        Where they come from.
+    stamps : Stamps
+        What is odd about them.
+    numbers : Numbers
+        As they were read.
+    columns : sequence of Column
+        Those of ``numbers`` that are channels.
+    """
+
+    name: str
+    time_s: Floats
+    time_from: str
+    stamps: Stamps
+    numbers: Numbers
+    columns: Sequence[Column]
+
+    def content(self) -> StreamContent:
+        """Return the samples as a stream of a run file."""
+        values = {column.name: self.numbers.columns[column.position] for column in self.columns}
+        return StreamContent(self.time_s, values, self.stamps.segments)
+
+
+def time_bases(record: ForeignRecord, columns: Sequence[Column], wanted: Wanted) -> list[TimeBase]:
+    """Return the channels by their time bases, that of stroke and force first.
+
+    Raises
+    ------
+    BadInput
+        If a channel cannot be read, stroke and force are not on one base, or have no time, or two.
+    """
+    time = next((column for column in columns if column.name == "time"), None)
+    clock = None
+    if time is not None and time.unit == DATE_TIME:
+        clock = Clock(time.position, wanted.time_format, wanted.zone)
+    _check_rate(wanted.sample_rate_Hz, time, record)
+    numbers = record.read([column.position for column in columns], clock)
+    by_name = {column.name: column.position for column in columns}
+    main = _common_base(numbers, by_name, record)
+    if time is not None:
+        numbers, main = _with_time(numbers, main, time, record)
+    bases = [_base(STREAM, main, columns, time, wanted, record)]
+    for item in numbers:
+        if item is not main and (set(item.columns) - {time.position if time else None}):
+            name = f"{STREAM}_{len(bases) + 1}"
+            bases.append(_base(name, item, columns, time, wanted, record))
+    return bases
+
+
+def _common_base(numbers: Sequence[Numbers], by_name: Mapping[str, int], record: ForeignRecord) -> Numbers:
+    """Return the base that holds force and all strokes."""
+    of_force = next(item for item in numbers if by_name["force"] in item.columns)
+    for name in ("stroke_1", "stroke_2"):
+        if name in by_name and by_name[name] not in of_force.columns:
+            raise BadInput(
+                f"{name} and force were not sampled at the same instants",
+                file=record.path,
+                place=f"{record.where(by_name[name])} and {record.where(by_name['force'])}",
+                remedy="export them on one time base from the program that recorded them",
+            )
+    return of_force
+
+
+def _with_time(
+    numbers: list[Numbers], main: Numbers, time: Column, record: ForeignRecord
+) -> tuple[list[Numbers], Numbers]:
+    """Return the bases with a time channel moved to stroke and force where it is one of their group.
+
+    Raises
+    ------
+    BadInput
+        If it belongs to no channel that is used.
+    """
+    own = next(item for item in numbers if time.position in item.columns)
+    if own is main:
+        return numbers, main
+    force = next(iter(main.columns))
+    group, of_force = record.headers[time.position].group, record.headers[force].group
+    if group == of_force and len(own.row) == len(main.row):
+        joined = replace(main, columns={**main.columns, time.position: own.columns[time.position]})
+        others = {p: v for p, v in own.columns.items() if p != time.position}
+        rest = [replace(own, columns=others)] if others else []
+        return [joined, *(item for item in numbers if item is not main and item is not own), *rest], joined
+    if set(own.columns) == {time.position}:
+        raise BadInput(
+            f"the time “{time.header.full}” is not of the group of stroke and force, or not as long",
+            file=record.path,
+            place=record.where(time.position),
+            remedy="name their own time with --column time=GROUP/HEADER, or read one group with --group NAME",
+        )
+    return numbers, main
+
+
+def _base(
+    name: str,
+    numbers: Numbers,
+    columns: Sequence[Column],
+    time: Column | None,
+    wanted: Wanted,
+    record: ForeignRecord,
+) -> TimeBase:
+    members = [c for c in columns if c.position in numbers.columns and c.name != "time"]
+    in_base = time is not None and time.position in numbers.columns
+    if in_base and time is not None:
+        numbers = _one_block(numbers, time, wanted.reading.block, record)
+        time_s = _stamps_s(numbers.columns[time.position], time)
+        stamps = examine(time_s, numbers.row, record.row_word)
+        return TimeBase(name, time_s, "column", stamps, numbers, members)
+    numbers = _one_block(numbers, None, wanted.reading.block, record)
+    if numbers.time_s is not None:
+        if wanted.sample_rate_Hz is not None:
+            raise BadInput(
+                f"a sample rate is given, and the record has its own time ({numbers.time_from})",
+                file=record.path,
+                place=record.where(members[0].position),
+                remedy="leave out the sample rate",
+            )
+        stamps = examine(numbers.time_s, numbers.row, record.row_word, numbers.breaks)
+        return TimeBase(name, numbers.time_s, numbers.time_from, stamps, numbers, members)
+    if wanted.sample_rate_Hz is None:
+        raise _no_time(record, members[0] if record.row_word == "sample" else None)
+    rate = wanted.sample_rate_Hz
+    time_s = np.arange(len(numbers.row)) / rate
+    segments = examine(time_s, numbers.row, record.row_word, numbers.breaks).segments
+    findings = _interruptions(numbers, record.row_word)
+    return TimeBase(name, time_s, "sample rate", Stamps(rate, segments, findings), numbers, members)
+
+
+def _stamps_s(numbers: Floats, time: Column) -> Floats:
+    """Return time stamps [s], NaN (none) in place of infinite ones."""
+    with np.errstate(over="ignore"):
+        time_s = numbers * time.factor + time.offset
+    return np.where(np.isfinite(time_s), time_s, np.nan)
+
+
+def _interruptions(numbers: Numbers, word: str) -> tuple[str, ...]:
+    if not numbers.breaks:
+        return ()
+    first = numbers.row[numbers.breaks[0]]
+    what = f"{len(numbers.breaks)} interruption(s) of unknown length (header rows, blank or left-out rows)"
+    return (f"{what}, the first before {word} {first}: the time is counted on at the sample rate",)
+
+
+def _one_block(numbers: Numbers, time: Column | None, wanted: int | None, record: ForeignRecord) -> Numbers:
+    """Return the block that is asked for, or all where the time goes on from block to block."""
+    starts = [0, *numbers.blocks]
+    ends = [*numbers.blocks, len(numbers.row)]
+    if wanted is not None:
+        if wanted > len(starts):
+            raise BadInput(f"--block {wanted}: the file holds {len(starts)}", file=record.path)
+        return _rows(numbers, starts[wanted - 1], ends[wanted - 1])
+    if time is not None:
+        stamps = numbers.columns[time.position]
+        for start in numbers.blocks:
+            if stamps[start] <= stamps[start - 1]:
+                raise BadInput(
+                    f"its time starts anew here: the file holds {len(starts)} records, one below the other",
+                    file=record.path,
+                    place=f"{record.row_word} {numbers.row[start]}",
+                    remedy="import them one by one with --block 1, --block 2 …",
+                )
+    return numbers
+
+
+def _rows(numbers: Numbers, first: int, last: int) -> Numbers:
+    """Return some rows; what was between blocks is no break of one of them."""
+    return replace(
+        numbers,
+        columns={position: values[first:last] for position, values in numbers.columns.items()},
+        row=numbers.row[first:last],
+        time_s=None if numbers.time_s is None else numbers.time_s[first:last],
+        breaks=[row - first for row in numbers.breaks if first < row < last],
+        blocks=(),
+    )
+
+
+def _check_rate(rate_Hz: float | None, time: Column | None, record: ForeignRecord) -> None:
+    if rate_Hz is not None and not (0.0 < rate_Hz < np.inf):
+        raise BadInput(f"--sample-rate {rate_Hz}: must be positive")
+    if time is not None and rate_Hz is not None:
+        raise BadInput(
+            f"a sample rate is given and there is a time column “{time.header.text}”",
+            file=record.path,
+            place=record.header_place,
+            remedy="leave out the sample rate (--sample-rate, or sample_rate_Hz of the mapping file)",
+        )
+    if time is None and rate_Hz is None and record.row_word != "sample":
+        raise _no_time(record, None)
+
+
+def _no_time(record: ForeignRecord, channel: Column | None) -> BadInput:
+    what = "no column is named “time”" if channel is None else "the channel has no time (no wf_increment)"
+    return BadInput(
+        what,
+        file=record.path,
+        place=record.header_place if channel is None else record.where(channel.position),
+        remedy="say --sample-rate HZ, or which it is by --column time=HEADER; the headers are "
+        f"{quoted(record.headers)}",
+    )
+
+
+def value_findings(base: TimeBase, word: str) -> list[str]:
+    """Return what a user must know of the values: those that are missing or infinite, and their sign."""
+    findings = []
+    for column in base.columns:
+        raw = base.numbers.columns[column.position]
+        with np.errstate(over="ignore"):
+            value = column.coefficients[0] + column.coefficients[1] * raw
+        missing = np.flatnonzero(np.isnan(raw))
+        if len(missing) == len(raw):
+            findings.append(f"{column.name}: the column is empty")
+        elif len(missing):
+            first = base.numbers.row[missing[0]]
+            findings.append(
+                f"{column.name}: {len(missing)} empty or NaN cell(s), the first in {word} {first}"
+            )
+        infinite = np.flatnonzero(np.isinf(value))
+        if len(infinite):
+            first = base.numbers.row[infinite[0]]
+            findings.append(
+                f"{column.name}: {len(infinite)} infinite value(s), which count as none, the first in {word} "
+                f"{first}"
+            )
+        if column.quantity in ("stroke", "force") and _mostly_negative(value):
+            remedy = "without its sign turned" if column.inverted else f"with --invert {column.name}"
+            findings.append(
+                f"{column.name}: mostly negative, and compression is positive here; if the record counts the "
+                f"other way, import it {remedy}"
+            )
+    return findings
+
+
+def _mostly_negative(value: NDArray[np.float64]) -> bool:
+    known = value[np.isfinite(value)]
+    return bool(len(known)) and bool(known.min() < 0 and -known.min() / _MOSTLY > max(known.max(), 0.0))
