@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from foundation.errors import BadInput
 from recording.foreign.heading import NUMBER
 from recording.foreign.moments import Moments
-from recording.foreign.record import Clock, Findings, Floats, Header
+from recording.foreign.record import Clock, Findings, Floats, Header, Reading
 
 NOT_A_NUMBER = "cell(s) that are no number, taken as no value"
 _INFINITE = ("inf", "infinity")
@@ -48,32 +48,18 @@ class CellReader:
     ----------
     positions : sequence of int
         The columns wanted.
-    no_value : frozenset of str
-        Cells that say: no value.
+    reading : Reading
+        What cells say: no value; whether one that cannot be read is one of them.
     sign : str
         Decimal sign.
     clock : Clock or None
         The column that holds dates and times.
-    salvage : bool
-        Whether a cell that cannot be read is no value.
     """
 
-    def __init__(
-        self,
-        positions: Sequence[int],
-        no_value: frozenset[str],
-        sign: str,
-        clock: Clock | None,
-        *,
-        salvage: bool,
-    ) -> None:
-        self._positions, self._no_value, self._sign = positions, no_value, sign
-        self._clock, self._salvage = clock, salvage
-
-    def fitting(self, rows: Sequence[Sequence[str]], sign: str) -> int:
-        """Return how many cells are numbers by a decimal sign."""
-        form = NUMBER[sign]
-        return sum(form.fullmatch(cells[p]) is not None for cells in rows for p in self._positions)
+    def __init__(self, positions: Sequence[int], reading: Reading, sign: str, clock: Clock | None) -> None:
+        self._positions, self._sign, self._clock = positions, sign, clock
+        self._no_value, self._no_numbers = reading.no_value, reading.no_value_numbers
+        self._salvage = reading.salvage
 
     def columns(
         self,
@@ -115,7 +101,8 @@ class CellReader:
             return math.nan
         if NUMBER[self._sign].fullmatch(text) is None:
             return math.inf
-        return float(text.replace(",", "."))
+        number = float(text.replace(",", "."))
+        return math.nan if number in self._no_numbers else number
 
 
 def _infinite(text: str, sign: str) -> bool:

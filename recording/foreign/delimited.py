@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from foundation.errors import BadInput
-from recording.foreign.cells import BadCell, CellReader
+from recording.foreign.cells import NOT_A_NUMBER, BadCell, CellReader
 from recording.foreign.dialect import SEPARATORS, Dialect, detect
 from recording.foreign.moments import Moments
+from recording.foreign.plainrows import PlainReader
 from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
 from recording.foreign.sifting import Form, Sieve, WrongLine, wrong_line
 from recording.foreign.textblocks import TextBlock, text_blocks
+from recording.foreign.thousands import SignWitness, perhaps_thousands
 
 SIGNS = (".", ",")
 
@@ -32,6 +32,8 @@ class _Piece:
     line: NDArray[np.int64]
     headings: Sequence[int] = ()
     left_out: Sequence[int] = ()
+    blank: Sequence[int] = ()
+    """Rows before which there was a heading, a line left out, a blank line."""
 
 
 class DelimitedRecord:
@@ -89,54 +91,65 @@ class DelimitedRecord:
         BadInput
             If a line is no row of the table, or a cell is neither a number nor empty.
         """
+        if self._reading.salvage and self._reading.decimal is None:
+            return [self._salvaged(positions, clock)]
         failures: list[BadCell] = []
-        for sign in self._signs(positions):
+        for sign in self._reading.decimal or SIGNS:
             try:
                 return [self._pass(positions, clock, sign)]
             except BadCell as failure:
                 failures.append(failure)
-        furthest = max(failures, key=lambda failure: failure.line)  # of equals, the first: the point
+        furthest = max(failures, key=lambda failure: (failure.line, failure.position))
         raise furthest.message(self.path, self.headers)
 
-    def _signs(self, positions: Sequence[int]) -> Sequence[str]:
-        """Return the decimal signs to try, one after the other."""
-        if self._reading.decimal is not None:
-            return self._reading.decimal
-        if not self._reading.salvage:
-            return SIGNS
-        block = next(text_blocks(self.path, self.dialect), TextBlock(1, "", cut=False))
-        cells = CellReader(positions, self._form.no_value, ".", None, salvage=True)
-        rows = Sieve(self._form, Findings(self.row_word)).sift(block.text[: 1 << 18], 1, last_is_cut=True)
-        return max(SIGNS, key=lambda sign: cells.fitting(rows.cells, sign))
+    def _salvaged(self, positions: Sequence[int], clock: Clock | None) -> Numbers:
+        """Return the numbers by the decimal sign by which most cells are numbers."""
+        bad: dict[str, int] = {}
+        for sign in SIGNS:
+            numbers = self._pass(positions, clock, sign)
+            bad[sign] = self._findings.count(NOT_A_NUMBER)
+            if not bad[sign]:
+                return numbers
+        best = min(SIGNS, key=lambda sign: bad[sign])
+        return numbers if best == self._decimal else self._pass(positions, clock, best)
 
     def _pass(self, positions: Sequence[int], clock: Clock | None, sign: str) -> Numbers:
         self._decimal, self._findings, self._further = sign, Findings(self.row_word), []
         moments = Moments(clock) if clock else None
-        cells = CellReader(positions, self._form.no_value, sign, clock, salvage=self._reading.salvage)
-        sieve = Sieve(self._form, self._findings)
+        numeric = [position for position in positions if clock is None or position != clock.position]
+        asked = numeric if self._reading.decimal is None else []
+        witnesses = {position: SignWitness(sign) for position in asked}
+        cells = CellReader(positions, self._reading, sign, clock)
+        plain = PlainReader(self._form, self._reading, sign, positions, clock)
+        sieve = Sieve(self._form, self._findings, positions)
         pieces: list[_Piece] = []
         try:
             for block in text_blocks(self.path, self.dialect):
-                piece = None if sieve.waiting else self._fast(block, positions, clock, sign, moments)
-                if piece is None:
+                rows = None if sieve.waiting else plain.read(block.text, moments)
+                if rows is not None:
+                    piece = _Piece(rows.columns, rows.lines + block.first_line, blank=rows.blank)
+                    texts = partial(plain.texts, block.text)
+                else:
                     sifted = sieve.sift(block.text, block.first_line, last_is_cut=block.cut)
                     line = np.array(sifted.line, dtype=np.int64)
                     columns = cells.columns(sifted.cells, line, self._findings, moments)
-                    piece = _Piece(columns, line, sifted.headings, sifted.left_out)
-                elif block.cut:
-                    self._further.append(
-                        "the last line is not ended: the file may be cut short, and its last number with it"
-                    )
+                    piece = _Piece(columns, line, sifted.headings, sifted.left_out, sifted.blank)
+                    texts = partial(_cells_of, sifted.cells)
+                for position, witness in witnesses.items():
+                    values, sign_there = piece.columns[position], sign in block.text
+                    witness.look(values, piece.line, partial(texts, position), sign_there=sign_there)
+                self._note_cut(block, piece)
                 pieces.append(piece)
             sieve.finish()
         except WrongLine as error:
-            raise wrong_line(error, self._form, self.path, SEPARATORS[self._form.separator]) from None
+            raise wrong_line(error, self.path, SEPARATORS[self._form.separator]) from None
         if self.dialect.zeros_at_end:
             self._further.append(
                 f"the file ends in {self.dialect.zeros_at_end} zero byte(s): its end was not written"
             )
         if moments is not None and not moments.zone_is_stated:
             self._further.append("its dates and times state no zone and count as UTC")
+        self._refuse_thousands(witnesses)
         return self._joined(pieces, positions, moments)
 
     def _joined(self, pieces: list[_Piece], positions: Sequence[int], moments: Moments | None) -> Numbers:
@@ -148,87 +161,35 @@ class DelimitedRecord:
         columns = {}
         for position in positions:  # one after the other: no more than one is there twice
             columns[position] = np.concatenate([piece.columns.pop(position) for piece in pieces])
-        headings = [
-            start + row for start, piece in zip(starts, pieces, strict=True) for row in piece.headings
-        ]
-        left_out = [
-            start + row for start, piece in zip(starts, pieces, strict=True) for row in piece.left_out
-        ]
-        inside = [row for row in headings if 0 < row < len(line)]
+        placed = list(zip(starts, pieces, strict=True))
+        headings = {start + row for start, piece in placed for row in piece.headings}
+        left_out = {start + row for start, piece in placed for row in piece.left_out}
+        blank = {start + row for start, piece in placed for row in piece.blank}
+        if blank.issuperset(range(1, len(line))):  # behind every row: a way of ending lines
+            blank.clear()
+        breaks = sorted(row for row in headings | left_out | blank if 0 < row < len(line))
         return Numbers(
             columns=columns,
             row=line,
-            breaks=sorted({*inside, *(row for row in left_out if 0 < row < len(line))}),
-            blocks=sorted(set(inside)),
+            breaks=breaks,
+            blocks=[row for row in breaks if row in headings],
             started=moments.started if moments else None,
         )
 
-    def _fast(
-        self,
-        block: TextBlock,
-        positions: Sequence[int],
-        clock: Clock | None,
-        sign: str,
-        moments: Moments | None,
-    ) -> _Piece | None:
-        """Return a block's rows if all its lines are plain rows, else None."""
-        text = block.text
-        if '"' in text:
-            if '""' in text:
-                return None
-            text = text.replace('"', "")
-        if sign == self._form.separator or (lines := self._plain_lines(text.encode())) is None:
-            return None
-        frame = self._frame(text, positions, clock, sign)
-        if frame is None or len(frame) != len(lines):
-            return None
-        columns: dict[int, Floats] = {}
-        for position in positions:
-            if clock is not None and moments is not None and position == clock.position:
-                texts = frame[position].str.strip().tolist()
-                columns[position], bad = moments.seconds(texts, self._form.no_value)
-                if len(bad):
-                    return None
-            else:
-                columns[position] = frame[position].to_numpy(dtype=np.float64)
-                if np.isinf(columns[position]).any():
-                    return None
-        return _Piece(columns, lines + block.first_line)
+    def _note_cut(self, block: TextBlock, piece: _Piece) -> None:
+        last = block.first_line + block.text.count("\n") - 1
+        if block.cut and len(piece.line) and piece.line[-1] == last:
+            self._further.append(
+                "the last line is not ended: the file may be cut short, and its last number with it"
+            )
 
-    def _frame(
-        self, text: str, positions: Sequence[int], clock: Clock | None, sign: str
-    ) -> pd.DataFrame | None:
-        """Return the columns of plain rows, None if a cell is no number."""
-        numeric = [position for position in positions if clock is None or position != clock.position]
-        options: dict[str, Any] = {
-            "sep": self._form.separator,
-            "header": None,
-            "names": range(len(self.headers)),
-            "usecols": list(positions),
-            "dtype": {position: np.float64 if position in numeric else str for position in positions},
-            "decimal": sign,
-            "keep_default_na": False,
-            "na_values": {position: sorted(self._form.no_value) for position in numeric},
-            "skipinitialspace": True,
-            "index_col": False,
-            "quoting": csv.QUOTE_NONE,
-        }
-        try:
-            frame: pd.DataFrame = pd.read_csv(io.StringIO(text), **options)
-        except ValueError:  # pandas' ParserError is one, too
-            return None
-        return frame
+    def _refuse_thousands(self, witnesses: Mapping[int, SignWitness]) -> None:
+        for position, witness in witnesses.items():
+            if witness.suspect is not None:
+                line, text = witness.suspect
+                place = f"line {line}, column {position + 1} “{self.headers[position].text}”"
+                raise perhaps_thousands(text, self.path, place)
 
-    def _plain_lines(self, body: bytes) -> NDArray[np.int64] | None:
-        """Return the offsets of the rows among some lines, None if one is neither a row nor blank."""
-        text = np.frombuffer(body, dtype=np.uint8)
-        ends = np.flatnonzero(text == ord("\n"))
-        marks = np.flatnonzero(text == ord(self._form.separator))
-        cells = np.diff(np.searchsorted(marks, ends), prepend=0) + 1
-        odd = np.flatnonzero(cells != len(self.headers))
-        starts = np.concatenate([[0], ends[:-1] + 1])
-        if any(body[starts[i] : ends[i]].strip(b" ") for i in odd.tolist()):
-            return None
-        kept = np.ones(len(ends), dtype=bool)
-        kept[odd] = False
-        return np.flatnonzero(kept)
+
+def _cells_of(rows: Sequence[Sequence[str]], position: int, indices: NDArray[np.int64]) -> list[str]:
+    return [rows[index][position] for index in indices.tolist()]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import codecs
-import csv
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from foundation.errors import BadInput
-from recording.foreign.heading import LOOKED_AT, NUMBER, Heading, find_heading, is_data
+from recording.foreign.heading import LOOKED_AT, Heading, find_heading, is_value, names_headers
 from recording.foreign.record import Header, Reading
+from recording.foreign.splitting import text_rows
 
 SEPARATORS = {"\t": "tab", ";": ";", ",": ","}
 """Separators understood, in the order in which they are tried, with their names in messages."""
@@ -70,14 +71,6 @@ class Dialect:
         return tuple(header.text for header in self.headers)
 
 
-def split_line(line: str, separator: str) -> list[str]:
-    """Return the cells of one line, without surrounding spaces and quotes; none of a blank one."""
-    if not line.strip():
-        return []
-    cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
-    return [cell.strip() for cell in cells]
-
-
 def detect(path: Path, reading: Reading | None = None) -> Dialect:
     """Find out how a file is written.
 
@@ -122,11 +115,13 @@ def _zeros_at_end(path: Path, size: int) -> int:
 
 
 def _codec(raw: bytes, path: Path, reading: Reading) -> str:
-    if reading.encoding is not None:
-        return reading.encoding
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16"
+    marked = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
     text = raw.rstrip(b"\0")
+    if reading.encoding is not None:
+        unmarked = reading.encoding == "utf-16" and not marked
+        return _utf16_without_mark(text[:4096], path) if unmarked else reading.encoding
+    if marked:
+        return "utf-16"
     if b"\0" in text[:4096]:
         return _utf16_without_mark(text[:4096], path)
     if raw.startswith(b"\xef\xbb\xbf"):
@@ -153,7 +148,15 @@ def _utf16_without_mark(sample: bytes, path: Path) -> str:
         return "utf-16-le"
     if odd == 0 and even > len(sample) // 4:
         return "utf-16-be"
-    raise BadInput("this is no text file", file=path, remedy="export the record as CSV")
+    if not sample.count(0):
+        raise wrong_encoding(path, "utf-16", 1)
+    line = sample[: sample.index(0)].count(b"\n") + 1
+    raise BadInput(
+        "bytes of zero inside it: this is no text file",
+        file=path,
+        place=f"line {line}",
+        remedy="export the record as CSV",
+    )
 
 
 def _decoded_head(raw: bytes, codec: str, path: Path) -> str:
@@ -167,7 +170,7 @@ def _decoded_head(raw: bytes, codec: str, path: Path) -> str:
 def wrong_encoding(path: Path, codec: str, line: int) -> BadInput:
     """Return the message for bytes that are not of the encoding that the file is in."""
     return BadInput(
-        f"bytes that are no {ENCODINGS[codec]}",
+        f"bytes that are no {ENCODINGS[codec].removesuffix(' with BOM')}",
         file=path,
         place=f"line {line}",
         remedy="save it anew as UTF-8",
@@ -179,10 +182,12 @@ def _by_separator(lines: list[str], path: Path, reading: Reading, codec: str, ze
     separators = [reading.separator] if reading.separator else list(SEPARATORS)
     found: list[tuple[Dialect, int]] = []
     for separator in separators:
-        rows = [[] if line.lstrip().startswith("#") else split_line(line, separator) for line in lines]
+        rows, further = _rows(lines, separator)
         heading = find_heading(rows, reading)
         if heading is None or len(heading.headers) < 2:
             continue
+        while heading.first_row in further:  # a header with a line break in it
+            heading = replace(heading, first_row=heading.first_row + 1)
         following = [row for row in rows[heading.first_row :] if row]
         fitting = sum(len(row) == len(heading.headers) for row in following)
         found.append((_dialect(heading, lines, separator, codec, zeros), fitting - len(following)))
@@ -192,6 +197,17 @@ def _by_separator(lines: list[str], path: Path, reading: Reading, codec: str, ze
     chosen = whole[0] if whole else max(found, key=lambda item: (item[1], len(item[0].headers)))[0]
     _refuse_numbers_as_headers(chosen, path, reading)
     return chosen
+
+
+def _rows(lines: Sequence[str], separator: str) -> tuple[list[list[str]], set[int]]:
+    """Return the cells that begin in each line (none of a remark or a blank line), and which lines go on."""
+    cells: list[list[str]] = [[] for _ in lines]
+    further: set[int] = set()
+    for row in text_rows(["" if line.lstrip().startswith("#") else f"{line}\n" for line in lines], separator):
+        if lines[row.line].strip():
+            cells[row.line] = row.cells if row.cells != [""] else []
+        further.update(range(row.line + 1, row.line + row.lines))
+    return cells, further
 
 
 def _dialect(heading: Heading, lines: list[str], separator: str, codec: str, zeros: int) -> Dialect:
@@ -223,15 +239,16 @@ def _no_columns(lines: list[str], path: Path, reading: Reading) -> BadInput:
 
 
 def _refuse_numbers_as_headers(dialect: Dialect, path: Path, reading: Reading) -> None:
+    """Refuse a header row that is a row of the table: what looks like one would be lost as a header."""
     texts = dialect.header_texts
     if dialect.header_line is None or reading.header_line is not None:
         return
-    if all(any(form.fullmatch(text) for form in NUMBER.values()) for text in texts) or is_data(
-        texts, frozenset(("",))
-    ):
+    if any(is_value(text, frozenset()) for text in texts) and not names_headers(texts, reading.expected):
         raise BadInput(
-            "no header row: this line holds numbers only",
+            "no header row: this line holds numbers"
+            + (" only" if all(is_value(text, frozenset(("",))) for text in texts) else ""),
             file=path,
             place=f"line {dialect.header_line}",
-            remedy="put a row like “time [s],stroke [mm],force [kN]” before the numbers",
+            remedy="put a row like “time [s],stroke [mm],force [kN]” before the numbers; or say header_line "
+            "in a mapping file (0: there is none)",
         )

@@ -41,6 +41,11 @@ class Heading:
     headers: tuple[Header, ...]
 
 
+def is_number(cell: str) -> bool:
+    """Tell whether a cell is a number by one decimal sign or the other."""
+    return any(form.fullmatch(cell) for form in NUMBER.values())
+
+
 def is_value(cell: str, no_value: frozenset[str]) -> bool:
     """Tell whether a cell may be a number, a date or no value, rather than a text."""
     return cell in no_value or _VALUE.fullmatch(cell) is not None
@@ -122,23 +127,36 @@ def _without_header(rows: Sequence[Sequence[str]], reading: Reading) -> Heading 
 
 
 def _named(rows: Sequence[Sequence[str]], expected: Sequence[str]) -> int | None:
+    """Return the first row that names the headers; if all such rows hold values, the first of them."""
+    named = [index for index, cells in enumerate(rows) if names_headers(cells, expected)]
+    return next((index for index in named if not _holds_values(rows[index])), next(iter(named), None))
+
+
+def names_headers(cells: Sequence[str], expected: Sequence[str]) -> bool:
+    """Tell whether a row holds all headers that the user names, or stroke and force by name."""
     wanted = [text.strip().lower() for text in expected]
-    for index, cells in enumerate(rows):
-        lowered = {cell.lower() for cell in cells} | {split_header(cell)[0].lower() for cell in cells}
-        if wanted and all(text in lowered for text in wanted):
-            return index
-        names = [full_name(split_header(cell)[0]) for cell in cells]
-        if all(name in names for name in REQUIRED):
-            return index
-    return None
+    lowered = {cell.lower() for cell in cells} | {split_header(cell)[0].lower() for cell in cells}
+    if wanted and all(text in lowered for text in wanted):
+        return True
+    names = [full_name(split_header(cell)[0]) for cell in cells]
+    return all(name in names for name in REQUIRED)
+
+
+def _holds_values(cells: Sequence[str]) -> bool:
+    return any(_VALUE.fullmatch(cell) for cell in cells)
 
 
 def _before_data(rows: Sequence[Sequence[str]], no_value: frozenset[str]) -> int | None:
-    """Return the last row of texts before the first row of values that has as many cells."""
+    """Return the last row of texts before the first row of values that has as many cells.
+
+    A row of values and texts (a remark, “OVER”) is a row of the table as well, and no heading.
+    """
     for index, cells in enumerate(rows):
         if len(cells) < 2 or not is_data(cells, no_value):
             continue
         above = [i for i in range(index) if rows[i]]
+        while above and abs(len(rows[above[-1]]) - len(cells)) <= 1 and _holds_values(rows[above[-1]]):
+            above.pop()
         if above and is_units(rows[above[-1]]):
             above.pop()
         if above and abs(len(rows[above[-1]]) - len(cells)) <= 1 and not is_data(rows[above[-1]], no_value):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any, Protocol
 from zoneinfo import ZoneInfo
@@ -96,7 +97,8 @@ class Reading:
     header_line, units_line, first_line : int, optional
         Lines (rows of a sheet), from 1; header_line 0: there is none.
     missing : sequence of str
-        Cells that mean: no value; besides those of ``MISSING``.
+        Cells that mean: no value; besides those of ``MISSING``. One that is a number stands for that number
+        in any way of writing.
     sheet : str, optional
         Of a workbook.
     groups : sequence of str
@@ -124,6 +126,18 @@ class Reading:
     def no_value(self) -> frozenset[str]:
         """Get the cells that mean: no value."""
         return frozenset((*MISSING, *self.missing))
+
+    @property
+    def no_value_numbers(self) -> frozenset[float]:
+        """Get the numbers among them: −9999 is meant however many digits it is written with."""
+        return frozenset(number for text in self.missing if isfinite(number := _number(text)))
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return nan
 
 
 class ForeignRecord(Protocol):
@@ -169,6 +183,10 @@ class Findings:
     def note(self, what: str, row: int) -> None:
         """Note one occurrence in a row (from 1)."""
         self._seen.setdefault(what, []).append(row)
+
+    def count(self, what: str) -> int:
+        """Return how often something was noted."""
+        return len(self._seen.get(what, ()))
 
     def texts(self) -> list[str]:
         """Return the sentences, in the order in which they were first noted."""

@@ -8,13 +8,17 @@ from pathlib import Path
 from typing import TextIO
 
 from foundation.errors import BadInput
-from recording.foreign.dialect import Dialect, split_line, wrong_encoding
+from recording.foreign.dialect import Dialect, wrong_encoding
 from recording.foreign.heading import is_data
 from recording.foreign.record import MISSING
+from recording.foreign.splitting import split_line
 
 BLOCK_CHARACTERS = 1 << 23
 _MOST_FURTHER_LINES = 1000
 _PLAIN = frozenset(MISSING)
+_BYTE_ORDER_MARK = "\ufeff"
+_END_OF_FILE = "\x1a"
+"""What programs of DOS times put behind the last line."""
 
 
 @dataclass(frozen=True)
@@ -46,15 +50,22 @@ def text_blocks(path: Path, dialect: Dialect) -> Iterator[TextBlock]:
                 number += 1
             while text := stream.read(BLOCK_CHARACTERS):
                 text += _rest(text, stream, dialect.separator)
-                stripped = text.rstrip("\0")
-                block = TextBlock(number, _ended(stripped), bool(stripped) and not stripped.endswith("\n"))
+                kept = _kept(text)
+                block = TextBlock(number, _ended(kept), bool(kept) and not kept.endswith("\n"))
                 number += text.count("\n")
-                if stripped:
+                if kept:
                     yield block
     except UnicodeDecodeError:
         raise wrong_encoding(path, dialect.codec, number) from None
     except OSError as error:
         raise BadInput(f"cannot be read: {error.strerror}", file=path, remedy="check the path") from None
+
+
+def _kept(text: str) -> str:
+    """Return text without what is none: marks where files were joined, what stands behind the end."""
+    kept = text.replace(_BYTE_ORDER_MARK, "").rstrip("\0")
+    ended = kept.rstrip("\n")
+    return ended.rstrip(_END_OF_FILE) if ended.endswith(_END_OF_FILE) else kept
 
 
 def _ended(text: str) -> str:

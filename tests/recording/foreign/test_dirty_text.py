@@ -3,56 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from foundation.errors import BadInput
-from recording.foreign import textblocks
-from recording.foreign.importing import Imported, import_file
-from recording.foreign.wanted import ImportOptions
-from recording.run import Run
-from recording.runfile import open_run
 
-HEADER = "time [s],stroke [mm],force [kN]"
-
-
-def write(tmp_path: Path, text: str | bytes, name: str = "record.csv") -> Path:
-    path = tmp_path / name
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
-
-
-def lines(*rows: str) -> str:
-    return "".join(f"{row}\n" for row in rows)
-
-
-def read(path: Path, **options: Any) -> tuple[Run, tuple[str, ...]]:
-    made: Imported = import_file(path, path.parent / "out", ImportOptions(kind="harmonic", **options))
-    return open_run(made.path), made.warnings
-
-
-def refused(path: Path, **options: Any) -> str:
-    with pytest.raises(BadInput) as caught:
-        read(path, **options)
-    assert not (path.parent / "out").exists()
-    message = caught.value.message()
-    assert message.startswith(str(path.parent))
-    return message
-
-
-def values(run: Run, channel: str) -> list[float]:
-    return [float(value) for value in run.series(channel).value]
-
-
-@pytest.fixture(params=["whole", "small blocks"])
-def block_size(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Read in one block, and in blocks of a few characters: the result must be the same."""
-    if request.param == "small blocks":
-        monkeypatch.setattr(textblocks, "BLOCK_CHARACTERS", 20)
-    return str(request.param)
-
+from .texts import HEADER, lines, read, refused, values, write
 
 # --- headings -----------------------------------------------------------------------------------------
 
