@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import date, datetime, time, timedelta
+from datetime import date, time, timedelta
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,13 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.foreign.cells import NOT_A_NUMBER, BadCell
 from recording.foreign.channel_groups import missing_library, of_library
 from recording.foreign.columns import DATE_TIME
 from recording.foreign.heading import LOOKED_AT, NUMBER, find_heading, is_units
 from recording.foreign.moments import Moments
 from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
+from recording.foreign.sheet_cells import TIMES, SheetCells
 
-_TEXT_NUMBERS = "number(s) stored as text"
-_TIMES = datetime | time | timedelta
 _HEADINGS = "header row(s) inside the data"
 
 
@@ -54,7 +52,7 @@ class ExcelRecord:
                 "no header row with at least two columns", file=path, place=f"sheet “{self._sheet}”"
             )
         dated = {
-            i for row in first[heading.first_row :] for i, cell in enumerate(row) if isinstance(cell, _TIMES)
+            i for row in first[heading.first_row :] for i, cell in enumerate(row) if isinstance(cell, TIMES)
         }
         self._heading = heading
         self.headers: tuple[Header, ...] = tuple(
@@ -105,16 +103,13 @@ class ExcelRecord:
         if not rows:
             raise BadInput("no numbers below the header row", file=self.path, place=self.header_place)
         self._refuse_formulas(positions, rows, table)
+        cells = SheetCells(self.path, self.headers, rows, self._reading, self._findings)
         moments = Moments(clock) if clock else None
         columns: dict[int, Floats] = {}
-        try:
-            for position in positions:
-                if clock is not None and moments is not None and position == clock.position:
-                    columns[position] = self._times(table[position], rows, position, moments)
-                else:
-                    columns[position] = self._column(table[position], rows, position)
-        except BadCell as failure:
-            raise failure.message(self.path, self.headers, self.row_word) from None
+        if clock is not None and moments is not None:
+            columns[clock.position] = cells.times(table.pop(clock.position), clock.position, moments)
+        columns |= cells.numbers(table)
+        self._decimal = cells.decimal
         if moments is not None and moments.started is not None and not moments.zone_is_stated:
             self._further.append("its dates and times state no zone and count as UTC")
         inside = [row for row in headings if 0 < row < len(rows)]
@@ -202,48 +197,6 @@ class ExcelRecord:
                             remedy="open the workbook in Excel or LibreOffice, and save it",
                         )
 
-    def _column(self, cells: Sequence[Any], rows: Sequence[int], position: int) -> Floats:
-        values = np.empty(len(cells))
-        for index, cell in enumerate(cells):
-            if isinstance(cell, int | float) and not isinstance(cell, bool):
-                values[index] = cell
-            elif cell is None or (isinstance(cell, str) and cell.strip() in self._no_value):
-                values[index] = np.nan
-            else:
-                values[index] = self._of_text(cell, rows[index], position)
-        return values
-
-    def _of_text(self, cell: object, row: int, position: int) -> float:
-        text = cell.strip() if isinstance(cell, str) else str(cell)
-        signs = self._reading.decimal or self._decimal or ".,"
-        for sign in signs:
-            if isinstance(cell, str) and NUMBER[sign].fullmatch(text):
-                if text.lstrip("+-").isdigit() is False:
-                    self._decimal = sign
-                self._findings.note(_TEXT_NUMBERS, row)
-                return float(text.replace(",", "."))
-        if not self._reading.salvage:
-            raise BadCell(row, position, text, signs[0])
-        self._findings.note(NOT_A_NUMBER, row)
-        return float("nan")
-
-    def _times(self, cells: Sequence[Any], rows: Sequence[int], position: int, moments: Moments) -> Floats:
-        """Return the times of a column of dates and times."""
-        if any(isinstance(cell, str) for cell in cells):
-            texts = ["" if cell is None else str(cell).strip() for cell in cells]
-            seconds, bad = moments.seconds(texts, self._no_value)
-            wrong = bad.tolist()
-        else:
-            wrong = [i for i, cell in enumerate(cells) if not isinstance(cell, _TIMES | None)]
-            stamps = [cell if isinstance(cell, _TIMES) else None for cell in cells]
-            ns = np.array([_stamp(cell) for cell in stamps], dtype="datetime64[ns]").astype(np.int64)
-            seconds = moments.since_first(ns, aware=False)
-        for index in wrong:
-            if not self._reading.salvage:
-                raise BadCell(rows[index], position, str(cells[index]), "")
-            self._findings.note(NOT_A_NUMBER, rows[index])
-        return seconds
-
     def _rows(self, book: Any) -> Iterator[tuple[Any, ...]]:
         with of_library(self.path, "workbook", f"sheet “{self._sheet}”"):
             yield from _cells(book[self._sheet])
@@ -265,16 +218,6 @@ class ExcelRecord:
                 yield book
             finally:
                 book.close()
-
-
-def _stamp(cell: datetime | time | timedelta | None) -> np.datetime64:
-    if cell is None:
-        return np.datetime64("NaT", "ns")
-    if isinstance(cell, datetime):
-        return np.datetime64(cell, "ns")
-    midnight = datetime(1900, 1, 1)  # noqa: DTZ001 - a time without a date, and so without a zone
-    since = cell if isinstance(cell, timedelta) else datetime.combine(midnight, cell) - midnight
-    return np.datetime64(midnight + since, "ns")
 
 
 def _sheet(book: Any, asked: str | None, path: Path) -> str:

@@ -1,11 +1,10 @@
-"""TDMS, MDF and Excel as they come from real rigs: read right, or refused with the place."""
+"""TDMS and MDF as they come from real rigs: read right, or refused with the place."""
 
 from __future__ import annotations
 
 import shutil
 import struct
 import sys
-from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -13,33 +12,17 @@ import numpy as np
 import pytest
 from asammdf import MDF, Signal
 from nptdms import ChannelObject, TdmsWriter
-from openpyxl import Workbook
 
 from foundation.errors import BadInput
 from recording.foreign.importing import import_file
 from recording.foreign.wanted import ImportOptions
-from recording.run import Run
-from recording.runfile import open_run
 
 from . import makers
+from .attempts import read, refused
 
 WAVE = {"wf_increment": 0.01, "unit_string": "mm"}
 KN = {"wf_increment": 0.01, "unit_string": "kN"}
 RAMP = np.arange(50.0)
-
-
-def read(path: Path, **options: Any) -> tuple[Run, tuple[str, ...]]:
-    made = import_file(path, path.parent / "out", ImportOptions(kind="harmonic", **options))
-    return open_run(made.path), made.warnings
-
-
-def refused(path: Path, **options: Any) -> str:
-    with pytest.raises(BadInput) as caught:
-        read(path, **options)
-    assert not (path.parent / "out").exists()
-    message = caught.value.message()
-    assert message.startswith((str(path), "--"))
-    return message
 
 
 # --- TDMS ---------------------------------------------------------------------------------------------
@@ -244,83 +227,6 @@ def test_mdf_channels_that_are_texts(tmp_path: Path) -> None:
     words = signal("force", np.array([b"low", b"high"] * 25), "kN", encoding="utf-8")
     path = mdf(tmp_path / "record.mf4", [signal("stroke", RAMP, "mm"), words])
     assert "channel “force”: its samples are no numbers" in refused(path)
-
-
-# --- Excel --------------------------------------------------------------------------------------------
-
-
-def book(tmp_path: Path, sheets: dict[str, list[list[Any]]]) -> Path:
-    path = tmp_path / "record.xlsx"
-    workbook = Workbook()
-    workbook.remove(workbook.active)
-    for title, rows in sheets.items():
-        sheet = workbook.create_sheet(title)
-        for row in rows:
-            sheet.append(row)
-    workbook.save(path)
-    return path
-
-
-HEAD = ["time [s]", "stroke [mm]", "force [kN]"]
-ROWS: list[list[Any]] = [[0, 1, 2], [1, 2.5, 3], [2, 3, 4]]
-
-
-def test_several_sheets_are_named_or_refused(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Info": [["Rig 3"]], "Data": [HEAD, *ROWS], "Nothing": []})
-    assert "2 sheets hold something; say which by --sheet; they are “Info”, “Data”, “Nothing”" in refused(
-        path
-    )
-    assert "no sheet is named “data”; the sheets are “Info”" in refused(path, sheet="data")
-    run, _ = read(path, sheet="Data")
-    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0]
-    assert run.metadata["original"]["sheet"] == "Data"
-
-
-def test_formulas_count_by_their_stored_values(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "=B2*2", 3], [2, 3, 4]]})
-    assert "sheet “Data”, cell B3: a formula whose value is not stored; open the workbook" in refused(path)
-
-
-def test_cells_of_a_sheet_that_are_no_numbers(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "#DIV/0!", 3], [2, 3, True]]})
-    assert "row 3, column 2 “stroke [mm]”: “#DIV/0!” is no number" in refused(path)
-    run, warnings = read(path, salvage=True)
-    assert np.array_equal(run.series("stroke").value, [1.0, np.nan, 3.0], equal_nan=True)
-    assert "2 cell(s) that are no number, taken as no value, the first in row 3" in warnings
-
-
-def test_numbers_stored_as_texts(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, [0, "1,5", "2"], [1, "2,5", "3"], [2, 3.5, "4"]]})
-    run, warnings = read(path)
-    assert run.series("stroke").value.tolist() == [1.5, 2.5, 3.5]
-    assert "5 number(s) stored as text, the first in row 2" in warnings
-
-
-def test_a_sheet_with_dates_and_headings_inside(tmp_path: Path) -> None:
-    start = datetime(2026, 3, 5, 14, 2, 11)  # noqa: DTZ001 - Excel knows no zones
-    rows = [[start + timedelta(milliseconds=20 * i), i, 2 * i] for i in range(6)]
-    head, units = ["time", "stroke", "force"], [None, "mm", "kN"]
-    path = book(tmp_path, {"Data": [head, units, *rows[:3], [], head, units, *rows[3:]]})
-    run, warnings = read(path)
-    assert run.series("force").time_s == pytest.approx(np.arange(6) * 0.02, abs=1e-9)
-    assert run.metadata["run"]["started_utc"] == "2026-03-05T14:02:11+00:00"
-    assert "1 header row(s) inside the data, the first in row 7" in warnings
-    assert "its dates and times state no zone and count as UTC" in warnings
-
-
-def test_a_row_of_text_inside_a_sheet(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, *ROWS, ["operator stopped"], [3, 4, 5]]})
-    assert "sheet “Data”, row 5: a row of text inside the data" in refused(path)
-    run, _ = read(path, salvage=True)
-    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0, 4.0]
-
-
-def test_workbooks_that_are_none(tmp_path: Path) -> None:
-    path = tmp_path / "record.xls"
-    path.write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600)
-    assert "a workbook in the old Excel format (.xls); save it as .xlsx" in refused(path)
-    assert "the workbook is empty" in refused(book(tmp_path, {"Data": []}))
-    assert "no header row" in refused(book(tmp_path, {"Data": ROWS}))
 
 
 # --- kinds --------------------------------------------------------------------------------------------

@@ -1,0 +1,154 @@
+"""Excel workbooks as people fill them: read right, or refused with the cell."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import numpy as np
+import pytest
+from openpyxl import Workbook
+
+from recording.foreign.excel import ExcelRecord
+from recording.foreign.record import Reading
+
+from .attempts import mapping, read, refused
+
+
+def book(tmp_path: Path, sheets: dict[str, list[list[Any]]]) -> Path:
+    path = tmp_path / "record.xlsx"
+    workbook = Workbook()
+    workbook.remove(workbook.active)
+    for title, rows in sheets.items():
+        sheet = workbook.create_sheet(title)
+        for row in rows:
+            sheet.append(row)
+    workbook.save(path)
+    return path
+
+
+def rewritten(path: Path, old: str, new: str) -> None:
+    """Change the XML of the first sheet, to what openpyxl does not write."""
+    with ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    sheet = "xl/worksheets/sheet1.xml"
+    text = parts[sheet].decode()
+    assert old in text
+    parts[sheet] = text.replace(old, new).encode()
+    with ZipFile(path, "w") as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+
+
+HEAD = ["time [s]", "stroke [mm]", "force [kN]"]
+ROWS: list[list[Any]] = [[0, 1, 2], [1, 2.5, 3], [2, 3, 4]]
+
+
+def test_several_sheets_are_named_or_refused(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Info": [["Rig 3"]], "Data": [HEAD, *ROWS], "Nothing": []})
+    assert "2 sheets hold something; say which by --sheet; they are “Info”, “Data”, “Nothing”" in refused(
+        path
+    )
+    assert "no sheet is named “data”; the sheets are “Info”" in refused(path, sheet="data")
+    run, _ = read(path, sheet="Data")
+    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0]
+    assert run.metadata["original"]["sheet"] == "Data"
+
+
+def test_formulas_count_by_their_stored_values(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "=B2*2", 3], [2, 3, 4]]})
+    assert "sheet “Data”, cell B3: a formula whose value is not stored; open the workbook" in refused(path)
+
+
+def test_cells_of_a_sheet_that_are_no_numbers(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "#DIV/0!", 3], [2, 3, True]]})
+    assert "row 3, column 2 “stroke [mm]”: “#DIV/0!” is no number" in refused(path)
+    run, warnings = read(path, salvage=True)
+    assert np.array_equal(run.series("stroke").value, [1.0, np.nan, 3.0], equal_nan=True)
+    assert "2 cell(s) that are no number, taken as no value, the first in row 3" in warnings
+
+
+def test_numbers_stored_as_texts(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, "1,5", "2"], [1, "2,5", "3"], [2, 3.5, "4"]]})
+    run, warnings = read(path)
+    assert run.series("stroke").value.tolist() == [1.5, 2.5, 3.5]
+    assert "5 number(s) stored as text, the first in row 2" in warnings
+
+
+def test_a_sheet_with_dates_and_headings_inside(tmp_path: Path) -> None:
+    start = datetime(2026, 3, 5, 14, 2, 11)  # noqa: DTZ001 - Excel knows no zones
+    rows = [[start + timedelta(milliseconds=20 * i), i, 2 * i] for i in range(6)]
+    head, units = ["time", "stroke", "force"], [None, "mm", "kN"]
+    path = book(tmp_path, {"Data": [head, units, *rows[:3], [], head, units, *rows[3:]]})
+    run, warnings = read(path)
+    assert run.series("force").time_s == pytest.approx(np.arange(6) * 0.02, abs=1e-9)
+    assert run.metadata["run"]["started_utc"] == "2026-03-05T14:02:11+00:00"
+    assert "1 header row(s) inside the data, the first in row 7" in warnings
+    assert "its dates and times state no zone and count as UTC" in warnings
+
+
+def test_a_row_of_text_inside_a_sheet(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, *ROWS, ["operator stopped"], [3, 4, 5]]})
+    assert "sheet “Data”, row 5: a row of text inside the data" in refused(path)
+    run, _ = read(path, salvage=True)
+    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0, 4.0]
+
+
+def test_workbooks_that_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "record.xls"
+    path.write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600)
+    assert "a workbook in the old Excel format (.xls); save it as .xlsx" in refused(path)
+    assert "the workbook is empty" in refused(book(tmp_path, {"Data": []}))
+    assert "no header row" in refused(book(tmp_path, {"Data": ROWS}))
+
+
+# --- numbers, missing values, thousands ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "cells", [["950", "1,234", "1,300"], [950, "1,234", "-12,300"], ["950", "1.234", "1.300"]]
+)
+def test_a_sign_that_may_separate_thousands_is_refused(tmp_path: Path, cells: list[Any]) -> None:
+    path = book(tmp_path, {"Data": [HEAD, *([i, cell, 2] for i, cell in enumerate(cells))]})
+    message = refused(path)
+    assert f"row 3, column 2 “stroke [mm]”: “{cells[1]}” may be 1234, with “{cells[1][1]}” between" in message
+    assert "state “decimal” in a mapping file, or export without thousands separators" in message
+    assert "may be 1234" in refused(path, salvage=True)
+    stated = mapping(path, "[file]", f'decimal = "{cells[1][1]}"')
+    assert read(path, mapping=stated)[0].series("stroke").value[1] == 1.234
+
+
+@pytest.mark.parametrize(
+    ("cells", "values"),
+    [
+        (["1,234", "12,345", "1,300"], [1.234, 12.345, 1.3]),  # every number has the sign
+        (["950", "0,998", "1,300"], [950.0, 0.998, 1.3]),  # no thousands begin with 0
+        (["950", "1,234", "1,5"], [950.0, 1.234, 1.5]),  # nor have one digit
+        ([950, "1234,567", 2.5], [950.0, 1234.567, 2.5]),
+    ],
+)
+def test_a_sign_that_cannot_separate_thousands_is_a_decimal_sign(
+    tmp_path: Path, cells: list[Any], values: list[float]
+) -> None:
+    path = book(tmp_path, {"Data": [HEAD, *([i, cell, 2] for i, cell in enumerate(cells))]})
+    run, _ = read(path)
+    assert run.series("stroke").value.tolist() == values
+    assert run.metadata["original"]["decimal"] == ","
+
+
+def test_a_stated_number_means_no_value_however_it_is_written(tmp_path: Path) -> None:
+    cells = [1.5, -9999, -9999.0, "-9999", "-9999.00", "n/a", -999.9]
+    path = book(tmp_path, {"Data": [HEAD, *([i, cell, 2] for i, cell in enumerate(cells))]})
+    run, warnings = read(path, mapping=mapping(path, "[file]", 'missing = ["-9999", "n/a"]'))
+    expected = [1.5, *[np.nan] * 5, -999.9]
+    assert np.array_equal(run.series("stroke").value, expected, equal_nan=True)
+    assert "stroke_1: 5 empty or NaN cell(s), the first in row 3" in warnings
+
+
+def test_an_integer_too_long_for_a_number_is_infinite(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, 777, 3]]})
+    rewritten(path, "<v>777</v>", f"<v>{'9' * 400}</v>")
+    (numbers,) = ExcelRecord(path, Reading()).read([1, 2])
+    assert numbers.columns[1].tolist() == [1.0, np.inf]
