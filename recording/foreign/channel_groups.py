@@ -8,10 +8,14 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from foundation.errors import BadInput
 from recording.foreign.heading import NUMBER
-from recording.foreign.record import Reading
+from recording.foreign.record import Floats, Reading
 
 
 @contextmanager
@@ -82,6 +86,20 @@ def missing_numbers(reading: Reading) -> frozenset[float]:
         for text in map(str.strip, reading.missing)
         if any(NUMBER[sign].fullmatch(text) for sign in signs)
     )
+
+
+def as_numbers(samples: NDArray[Any], missing: frozenset[float]) -> Floats:
+    """Return samples as floats, NaN where one is a number that means: no value.
+
+    Such a number is compared as the samples' type holds it: -9999.9 in single precision is -9999.900391.
+    """
+    values = samples.astype(np.float64)
+    if missing:
+        kind = samples.dtype if samples.dtype.kind == "f" else np.float64
+        with np.errstate(over="ignore"):
+            stated = np.array(sorted(missing)).astype(kind).astype(np.float64)
+        values[np.isin(values, stated[np.isfinite(stated)])] = np.nan
+    return values
 
 
 def chosen_groups(there: Sequence[str], asked: Sequence[str], path: Path) -> list[str]:

@@ -15,7 +15,17 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.foreign.channel_groups import chosen_groups, groups_place, missing_library, of_library, quiet
+from foundation.units import to_inside
+from recording.foreign.channel_groups import (
+    as_numbers,
+    chosen_groups,
+    groups_place,
+    missing_library,
+    missing_numbers,
+    of_library,
+    quiet,
+)
+from recording.foreign.columns import spelled
 from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
 
 _TIME = 1
@@ -27,6 +37,14 @@ class _Channel:
     group: str
     group_index: int
     index: int
+
+
+@dataclass(frozen=True)
+class _Master:
+    """When the samples of a group were taken, and the unit in which its master channel says so."""
+
+    time_s: Floats
+    unit: str
 
 
 class MdfRecord:
@@ -43,6 +61,7 @@ class MdfRecord:
     def __init__(self, path: Path, reading: Reading) -> None:
         self.path, self._reading = path, reading
         self._findings: list[str] = []
+        self._missing = missing_numbers(reading)
         self._unfinalised = _is_unfinalised(path)
         if self._unfinalised:
             self._findings.append("the file was not finalised: the recording may have been cut short")
@@ -96,34 +115,35 @@ class MdfRecord:
         """
         del clock  # the master channel is the time
         groups: dict[int, dict[int, Floats]] = {}
-        masters: dict[int, Floats] = {}
+        masters: dict[int, _Master] = {}
         with self._opened() as file:
             for position in positions:
                 number = self._channels[position].group_index
                 if number not in masters:
                     masters[number] = self._master(file, position)
                 groups.setdefault(number, {})[position] = self._values(file, position)
-        bases: list[tuple[Floats, dict[int, Floats]]] = []
+        bases: list[tuple[_Master, dict[int, Floats]]] = []
         for number, columns in groups.items():
-            for time_s, members in bases:
-                if np.array_equal(time_s, masters[number], equal_nan=True):
+            for master, members in bases:
+                if np.array_equal(master.time_s, masters[number].time_s, equal_nan=True):
                     members.update(columns)
                     break
             else:
                 bases.append((masters[number], dict(columns)))
-        return [self._numbers(time_s, columns) for time_s, columns in bases]
+        return [self._numbers(master, columns) for master, columns in bases]
 
-    def _numbers(self, time_s: Floats, columns: dict[int, Floats]) -> Numbers:
-        shortest = min([len(time_s), *(len(values) for values in columns.values())])
+    def _numbers(self, master: _Master, columns: dict[int, Floats]) -> Numbers:
+        shortest = min([len(master.time_s), *(len(values) for values in columns.values())])
         return Numbers(
             columns={position: values[:shortest] for position, values in columns.items()},
             row=np.arange(1, shortest + 1, dtype=np.int64),
-            time_s=time_s[:shortest],
-            time_from="master channel",
+            time_s=master.time_s[:shortest],
+            time_from="master channel" if master.unit == "s" else f"master channel in {master.unit}",
             started=self._started,
         )
 
-    def _master(self, file: Any, position: int) -> Floats:
+    def _master(self, file: Any, position: int) -> _Master:
+        """Return the time of a channel's group, in seconds whatever its unit."""
         number = self._channels[position].group_index
         index = file.masters_db.get(number)
         if index is None:
@@ -137,8 +157,18 @@ class MdfRecord:
                 file=self.path,
                 place=self.where(position),
             )
+        unit = spelled(_unit(channel)) or "s"
         with of_library(self.path, "MDF file", self.where(position)):
-            return np.asarray(file.get_master(number), dtype=np.float64)
+            stamps = np.asarray(file.get_master(number), dtype=np.float64)
+        try:
+            return _Master(to_inside(stamps, "time", unit), unit)
+        except BadInput as error:
+            raise BadInput(
+                f"{error.problem} (master channel “{channel.name}”)",
+                file=self.path,
+                place=f"group “{self._channels[position].group}”",
+                remedy="export the record with its time in seconds",
+            ) from None
 
     def _values(self, file: Any, position: int) -> Floats:
         channel = self._channels[position]
@@ -148,7 +178,7 @@ class MdfRecord:
         samples = np.asarray(signal.samples)
         if samples.dtype.kind not in "iuf" or samples.ndim != 1:
             raise BadInput("its samples are no numbers", file=self.path, place=self.where(position))
-        values = samples.astype(np.float64)
+        values = as_numbers(samples, self._missing)
         invalid = signal.invalidation_bits
         if invalid is not None:
             values[np.asarray(invalid, dtype=bool)] = np.nan

@@ -12,7 +12,15 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.foreign.channel_groups import chosen_groups, groups_place, missing_library, of_library, quiet
+from recording.foreign.channel_groups import (
+    as_numbers,
+    chosen_groups,
+    groups_place,
+    missing_library,
+    missing_numbers,
+    of_library,
+    quiet,
+)
 from recording.foreign.moments import Moments
 from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
 
@@ -52,6 +60,7 @@ class TdmsRecord:
     def __init__(self, path: Path, reading: Reading) -> None:
         self.path, self._reading = path, reading
         self._findings: list[str] = []
+        self._missing = missing_numbers(reading)
         with self._opened() as file, of_library(path, "TDMS file"):
             all_groups = [group.name for group in file.groups()]
             self._groups = chosen_groups(all_groups, reading.groups, path)
@@ -156,7 +165,7 @@ class TdmsRecord:
             return holder.since_first(ns, aware=True)
         if values.dtype.kind not in "iuf":
             raise BadInput("its samples are no numbers", file=self.path, place=self.where(position))
-        return values.astype(np.float64)
+        return as_numbers(values, self._missing)
 
     @contextmanager
     def _opened(self) -> Iterator[Any]:

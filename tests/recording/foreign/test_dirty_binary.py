@@ -18,7 +18,7 @@ from recording.foreign.importing import import_file
 from recording.foreign.wanted import ImportOptions
 
 from . import makers
-from .attempts import read, refused
+from .attempts import mapping, read, refused
 
 WAVE = {"wf_increment": 0.01, "unit_string": "mm"}
 KN = {"wf_increment": 0.01, "unit_string": "kN"}
@@ -221,6 +221,71 @@ def test_mdf_signals_each_in_a_group_of_its_own(tmp_path: Path) -> None:
     message = refused(mdf(other / "record.mf4", *shifted))
     assert "stroke_1 and force were not sampled at the same instants" in message
     assert "group “Python (1)”, channel “stroke” and group “Python (2)”, channel “force”" in message
+
+
+def master_in(unit: str, path: Path, step: float) -> Path:
+    """Write a record of 0.01 s steps whose master channel counts in another unit, as some loggers do."""
+    file = MDF(version="4.10")
+    file.append([signal("stroke", RAMP, "mm", step), signal("force", RAMP, "kN", step)])
+    file.groups[0].channels[0].unit = unit
+    saved = Path(file.save(path, overwrite=True))
+    file.close()
+    return saved
+
+
+@pytest.mark.parametrize(
+    ("unit", "step", "told"),
+    [
+        ("s", 0.01, ""),
+        ("sec", 0.01, ""),
+        ("", 0.01, ""),
+        ("ms", 10.0, " in ms"),
+        ("msec", 10.0, " in ms"),
+        ("min", 0.01 / 60.0, " in min"),
+    ],
+)
+def test_mdf_time_in_the_unit_of_its_master_channel(
+    tmp_path: Path, unit: str, step: float, told: str
+) -> None:
+    run, warnings = read(master_in(unit, tmp_path / "record.mf4", step))
+    assert run.series("force").time_s == pytest.approx(RAMP * 0.01, abs=1e-12)
+    assert run.streams["record"].rate_Hz == pytest.approx(100.0)
+    assert warnings == ()
+    assert run.metadata["original"]["time_from"]["record"] == f"master channel{told}"
+
+
+def test_mdf_masters_of_other_units_share_a_stream_if_their_times_are_equal(tmp_path: Path) -> None:
+    file = MDF(version="4.10")
+    file.append([signal("stroke", RAMP, "mm", 0.25)])
+    file.append([signal("force", RAMP, "kN", 250.0)])
+    file.groups[1].channels[0].unit = "ms"
+    path = Path(file.save(tmp_path / "record.mf4", overwrite=True))
+    file.close()
+    run, _ = read(path)
+    assert list(run.streams) == ["record"]
+    assert run.series("force").time_s.tolist() == (RAMP * 0.25).tolist()
+
+
+def test_mdf_master_channel_of_an_unknown_unit(tmp_path: Path) -> None:
+    message = refused(master_in("fortnight", tmp_path / "record.mf4", 1.0))
+    assert "unit “fortnight” is not understood for time (master channel “time”)" in message
+    assert "export the record with its time in seconds" in message
+
+
+def test_stated_numbers_that_mean_no_value(tmp_path: Path) -> None:
+    """As in a table; a number of single precision is the nearest one to the number stated."""
+    forces = RAMP.copy()
+    forces[3] = -9999.9
+    single = signal("force", forces.astype("f4"), "kN")
+    path = mdf(tmp_path / "record.mf4", [signal("stroke", RAMP, "mm"), single])
+    run, _ = read(path, mapping=mapping(path, "[file]", 'missing = ["-9999.90", "n/a", "1e99"]'))
+    assert np.flatnonzero(np.isnan(run.series("force").value)).tolist() == [3]
+    other = tmp_path / "other"
+    other.mkdir()
+    counts = np.where(RAMP == 3, -9999, RAMP).astype(np.int16)
+    path = tdms(other, [channel("stroke", RAMP, WAVE), channel("force", counts, KN)])
+    run, _ = read(path, mapping=mapping(path, "[file]", 'missing = ["-9999.0"]'))
+    assert np.flatnonzero(np.isnan(run.series("force").value)).tolist() == [3]
 
 
 def test_mdf_channels_that_are_texts(tmp_path: Path) -> None:
