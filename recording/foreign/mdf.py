@@ -113,7 +113,13 @@ class MdfRecord:
         BadInput
             If a channel holds no numbers, or its group runs over something else than time.
         """
-        del clock  # the master channel is the time
+        if clock is not None:
+            raise BadInput(
+                "its samples are no dates and times",
+                file=self.path,
+                place=self.where(clock.position),
+                remedy="say the unit of its numbers by --unit time=…",
+            )
         groups: dict[int, dict[int, Floats]] = {}
         masters: dict[int, _Master] = {}
         with self._opened() as file:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,9 +22,11 @@ from recording.foreign.channel_groups import (
     of_library,
     quiet,
 )
+from recording.foreign.columns import DATE_TIME
 from recording.foreign.moments import Moments
 from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
 
+_SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
 _SECONDS = ("", "s", "sec", "Time", "time", "seconds")
 
 
@@ -71,8 +74,8 @@ class TdmsRecord:
             for name in self._groups:
                 for channel in file[name].channels():
                     properties = channel.properties
-                    unit = str(properties.get("unit_string", "") or "").strip()
-                    headers.append(Header(channel.name, name if several else "", unit, "unit_string"))
+                    unit, unit_from = _unit(channel)
+                    headers.append(Header(channel.name, name if several else "", unit, unit_from))
                     axis = str(properties.get("wf_xunit_string", "") or "")
                     self._channels.append(
                         _Channel(
@@ -131,7 +134,10 @@ class TdmsRecord:
         self, file: Any, members: Sequence[int], clock: Clock | None, first_start_s: float | None
     ) -> Numbers:
         moments = Moments(clock) if clock is not None and clock.position in members else None
-        columns = {position: self._values(file, position, moments) for position in members}
+        columns = {
+            position: self._values(file, position, moments if clock and position == clock.position else None)
+            for position in members
+        }
         shortest = min(len(values) for values in columns.values())
         for position, values in columns.items():
             if len(values) > shortest:
@@ -157,15 +163,40 @@ class TdmsRecord:
 
     def _values(self, file: Any, position: int, moments: Moments | None) -> Floats:
         channel = self._channels[position]
+        self._refuse_unknown_scale(file, position)
         with of_library(self.path, "TDMS file", self.where(position)):
             values = np.asarray(file[channel.group][channel.name][:])
-        if values.dtype.kind == "M":
-            ns = values.astype("datetime64[ns]").astype(np.int64)
-            holder = moments or Moments(Clock(position))
-            return holder.since_first(ns, aware=True)
+        if moments is not None:
+            if values.dtype.kind != "M":
+                raise BadInput(
+                    "its samples are no dates and times", file=self.path, place=self.where(position)
+                )
+            return moments.since_first(values.astype("datetime64[ns]").astype(np.int64), aware=True)
         if values.dtype.kind not in "iuf":
-            raise BadInput("its samples are no numbers", file=self.path, place=self.where(position))
+            what = "dates and times" if values.dtype.kind == "M" else "no numbers"
+            raise BadInput(f"its samples are {what}", file=self.path, place=self.where(position))
         return as_numbers(values, self._missing)
+
+    def _refuse_unknown_scale(self, file: Any, position: int) -> None:
+        """Refuse counts whose scaling the library does not know: it would give them as they are."""
+        from nptdms.scaling import get_scaling  # noqa: PLC0415 - optional library
+
+        channel = self._channels[position]
+        group = file[channel.group]
+        for properties in (group[channel.name].properties, group.properties, file.properties):
+            types = _scale_types(properties)
+            if not types:
+                continue
+            with of_library(self.path, "TDMS file", self.where(position)):
+                scaling = get_scaling(properties, {}, {})
+            if scaling is None:
+                raise BadInput(
+                    f"its samples are counts, with a scaling that is not known here: {', '.join(types)}",
+                    file=self.path,
+                    place=self.where(position),
+                    remedy="export it with the scaled values",
+                )
+            return
 
     @contextmanager
     def _opened(self) -> Iterator[Any]:
@@ -189,6 +220,20 @@ class TdmsRecord:
                 with of_library(self.path, "TDMS file"):
                     file = TdmsFile.open(stream)
                 yield file
+
+
+def _unit(channel: Any) -> tuple[str, str]:
+    """Return a channel's unit, and where it is stated; dates and times are in none."""
+    if channel.dtype.kind == "M":
+        return DATE_TIME, "samples"
+    return str(channel.properties.get("unit_string", "") or "").strip(), "unit_string"
+
+
+def _scale_types(properties: Any) -> list[str]:
+    """Return the types of the scales that are still to be applied to the samples."""
+    if properties.get("NI_Scaling_Status") == "scaled" or properties.get("NI_Number_Of_Scales") == 0:
+        return []
+    return [f"“{value}”" for key, value in sorted(properties.items()) if _SCALE_TYPE.fullmatch(key)]
 
 
 def _wave(properties: Any) -> _Wave | None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from asammdf import MDF, Signal
-from nptdms import ChannelObject, TdmsWriter
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from foundation.errors import BadInput
 from recording.foreign.importing import import_file
@@ -109,6 +109,66 @@ def test_tdms_with_a_time_channel(tmp_path: Path) -> None:
     run, _ = read(path, unit={"time": "date-time"})
     assert run.series("force").time_s == pytest.approx(np.arange(50) * 0.02, abs=1e-9)
     assert run.metadata["run"]["started_utc"] == "2026-03-05T14:00:00+00:00"
+
+
+@pytest.mark.parametrize("unit", [{}, {"unit_string": "ms"}])
+def test_tdms_dates_and_times_are_in_no_unit(tmp_path: Path, unit: dict[str, str]) -> None:
+    """They are seconds when they are read: a unit that is stated beside them scales nothing."""
+    stamps = np.datetime64("2026-03-05T14:00:00") + (np.arange(50) * 20).astype("timedelta64[ms]")
+    rest = [channel("stroke [mm]", RAMP), channel("force [kN]", RAMP)]
+    run, _ = read(tdms(tmp_path, [channel("time", stamps, unit), *rest]))
+    assert run.series("force").time_s == pytest.approx(np.arange(50) * 0.02, abs=1e-9)
+    assert run.metadata["original"]["columns"]["time"]["unit_from"] == "samples"
+
+
+def test_dates_and_times_are_refused_where_numbers_are_wanted_and_the_other_way_round(tmp_path: Path) -> None:
+    stamps = np.datetime64("2026-03-05T14:00:00") + (np.arange(50) * 20).astype("timedelta64[ms]")
+    rest = [channel("stroke [mm]", RAMP), channel("force [kN]", RAMP)]
+    path = tdms(tmp_path, [channel("time", stamps), *rest])
+    assert "group “G”, channel “time”: its samples are dates and times" in refused(path, unit={"time": "ms"})
+    path = tdms(tmp_path, [channel("stroke [mm]", stamps, WAVE), channel("force", RAMP, KN)])
+    assert "group “G”, channel “stroke [mm]”: its samples are dates and times" in refused(path)
+    path = tdms(tmp_path, [channel("time", RAMP), *rest])
+    assert "channel “time”: its samples are no dates and times" in refused(path, unit={"time": "date-time"})
+    used = [("stroke", "mm"), ("force", "kN"), ("t", "s")]
+    path = mdf(tmp_path / "record.mf4", [signal(name, RAMP, unit) for name, unit in used])
+    message = refused(path, column={"time": "t"}, unit={"time": "date-time"})
+    assert "channel “t”: its samples are no dates and times; say the unit of its numbers" in message
+
+
+COUNTS = KN | {"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 1}
+LINEAR = {
+    "NI_Scale[0]_Scale_Type": "Linear",
+    "NI_Scale[0]_Linear_Slope": 2.0,
+    "NI_Scale[0]_Linear_Y_Intercept": 3.0,
+}
+
+
+@pytest.mark.parametrize("level", ["channel", "group", "file"])
+def test_tdms_counts_of_an_unknown_scaling_are_refused(tmp_path: Path, level: str) -> None:
+    scales = {"NI_Number_Of_Scales": 2, "NI_Scale[1]_Scale_Type": "Foo"} | LINEAR
+    stated = {name: scales if name == level else {} for name in ("channel", "group", "file")}
+    force = channel("force", np.arange(50, dtype=np.int16), KN | stated["channel"])
+    segment = [
+        RootObject(stated["file"]),
+        GroupObject("G", stated["group"]),
+        channel("stroke", RAMP, WAVE),
+        force,
+    ]
+    message = refused(tdms(tmp_path, segment))
+    assert "its samples are counts, with a scaling that is not known here: “Linear”, “Foo”" in message
+    assert "export it with the scaled values" in message
+
+
+def test_tdms_counts_of_a_known_scaling_and_samples_that_are_scaled_already(tmp_path: Path) -> None:
+    counts = np.arange(50, dtype=np.int16)
+    path = tdms(tmp_path, [channel("stroke", RAMP, WAVE), channel("force", counts, COUNTS | LINEAR)])
+    assert read(path)[0].series("force").value.tolist() == (2.0 * RAMP + 3.0).tolist()
+    scaled = COUNTS | {"NI_Scale[0]_Scale_Type": "Foo", "NI_Scaling_Status": "scaled"}
+    other = tmp_path / "other"
+    other.mkdir()
+    path = tdms(other, [channel("stroke", RAMP, WAVE), channel("force", RAMP, scaled)])
+    assert read(path)[0].series("force").value.tolist() == RAMP.tolist()
 
 
 def test_tdms_channels_that_cannot_be_used(tmp_path: Path) -> None:
