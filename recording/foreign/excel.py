@@ -18,7 +18,7 @@ from recording.foreign.columns import DATE_TIME
 from recording.foreign.heading import LOOKED_AT, NUMBER, find_heading, is_units
 from recording.foreign.moments import Moments
 from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
-from recording.foreign.sheet_cells import TIMES, SheetCells
+from recording.foreign.sheet_cells import DAY_0, TIMES, SheetCells
 
 _HEADINGS = "header row(s) inside the data"
 
@@ -44,6 +44,7 @@ class ExcelRecord:
         with self._opened(values=True) as book:
             with of_library(path, "workbook"):
                 self._sheet = _sheet(book, reading.sheet, path)
+            self._day_0 = max(book.epoch, DAY_0)  # openpyxl counts from the day before day 0, or from 1904
             first = list(islice(self._rows(book), LOOKED_AT))
         rows = [_texts(row) for row in first]
         heading = find_heading(rows, reading)
@@ -107,7 +108,9 @@ class ExcelRecord:
         moments = Moments(clock) if clock else None
         columns: dict[int, Floats] = {}
         if clock is not None and moments is not None:
-            columns[clock.position] = cells.times(table.pop(clock.position), clock.position, moments)
+            columns[clock.position] = cells.times(
+                table.pop(clock.position), clock.position, moments, self._day_0
+            )
         columns |= cells.numbers(table)
         self._decimal = cells.decimal
         if moments is not None and moments.started is not None and not moments.zone_is_stated:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from foundation.errors import BadInput
 from recording.foreign.cells import NOT_A_NUMBER, BadCell
@@ -19,6 +20,11 @@ from recording.foreign.record import Findings, Floats, Header, Reading
 
 TIMES = datetime | time | timedelta
 TEXT_NUMBERS = "number(s) stored as text"
+DAY_0 = datetime(1899, 12, 31)  # noqa: DTZ001 - Excel knows no zones
+"""The day that Excel numbers 0, unless a workbook counts from 1904."""
+_FIRST, _LAST = np.datetime64("1678-01-01"), np.datetime64("2262-01-01")
+"""Between them, nanoseconds since 1970 hold a date."""
+_A_YEAR = np.timedelta64(366, "D")
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 
 
@@ -68,8 +74,10 @@ class SheetCells:
             self.decimal = sign
         return {position: self._column(cells, sign, position) for position, cells in kept.items()}
 
-    def times(self, cells: Sequence[Any], position: int, moments: Moments) -> Floats:
+    def times(self, cells: Sequence[Any], position: int, moments: Moments, day_0: datetime) -> Floats:
         """Return the times [s] of a column of dates and times, NaN where there is none.
+
+        ``day_0`` is the day that the workbook numbers 0.
 
         Raises
         ------
@@ -83,8 +91,10 @@ class SheetCells:
             wrong = bad.tolist()
         else:
             wrong = [i for i, cell in enumerate(kept) if not isinstance(cell, TIMES | None)]
-            stamps = [cell if isinstance(cell, TIMES) else None for cell in kept]
-            ns = np.array([_stamp(cell) for cell in stamps], dtype="datetime64[ns]").astype(np.int64)
+            stamps = _stamps([cell if isinstance(cell, TIMES) else None for cell in kept], day_0)
+            wrong += np.flatnonzero((stamps < _FIRST) | (stamps > _LAST)).tolist()
+            stamps[wrong] = np.datetime64("NaT")
+            ns = stamps.astype("datetime64[ns]").astype(np.int64)
             seconds = moments.since_first(ns, aware=False)
         for index in wrong:
             self._bad(self._rows[index], position, str(kept[index]), "")
@@ -160,11 +170,24 @@ def _is_number(cell: Any) -> bool:
     return isinstance(cell, int | float) and not isinstance(cell, bool)
 
 
-def _stamp(cell: datetime | time | timedelta | None) -> np.datetime64:
-    if cell is None:
-        return np.datetime64("NaT", "ns")
-    if isinstance(cell, datetime):
-        return np.datetime64(cell, "ns")
-    midnight = datetime(1900, 1, 1)  # noqa: DTZ001 - a time without a date, and so without a zone
-    since = cell if isinstance(cell, timedelta) else datetime.combine(midnight, cell) - midnight
-    return np.datetime64(midnight + since, "ns")
+def _stamps(cells: Sequence[datetime | time | timedelta | None], day_0: datetime) -> NDArray[np.datetime64]:
+    """Return when cells were, NaT where there is none.
+
+    Times without a date are on the day that their workbook numbers 0: Excel counts on from there, and 24:00
+    is day 1. A column that begins in its workbook's first year has no dates, but such numbers; it is put
+    where most workbooks count from, so that it is known by its year.
+    """
+    stamps = np.array([_instant(cell, day_0) for cell in cells], dtype="datetime64[us]")
+    known = stamps[~np.isnat(stamps)]
+    if len(known) and abs(known[0] - np.datetime64(day_0)) < _A_YEAR:
+        stamps -= np.timedelta64(day_0 - DAY_0)
+    return stamps
+
+
+def _instant(cell: datetime | time | timedelta | None, day_0: datetime) -> datetime | None:
+    if isinstance(cell, time):
+        return datetime.combine(day_0, cell)
+    try:
+        return day_0 + cell if isinstance(cell, timedelta) else cell
+    except OverflowError:
+        return datetime.max  # noqa: DTZ901 - refused as any date that is out of range

@@ -9,7 +9,8 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
-from openpyxl import Workbook
+from openpyxl import Workbook, load_workbook
+from openpyxl.utils.datetime import CALENDAR_MAC_1904, CALENDAR_WINDOWS_1900
 
 from recording.foreign.excel import ExcelRecord
 from recording.foreign.record import Reading
@@ -152,3 +153,64 @@ def test_an_integer_too_long_for_a_number_is_infinite(tmp_path: Path) -> None:
     rewritten(path, "<v>777</v>", f"<v>{'9' * 400}</v>")
     (numbers,) = ExcelRecord(path, Reading()).read([1, 2])
     assert numbers.columns[1].tolist() == [1.0, np.inf]
+
+
+# --- dates and times ----------------------------------------------------------------------------------
+
+
+def clocked(tmp_path: Path, cells: list[Any], number_format: str, epoch: datetime) -> Path:
+    """Write a record with its time in cells of a number format; the workbook counts days from an epoch."""
+    path = tmp_path / "record.xlsx"
+    workbook = Workbook()
+    workbook.epoch = epoch
+    sheet = workbook.active
+    sheet.append(["time", *HEAD[1:]])
+    for row, cell in enumerate(cells, start=2):
+        sheet.append([cell, row, 2 * row])
+        sheet.cell(row, 1).number_format = number_format
+    workbook.save(path)
+    return path
+
+
+@pytest.mark.parametrize("epoch", [CALENDAR_WINDOWS_1900, CALENDAR_MAC_1904])
+@pytest.mark.parametrize("number_format", ["hh:mm:ss.000", "[h]:mm:ss.000"])
+@pytest.mark.parametrize("first_s", [50_000.0, 86_398.0, 2 * 86_400.0 - 2.0])
+def test_times_of_day_run_on_over_midnight(
+    tmp_path: Path, epoch: datetime, number_format: str, first_s: float
+) -> None:
+    cells = [(first_s + i / 2.0) / 86_400.0 for i in range(10)]
+    run, warnings = read(clocked(tmp_path, cells, number_format, epoch))
+    assert run.series("force").time_s == pytest.approx(np.arange(10) / 2.0, abs=1e-9)
+    assert run.metadata["run"]["started_utc"] is None
+    assert warnings == ()
+
+
+@pytest.mark.parametrize("epoch", [CALENDAR_WINDOWS_1900, CALENDAR_MAC_1904])
+def test_dates_are_those_of_the_workbooks_own_numbering(tmp_path: Path, epoch: datetime) -> None:
+    start = datetime(2026, 3, 5, 23, 59, 59)  # noqa: DTZ001 - Excel knows no zones
+    cells = [start + timedelta(milliseconds=500 * i) for i in range(4)]
+    run, _ = read(clocked(tmp_path, cells, "yyyy-mm-dd hh:mm:ss.000", epoch))
+    assert run.series("force").time_s == pytest.approx([0.0, 0.5, 1.0, 1.5], abs=1e-9)
+    assert run.metadata["run"]["started_utc"] == "2026-03-05T23:59:59+00:00"
+
+
+def test_times_of_day_with_cells_that_mean_no_value(tmp_path: Path) -> None:
+    path = clocked(tmp_path, [0.5, "n/a", -9999, 0.5 + 3.0 / 86_400.0], "hh:mm:ss", CALENDAR_WINDOWS_1900)
+    sheet = load_workbook(path)
+    for row in (3, 4):
+        sheet.active.cell(row, 1).number_format = "General"
+    sheet.save(path)
+    run, _ = read(path, mapping=mapping(path, "[file]", 'missing = ["n/a", "-9999"]'))
+    assert np.array_equal(run.streams["record"].time_s, [0.0, np.nan, np.nan, 3.0], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("cell", "number_format"),
+    [(400_000, "yyyy-mm-dd"), (900_000_000, "[h]:mm:ss")],
+    ids=["year 2995", "hours"],
+)
+def test_a_date_out_of_range_is_refused_and_not_wrapped(
+    tmp_path: Path, cell: float, number_format: str
+) -> None:
+    path = clocked(tmp_path, [46_000, cell], number_format, CALENDAR_WINDOWS_1900)
+    assert "row 3, column 1 “time”: “" in refused(path)
