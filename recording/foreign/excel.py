@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import date, time, timedelta
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -15,12 +14,14 @@ import numpy as np
 from foundation.errors import BadInput
 from recording.foreign.channel_groups import missing_library, of_library
 from recording.foreign.columns import DATE_TIME
-from recording.foreign.heading import LOOKED_AT, NUMBER, find_heading, is_units
+from recording.foreign.heading import LOOKED_AT, find_heading
 from recording.foreign.moments import Moments
 from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
 from recording.foreign.sheet_cells import DAY_0, TIMES, SheetCells
+from recording.foreign.sheet_rows import SheetSieve, SheetTable, as_texts, is_number, is_remark
 
-_HEADINGS = "header row(s) inside the data"
+_TEXT_OF_FORMULA = "str"
+"""Type of a cell whose formula gave a text: openpyxl keeps it where that is empty."""
 
 
 class ExcelRecord:
@@ -62,11 +63,10 @@ class ExcelRecord:
             else header
             for position, header in enumerate(heading.headers)
         )
-        line = heading.first_row if heading.row is None else heading.row + 1
-        self.header_place = f"sheet “{self._sheet}”, row {line}"
-        if not any(
-            self.headers[i].text and not _is_number(self.headers[i].text) for i in range(len(rows[0]))
-        ):
+        line = heading.first_row if heading.row is None else heading.row
+        self.header_place = f"sheet “{self._sheet}”, row {line + 1}"
+        texts = [header.text for header in self.headers if header.text]
+        if reading.header_line is None and all(map(is_number, texts)):
             raise BadInput(
                 "no header row: this row holds numbers only",
                 file=path,
@@ -99,100 +99,53 @@ class ExcelRecord:
         BadInput
             If a row is no row of the table, a cell is neither a number nor empty, or a formula has no value.
         """
-        with self._opened(values=True) as book:
-            rows, table, headings = self._table(book, positions)
-        if not rows:
+        table = self._table(positions)
+        if table.blank or any(None in cells for cells in table.columns.values()):
+            self._refuse_formulas(positions)
+        if not table.row:
             raise BadInput("no numbers below the header row", file=self.path, place=self.header_place)
-        self._refuse_formulas(positions, rows, table)
-        cells = SheetCells(self.path, self.headers, rows, self._reading, self._findings)
+        cells = SheetCells(self.path, self.headers, table.row, self._reading, self._findings)
         moments = Moments(clock) if clock else None
         columns: dict[int, Floats] = {}
         if clock is not None and moments is not None:
             columns[clock.position] = cells.times(
-                table.pop(clock.position), clock.position, moments, self._day_0
+                table.columns.pop(clock.position), clock.position, moments, self._day_0
             )
-        columns |= cells.numbers(table)
+        columns |= cells.numbers(table.columns)
         self._decimal = cells.decimal
         if moments is not None and moments.started is not None and not moments.zone_is_stated:
             self._further.append("its dates and times state no zone and count as UTC")
-        inside = [row for row in headings if 0 < row < len(rows)]
+        inside = [row for row in table.headings if 0 < row < len(table.row)]
         return [
             Numbers(
                 columns=columns,
-                row=np.array(rows, dtype=np.int64),
-                breaks=inside,
-                blocks=inside,
+                row=np.array(table.row, dtype=np.int64),
+                breaks=sorted({*inside, *(row for row in table.breaks if 0 < row < len(table.row))}),
+                blocks=sorted(set(inside)),
                 started=moments.started if moments else None,
             )
         ]
 
-    def _table(
-        self, book: Any, positions: Sequence[int]
-    ) -> tuple[list[int], dict[int, list[Any]], list[int]]:
-        """Return the row numbers, the cells of each column, and where a heading stood among them."""
-        rows: list[int] = []
-        table: dict[int, list[Any]] = {position: [] for position in positions}
-        headings: list[int] = []
+    def _table(self, positions: Sequence[int]) -> SheetTable:
+        """Return the rows of numbers below the header row."""
         texts = [header.text for header in self.headers]
-        waiting: list[int] = []
-        for number, cells in enumerate(self._rows(book), start=1):
-            if number <= self._heading.first_row or all(cell is None for cell in cells):
-                continue
-            values = [*cells, *[None] * (len(texts) - len(cells))]
-            if not any(isinstance(values[p], int | float | date | time | timedelta) for p in positions):
-                as_text = [*_texts(values), *[""] * len(values)][: len(values)]
-                if as_text[: len(texts)] == texts:
-                    self._findings.note(_HEADINGS, number)
-                    headings.append(len(rows))
-                    waiting.clear()
-                    continue
-                if is_units(as_text):
-                    continue
-                numbers = any(_is_number(as_text[p]) for p in positions)
-                if not numbers and not all(text in self._no_value for text in as_text):
-                    waiting.append(number)
-                    continue
-            self._refuse_waiting(waiting)
-            rows.append(number)
-            for position in positions:
-                table[position].append(values[position])
-        self._refuse_waiting(waiting)
-        return rows, table, headings
-
-    @property
-    def _no_value(self) -> frozenset[str]:
-        return self._reading.no_value
-
-    def _refuse_waiting(self, waiting: list[int]) -> None:
-        """Refuse rows of text that no heading explains, or leave them out."""
-        if waiting and not self._reading.salvage:
-            raise BadInput(
-                "a row of text inside the data",
-                file=self.path,
-                place=f"sheet “{self._sheet}”, row {waiting[0]}",
-                remedy="remove this row, or leave it out with --salvage",
-            )
-        for number in waiting:
-            self._findings.note("row(s) could not be read and were left out", number)
-        waiting.clear()
-
-    def _refuse_formulas(
-        self, positions: Sequence[int], rows: Sequence[int], table: dict[int, list[Any]]
-    ) -> None:
-        """Refuse empty cells that hold a formula whose value was never stored."""
-        empty = {
-            (row, position)
-            for position in positions
-            for row, value in zip(rows, table[position], strict=True)
-            if value is None
-        }
-        if not empty:
-            return
-        with self._opened(values=False) as book:
+        sieve = SheetSieve(self.path, self._sheet, texts, positions, self._reading, self._findings)
+        with self._opened(values=True) as book:
             for number, cells in enumerate(self._rows(book), start=1):
-                for position in positions:
-                    formula = position < len(cells) and str(cells[position]).startswith("=")
-                    if formula and (number, position) in empty:
+                if number > self._heading.first_row:
+                    sieve.take(number, cells)
+        return sieve.finish()
+
+    def _refuse_formulas(self, positions: Sequence[int]) -> None:
+        """Refuse formulas whose value was never stored; an empty text that was stored is no value."""
+        with self._opened(values=False) as formulas, self._opened(values=True) as stored:
+            for number, (cells, values) in enumerate(
+                zip(self._cells(formulas), self._cells(stored), strict=True), start=1
+            ):
+                for position in positions if number > self._heading.first_row else ():
+                    if position >= len(cells) or cells[position].data_type != "f":
+                        continue
+                    if values[position].value is None and values[position].data_type != _TEXT_OF_FORMULA:
                         raise BadInput(
                             "a formula whose value is not stored",
                             file=self.path,
@@ -201,8 +154,12 @@ class ExcelRecord:
                         )
 
     def _rows(self, book: Any) -> Iterator[tuple[Any, ...]]:
+        """Give the values of each row's cells."""
+        yield from self._cells(book, values_only=True)
+
+    def _cells(self, book: Any, *, values_only: bool = False) -> Iterator[tuple[Any, ...]]:
         with of_library(self.path, "workbook", f"sheet “{self._sheet}”"):
-            yield from _cells(book[self._sheet])
+            yield from _cells(book[self._sheet], values_only=values_only)
 
     @contextmanager
     def _opened(self, *, values: bool) -> Iterator[Any]:
@@ -247,21 +204,17 @@ def _is_empty(sheet: Any) -> bool:
     return not any(any(cell is not None for cell in row) for row in _cells(sheet))
 
 
-def _cells(sheet: Any) -> Iterator[tuple[Any, ...]]:
+def _cells(sheet: Any, *, values_only: bool = True) -> Iterator[tuple[Any, ...]]:
     sheet.reset_dimensions()  # what other programs state of a sheet's size is often wrong
-    yield from sheet.iter_rows(values_only=True)
+    yield from sheet.iter_rows(values_only=values_only)
 
 
 def _texts(cells: Sequence[Any]) -> list[str]:
     """Return cells as texts, without the empty ones at the end; none of a blank row or a remark."""
-    texts = ["" if cell is None else str(cell).strip() for cell in cells]
+    texts = as_texts(cells)
     while texts and not texts[-1]:
         texts.pop()
-    return [] if texts and texts[0].startswith("#") and len(texts) == 1 else texts
-
-
-def _is_number(text: str) -> bool:
-    return any(form.fullmatch(text) for form in NUMBER.values())
+    return [] if is_remark(texts) else texts
 
 
 def _letters(position: int) -> str:

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 from openpyxl import Workbook, load_workbook
 from openpyxl.utils.datetime import CALENDAR_MAC_1904, CALENDAR_WINDOWS_1900
+from openpyxl.worksheet.formula import ArrayFormula
 
 from recording.foreign.excel import ExcelRecord
 from recording.foreign.record import Reading
+from recording.run import Run
 
 from .attempts import mapping, read, refused
 
@@ -103,6 +105,137 @@ def test_workbooks_that_are_none(tmp_path: Path) -> None:
     assert "a workbook in the old Excel format (.xls); save it as .xlsx" in refused(path)
     assert "the workbook is empty" in refused(book(tmp_path, {"Data": []}))
     assert "no header row" in refused(book(tmp_path, {"Data": ROWS}))
+
+
+# --- where the table is, and what stands between its rows ---------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "above",
+    [[[]], [[], [], []], [["# by rig 3"]], [["Rig 3"]], [["Test", "of", "rig", "3", "by", "K. Test"]]],
+)
+@pytest.mark.parametrize("left", [0, 1])
+def test_a_table_below_other_rows_and_right_of_empty_columns(
+    tmp_path: Path, above: list[list[Any]], left: int
+) -> None:
+    path = book(tmp_path, {"Data": [*above, *([*[None] * left, *row] for row in [HEAD, *ROWS])]})
+    run, warnings = read(path)
+    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0]
+    assert run.metadata["original"]["header_line"] == len(above) + 1
+    assert warnings == ()
+
+
+def test_headers_that_are_numbers_are_headers_if_that_is_said(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [["a", "b", "c", "d"], [1, 2, 3], *ROWS]})
+    columns = (f'[columns.{n}]\nheader = "{i}"\nunit = "{u}"' for n, i, u in NUMBERED)
+    run, _ = read(path, mapping=mapping(path, "[file]", "header_line = 2", *columns))
+    assert run.series("force").value.tolist() == [2.0, 3.0, 4.0]
+
+
+NUMBERED = [("time", 1, "s"), ("stroke", 2, "mm"), ("force", 3, "kN")]
+
+
+def test_the_first_row_is_row_1_where_there_are_no_headers(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": ROWS})
+    assert "sheet “Data”, row 1: no column is named “stroke”" in refused(
+        path, mapping=mapping(path, "[file]", "header_line = 0")
+    )
+
+
+def segments(run: Run) -> list[int]:
+    return [segment.first_row for segment in run.streams["record"].segments]
+
+
+def test_a_blank_row_interrupts_a_record_without_time(tmp_path: Path) -> None:
+    """A sample is missing there: what follows was not one interval later."""
+    rows: list[list[Any]] = [HEAD[1:], [1, 2], [2, 3], [], [" ", None], [3, 4], [4, 5], [], []]
+    run, warnings = read(book(tmp_path, {"Data": rows}), sample_rate_hz=10.0)
+    assert run.series("force").value.tolist() == [2.0, 3.0, 4.0, 5.0]
+    assert segments(run) == [0, 2]
+    assert warnings == ("2 blank row(s) inside the data, the first in row 4",)
+
+
+def test_a_blank_row_of_a_record_with_time_is_reported(tmp_path: Path) -> None:
+    run, warnings = read(book(tmp_path, {"Data": [HEAD, [], ROWS[0], [], *ROWS[1:]]}))
+    assert run.series("force").time_s.tolist() == [0.0, 1.0, 2.0]
+    assert segments(run) == [0]
+    assert warnings == ("1 blank row(s) inside the data, the first in row 4",)
+
+
+def test_a_row_that_is_left_out_interrupts_a_record_without_time(tmp_path: Path) -> None:
+    rows: list[list[Any]] = [HEAD[1:], [1, 2], ["operator stopped"], [3, 4], ["OVER", 5]]
+    run, warnings = read(book(tmp_path, {"Data": rows}), sample_rate_hz=10.0, salvage=True)
+    assert np.array_equal(run.series("stroke").value, [1.0, 3.0, np.nan], equal_nan=True)
+    assert run.series("force").value.tolist() == [2.0, 4.0, 5.0]
+    assert segments(run) == [0, 1]
+    assert "1 row(s) could not be read and were left out, the first in row 3" in warnings
+
+
+@pytest.mark.parametrize("between", [[], [[]]])
+def test_rows_above_a_repeated_header_row_are_of_its_block(tmp_path: Path, between: list[list[Any]]) -> None:
+    head, units = ["time", "stroke", "force"], ["s", "mm", "kN"]
+    block = [*between, ["Test rig 3"], ["Cycle", 2], *between, head, units, *between]
+    path = book(tmp_path, {"Data": [["Cycle", 1], head, units, *ROWS, *block, [3, 4, 5], [4, 5, 6]]})
+    run, warnings = read(path)
+    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0, 4.0, 5.0]
+    place = 7 + len(between)
+    assert warnings == (
+        f"1 header row(s) inside the data, the first in row {place + 2 + len(between)}",
+        f"2 row(s) of text above a header row inside the data, left out with it, the first in row {place}",
+    )
+
+
+def test_rows_with_numbers_above_a_repeated_header_row_are_no_part_of_its_block(tmp_path: Path) -> None:
+    """Neither a sample that lacks a value, nor one with a bad cell, is lost with the header row below it."""
+    path = book(tmp_path, {"Data": [HEAD, *ROWS, [3, None, 5], HEAD, [4, 5, 6]]})
+    assert read(path)[0].series("force").value.tolist() == [2.0, 3.0, 4.0, 5.0, 6.0]
+    for row in ([3, "OVER", 5], ["#DIV/0!", 4, None]):
+        other = tmp_path / str(row[0]).strip("#!").replace("/", "")
+        other.mkdir()
+        message = refused(book(other, {"Data": [HEAD, *ROWS, row, HEAD, [4, 5, 6]]}))
+        assert "row 5, column" in message
+        assert "is no number" in message
+
+
+def test_a_key_and_its_number_without_a_header_row_below_are_refused(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, *ROWS, ["Cycle", 2], [3, 4, 5]]})
+    assert "row 5, column 1 “time [s]”: “Cycle” is no number" in refused(path)
+
+
+def test_a_row_without_values_of_the_columns_used_keeps_its_place(tmp_path: Path) -> None:
+    rows: list[list[Any]] = [[*HEAD[1:], "n"], [1, 2, 0], [None, None, 1], [3, 4, 2]]
+    run, warnings = read(book(tmp_path, {"Data": rows}), sample_rate_hz=10.0)
+    assert np.array_equal(run.series("force").value, [2.0, np.nan, 4.0], equal_nan=True)
+    assert segments(run) == [0]
+    assert "force: 1 empty or NaN cell(s), the first in row 3" in warnings
+
+
+def test_remarks_inside_a_sheet_are_reported(tmp_path: Path) -> None:
+    path = book(tmp_path, {"Data": [HEAD, *ROWS, ["# operator stopped"], [3, 4, 5]]})
+    run, warnings = read(path)
+    assert run.series("force").value.tolist() == [2.0, 3.0, 4.0, 5.0]
+    assert warnings == ("1 remark(s) (#) inside the data, the first in row 5",)
+
+
+# --- formulas -----------------------------------------------------------------------------------------
+
+
+def test_a_formula_that_gave_an_empty_text_is_no_value(tmp_path: Path) -> None:
+    """As ``=IF(…,"")`` is stored, by Excel and by LibreOffice."""
+    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "=777", 3], [2, 3, 4]]})
+    stored = '<c r="B3"><f>777</f><v></v></c>'
+    rewritten(path, stored, '<c r="B3" t="str"><f>IF(C3&gt;9,C3,"")</f><v></v></c>')
+    run, warnings = read(path)
+    assert np.array_equal(run.series("stroke").value, [1.0, np.nan, 3.0], equal_nan=True)
+    assert warnings == ("stroke_1: 1 empty or NaN cell(s), the first in row 3",)
+
+
+@pytest.mark.parametrize("row", [["=A2", "=B2", "=C2"], [1, ArrayFormula("B3", "=B2*2"), 3]])
+def test_formulas_without_values_are_found_in_rows_that_look_blank_and_in_arrays(
+    tmp_path: Path, row: list[Any]
+) -> None:
+    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], row, [2, 3, 4]]})
+    assert "3: a formula whose value is not stored" in refused(path)
 
 
 # --- numbers, missing values, thousands ---------------------------------------------------------------
