@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from foundation.errors import BadInput
 from recording.foreign.heading import NUMBER
-from recording.foreign.record import Floats, Reading
+from recording.foreign.record import Floats, Header, Reading
 
 
 @contextmanager
@@ -102,24 +102,45 @@ def as_numbers(samples: NDArray[Any], missing: frozenset[float]) -> Floats:
     return values
 
 
-def chosen_groups(there: Sequence[str], asked: Sequence[str], path: Path) -> list[str]:
-    """Return the groups to read: those that are asked for, else all.
+class Groups:
+    """The groups of a record: those to read, which are those that are asked for, else all.
+
+    Parameters
+    ----------
+    there : sequence of str
+        All groups of the record.
+    asked : sequence of str
+        Those that the user names.
+    path : Path
+        For messages.
 
     Raises
     ------
     BadInput
-        If one is not there; the message lists those that are.
+        If one that is asked for is not there; the message lists those that are.
     """
-    for name in asked:
-        if name not in there:
-            raise BadInput(
-                f"--group {name}: no such group",
-                file=path,
-                remedy=f"the groups are {', '.join(f'“{group}”' for group in there) or 'none'}",
-            )
-    return list(asked) if asked else list(there)
 
+    def __init__(self, there: Sequence[str], asked: Sequence[str], path: Path) -> None:
+        for name in asked:
+            if name not in there:
+                raise BadInput(
+                    f"--group {name}: no such group",
+                    file=path,
+                    remedy=f"the groups are {', '.join(f'“{group}”' for group in there) or 'none'}",
+                )
+        self.read = tuple(dict.fromkeys(asked or there))
+        self._left_out = [name for name in dict.fromkeys(there) if name not in self.read]
 
-def groups_place(groups: Sequence[str]) -> str:
-    """Return the place of groups for messages."""
-    return f"group “{groups[0]}”" if len(groups) == 1 else f"{len(groups)} groups"
+    @property
+    def place(self) -> str:
+        """Get the place of their headers, for messages."""
+        return f"group “{self.read[0]}”" if len(self.read) == 1 else f"{len(self.read)} groups"
+
+    def header(self, group: str, name: str, unit: str, unit_from: str) -> Header:
+        """Return the header of a channel; its group is part of it where several are read."""
+        return Header(name, group if len(self.read) > 1 else "", unit, unit_from)
+
+    def facts(self) -> dict[str, Any]:
+        """Return which are read and which are left out, for the run file."""
+        left_out = {"groups_left_out": self._left_out} if self._left_out else {}
+        return {"groups": list(self.read), **left_out}

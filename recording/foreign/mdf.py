@@ -17,9 +17,8 @@ import numpy as np
 from foundation.errors import BadInput
 from foundation.units import to_inside
 from recording.foreign.channel_groups import (
+    Groups,
     as_numbers,
-    chosen_groups,
-    groups_place,
     missing_library,
     missing_numbers,
     of_library,
@@ -59,7 +58,7 @@ class MdfRecord:
     row_word = "sample"
 
     def __init__(self, path: Path, reading: Reading) -> None:
-        self.path, self._reading = path, reading
+        self.path = path
         self._findings: list[str] = []
         self._missing = missing_numbers(reading)
         self._unfinalised = _is_unfinalised(path)
@@ -67,28 +66,25 @@ class MdfRecord:
             self._findings.append("the file was not finalised: the recording may have been cut short")
         with self._opened() as file, of_library(path, "MDF file"):
             names = _group_names(file)
-            self._groups = chosen_groups(list(dict.fromkeys(names)), reading.groups, path)
+            self._groups = Groups(names, reading.groups, path)
             self._version = str(file.version)
             self._started = _start(file)
             self._channels: list[_Channel] = []
             headers: list[Header] = []
-            several = len(self._groups) > 1
             for number, (name, group) in enumerate(zip(names, file.groups, strict=True)):
-                if name not in self._groups:
+                if name not in self._groups.read:
                     continue
                 master = file.masters_db.get(number)
                 for index, channel in enumerate(group.channels):
                     if index == master:
                         continue
-                    headers.append(
-                        Header(str(channel.name), name if several else "", _unit(channel), "channel unit")
-                    )
+                    unit = _unit(channel)
+                    headers.append(self._groups.header(name, str(channel.name), unit, "channel unit"))
                     self._channels.append(_Channel(name, number, index))
-        self._left_out = [name for name in dict.fromkeys(names) if name not in self._groups]
         self.headers = tuple(headers)
         if not headers:
             raise BadInput("no channel in it", file=path)
-        self.header_place = groups_place(self._groups)
+        self.header_place = self._groups.place
 
     def where(self, position: int) -> str:
         """Return where a channel stands, for messages."""
@@ -96,9 +92,7 @@ class MdfRecord:
 
     def facts(self) -> dict[str, Any]:
         """Return how the file is written, for the run file."""
-        facts: dict[str, Any] = {"format": "MDF", "mdf_version": self._version, "groups": list(self._groups)}
-        if self._left_out:
-            facts["groups_left_out"] = self._left_out
+        facts = {"format": "MDF", "mdf_version": self._version, **self._groups.facts()}
         return facts | ({"unfinalised": True} if self._unfinalised else {})
 
     def findings(self) -> list[str]:

@@ -14,9 +14,8 @@ import numpy as np
 
 from foundation.errors import BadInput
 from recording.foreign.channel_groups import (
+    Groups,
     as_numbers,
-    chosen_groups,
-    groups_place,
     missing_library,
     missing_numbers,
     of_library,
@@ -24,7 +23,7 @@ from recording.foreign.channel_groups import (
 )
 from recording.foreign.columns import DATE_TIME
 from recording.foreign.moments import Moments
-from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
+from recording.foreign.record import Clock, Floats, Numbers, Reading
 
 _SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
 _SECONDS = ("", "s", "sec", "Time", "time", "seconds")
@@ -43,7 +42,6 @@ class _Wave:
 class _Channel:
     group: str
     name: str
-    rows: int
     wave: _Wave | None
     axis: str
     """What its waveform runs over, if not time."""
@@ -61,38 +59,22 @@ class TdmsRecord:
     row_word = "sample"
 
     def __init__(self, path: Path, reading: Reading) -> None:
-        self.path, self._reading = path, reading
+        self.path = path
         self._findings: list[str] = []
         self._missing = missing_numbers(reading)
         with self._opened() as file, of_library(path, "TDMS file"):
-            all_groups = [group.name for group in file.groups()]
-            self._groups = chosen_groups(all_groups, reading.groups, path)
+            self._groups = Groups([group.name for group in file.groups()], reading.groups, path)
             self._version = int(file.tdms_version)
-            self._channels: list[_Channel] = []
-            headers: list[Header] = []
-            several = len(self._groups) > 1
-            for name in self._groups:
-                for channel in file[name].channels():
-                    properties = channel.properties
-                    unit, unit_from = _unit(channel)
-                    headers.append(Header(channel.name, name if several else "", unit, unit_from))
-                    axis = str(properties.get("wf_xunit_string", "") or "")
-                    self._channels.append(
-                        _Channel(
-                            name,
-                            channel.name,
-                            len(channel),
-                            _wave(properties),
-                            "" if axis in _SECONDS else axis,
-                        )
-                    )
+            channels = [channel for name in self._groups.read for channel in file[name].channels()]
+            self._channels = [_described(channel) for channel in channels]
+            self.headers = tuple(
+                self._groups.header(channel.group_name, channel.name, *_unit(channel)) for channel in channels
+            )
             if file.file_status.incomplete_final_segment:
                 self._findings.append("the last segment is not complete: the recording was cut short")
-        self.headers = tuple(headers)
-        if not headers:
+        if not self.headers:
             raise BadInput("no channel in it", file=path)
-        self._left_out = [name for name in all_groups if name not in self._groups]
-        self.header_place = groups_place(self._groups)
+        self.header_place = self._groups.place
 
     def where(self, position: int) -> str:
         """Return where a channel stands, for messages."""
@@ -101,8 +83,7 @@ class TdmsRecord:
 
     def facts(self) -> dict[str, Any]:
         """Return how the file is written, for the run file."""
-        left_out = {"groups_left_out": self._left_out} if self._left_out else {}
-        return {"format": "TDMS", "tdms_version": self._version, "groups": list(self._groups), **left_out}
+        return {"format": "TDMS", "tdms_version": self._version, **self._groups.facts()}
 
     def findings(self) -> list[str]:
         """Return what is odd about the file as a whole."""
@@ -220,6 +201,16 @@ class TdmsRecord:
                 with of_library(self.path, "TDMS file"):
                     file = TdmsFile.open(stream)
                 yield file
+
+
+def _described(channel: Any) -> _Channel:
+    axis = str(channel.properties.get("wf_xunit_string", "") or "")
+    return _Channel(
+        channel.group_name,
+        channel.name,
+        _wave(channel.properties),
+        "" if axis in _SECONDS else axis,
+    )
 
 
 def _unit(channel: Any) -> tuple[str, str]:

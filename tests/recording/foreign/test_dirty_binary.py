@@ -50,7 +50,7 @@ def test_tdms_of_two_groups_of_the_same_names(tmp_path: Path) -> None:
     message = refused(path)
     assert "two columns mean “stroke_1”: “Filtered/stroke”, “Raw/stroke”" in message
     assert "or read one group with --group NAME" in message
-    run, _ = read(path, groups=["Filtered"])
+    run, _ = read(path, groups=["Filtered", "Filtered"])
     assert run.series("force").value[0] == 100.0
     assert run.metadata["original"]["groups_left_out"] == ["Raw"]
     assert run.metadata["original"]["columns"]["force"]["unit_from"] == "unit_string"
