@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import logging
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -55,7 +56,7 @@ def _say_nothing(what: object) -> None:
 
 @contextmanager
 def quiet(library: str) -> Iterator[None]:
-    """Keep a library's log from the user: what it has to say is said by us, once."""
+    """Keep a library's log and warnings from the user: what it has to say is said by us, once."""
     prefix = f"{library}."
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(prefix)]
     loggers.append(logging.getLogger(library))
@@ -63,7 +64,9 @@ def quiet(library: str) -> Iterator[None]:
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", module=rf"{library}(\.|$)")
+            yield
     finally:
         for logger, level in zip(loggers, levels, strict=True):
             logger.setLevel(level)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.foreign.channel_groups import missing_library, of_library
+from recording.foreign.channel_groups import missing_library, of_library, quiet
 from recording.foreign.columns import DATE_TIME
 from recording.foreign.heading import LOOKED_AT, find_heading
 from recording.foreign.moments import Moments
@@ -171,7 +171,7 @@ class ExcelRecord:
             stream = self.path.open("rb")
         except OSError as error:
             raise BadInput(f"cannot be read: {error.strerror}", file=self.path) from None
-        with stream:
+        with stream, quiet("openpyxl"):
             with of_library(self.path, "workbook (.xlsx)"):
                 book = load_workbook(stream, read_only=True, data_only=values)
             try:

@@ -347,3 +347,13 @@ def test_a_date_out_of_range_is_refused_and_not_wrapped(
 ) -> None:
     path = clocked(tmp_path, [46_000, cell], number_format, CALENDAR_WINDOWS_1900)
     assert "row 3, column 1 “time”: “" in refused(path)
+
+
+def test_what_openpyxl_says_of_a_workbook_is_kept_from_the_user(tmp_path: Path) -> None:
+    """As of one with a validation list, which Excel keeps as an extension: no matter of numbers."""
+    path = book(tmp_path, {"Data": [HEAD, *ROWS]})
+    extension = '<ext uri="{CCE6A557-97BC-4b89-ADB6-D9C93CAAB3DF}"></ext>'
+    rewritten(path, "</worksheet>", f"<extLst>{extension}</extLst></worksheet>")
+    run, warnings = read(path)  # a warning would be an error here
+    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0]
+    assert warnings == ()
