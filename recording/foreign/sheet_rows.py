@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from foundation.errors import BadInput
-from recording.foreign.heading import NUMBER, is_units
+from recording.foreign.heading import NUMBER, is_units, is_value
 from recording.foreign.record import Findings, Reading
 from recording.foreign.sifting import HEADINGS, REMARKS
 
@@ -123,7 +123,7 @@ class SheetSieve:
 
     def _begins_with_text(self, texts: Sequence[str]) -> bool:
         first = next(text for text in texts if text)
-        return first not in self._no_value and not is_number(first) and not _ERROR.fullmatch(first)
+        return not is_value(first, self._no_value) and not _ERROR.fullmatch(first)
 
     def _heading(self, number: int) -> None:
         """Note a header row; what is directly above it is of its block."""

@@ -197,6 +197,14 @@ def test_rows_with_numbers_above_a_repeated_header_row_are_no_part_of_its_block(
         assert "is no number" in message
 
 
+def test_a_date_that_is_a_text_begins_a_sample(tmp_path: Path) -> None:
+    head = ["time", *HEAD[1:]]
+    rows: list[list[Any]] = [[f"2026-03-05T14:00:0{i}Z", i, None if i == 1 else 2.0] for i in range(4)]
+    path = book(tmp_path, {"Data": [head, *rows[:2], head, *rows[2:]]})
+    run, _ = read(path, unit={"time": "date-time"})
+    assert np.array_equal(run.series("force").value, [2.0, np.nan, 2.0, 2.0], equal_nan=True)
+
+
 def test_a_key_and_its_number_without_a_header_row_below_are_refused(tmp_path: Path) -> None:
     path = book(tmp_path, {"Data": [HEAD, *ROWS, ["Cycle", 2], [3, 4, 5]]})
     assert "row 5, column 1 “time [s]”: “Cycle” is no number" in refused(path)
