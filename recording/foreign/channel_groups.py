@@ -5,11 +5,18 @@ from __future__ import annotations
 import gc
 import logging
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from foundation.errors import BadInput
+from recording.foreign.heading import NUMBER
+from recording.foreign.record import Floats, Header, Reading
 
 
 @contextmanager
@@ -49,7 +56,7 @@ def _say_nothing(what: object) -> None:
 
 @contextmanager
 def quiet(library: str) -> Iterator[None]:
-    """Keep a library's log from the user: what it has to say is said by us, once."""
+    """Keep a library's log and warnings from the user: what it has to say is said by us, once."""
     prefix = f"{library}."
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(prefix)]
     loggers.append(logging.getLogger(library))
@@ -57,7 +64,9 @@ def quiet(library: str) -> Iterator[None]:
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", module=rf"{library}(\.|$)")
+            yield
     finally:
         for logger, level in zip(loggers, levels, strict=True):
             logger.setLevel(level)
@@ -72,24 +81,69 @@ def missing_library(library: str, path: Path, what: str) -> BadInput:
     )
 
 
-def chosen_groups(there: Sequence[str], asked: Sequence[str], path: Path) -> list[str]:
-    """Return the groups to read: those that are asked for, else all.
+def missing_numbers(reading: Reading) -> frozenset[float]:
+    """Return the numbers that mean: no value, however they are written (“-9999” is -9999.00, too)."""
+    signs = reading.decimal or "".join(NUMBER)
+    return frozenset(
+        float(text.replace(",", "."))
+        for text in map(str.strip, reading.missing)
+        if any(NUMBER[sign].fullmatch(text) for sign in signs)
+    )
+
+
+def as_numbers(samples: NDArray[Any], missing: frozenset[float]) -> Floats:
+    """Return samples as floats, NaN where one is a number that means: no value.
+
+    Such a number is compared as the samples' type holds it: -9999.9 in single precision is -9999.900391.
+    """
+    values = samples.astype(np.float64)
+    if missing:
+        kind = samples.dtype if samples.dtype.kind == "f" else np.float64
+        with np.errstate(over="ignore"):
+            stated = np.array(sorted(missing)).astype(kind).astype(np.float64)
+        values[np.isin(values, stated[np.isfinite(stated)])] = np.nan
+    return values
+
+
+class Groups:
+    """The groups of a record: those to read, which are those that are asked for, else all.
+
+    Parameters
+    ----------
+    there : sequence of str
+        All groups of the record.
+    asked : sequence of str
+        Those that the user names.
+    path : Path
+        For messages.
 
     Raises
     ------
     BadInput
-        If one is not there; the message lists those that are.
+        If one that is asked for is not there; the message lists those that are.
     """
-    for name in asked:
-        if name not in there:
-            raise BadInput(
-                f"--group {name}: no such group",
-                file=path,
-                remedy=f"the groups are {', '.join(f'“{group}”' for group in there) or 'none'}",
-            )
-    return list(asked) if asked else list(there)
 
+    def __init__(self, there: Sequence[str], asked: Sequence[str], path: Path) -> None:
+        for name in asked:
+            if name not in there:
+                raise BadInput(
+                    f"--group {name}: no such group",
+                    file=path,
+                    remedy=f"the groups are {', '.join(f'“{group}”' for group in there) or 'none'}",
+                )
+        self.read = tuple(dict.fromkeys(asked or there))
+        self._left_out = [name for name in dict.fromkeys(there) if name not in self.read]
 
-def groups_place(groups: Sequence[str]) -> str:
-    """Return the place of groups for messages."""
-    return f"group “{groups[0]}”" if len(groups) == 1 else f"{len(groups)} groups"
+    @property
+    def place(self) -> str:
+        """Get the place of their headers, for messages."""
+        return f"group “{self.read[0]}”" if len(self.read) == 1 else f"{len(self.read)} groups"
+
+    def header(self, group: str, name: str, unit: str, unit_from: str) -> Header:
+        """Return the header of a channel; its group is part of it where several are read."""
+        return Header(name, group if len(self.read) > 1 else "", unit, unit_from)
+
+    def facts(self) -> dict[str, Any]:
+        """Return which are read and which are left out, for the run file."""
+        left_out = {"groups_left_out": self._left_out} if self._left_out else {}
+        return {"groups": list(self.read), **left_out}

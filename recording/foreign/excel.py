@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import date, datetime, time, timedelta
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,16 +12,16 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.foreign.cells import NOT_A_NUMBER, BadCell
-from recording.foreign.channel_groups import missing_library, of_library
+from recording.foreign.channel_groups import missing_library, of_library, quiet
 from recording.foreign.columns import DATE_TIME
-from recording.foreign.heading import LOOKED_AT, NUMBER, find_heading, is_units
+from recording.foreign.heading import LOOKED_AT, find_heading
 from recording.foreign.moments import Moments
 from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
+from recording.foreign.sheet_cells import DAY_0, TIMES, SheetCells
+from recording.foreign.sheet_rows import SheetSieve, SheetTable, as_texts, is_number, is_remark
 
-_TEXT_NUMBERS = "number(s) stored as text"
-_TIMES = datetime | time | timedelta
-_HEADINGS = "header row(s) inside the data"
+_TEXT_OF_FORMULA = "str"
+"""Type of a cell whose formula gave a text: openpyxl keeps it where that is empty."""
 
 
 class ExcelRecord:
@@ -46,6 +45,7 @@ class ExcelRecord:
         with self._opened(values=True) as book:
             with of_library(path, "workbook"):
                 self._sheet = _sheet(book, reading.sheet, path)
+            self._day_0 = max(book.epoch, DAY_0)  # openpyxl counts from the day before day 0, or from 1904
             first = list(islice(self._rows(book), LOOKED_AT))
         rows = [_texts(row) for row in first]
         heading = find_heading(rows, reading)
@@ -54,7 +54,7 @@ class ExcelRecord:
                 "no header row with at least two columns", file=path, place=f"sheet “{self._sheet}”"
             )
         dated = {
-            i for row in first[heading.first_row :] for i, cell in enumerate(row) if isinstance(cell, _TIMES)
+            i for row in first[heading.first_row :] for i, cell in enumerate(row) if isinstance(cell, TIMES)
         }
         self._heading = heading
         self.headers: tuple[Header, ...] = tuple(
@@ -63,11 +63,10 @@ class ExcelRecord:
             else header
             for position, header in enumerate(heading.headers)
         )
-        line = heading.first_row if heading.row is None else heading.row + 1
-        self.header_place = f"sheet “{self._sheet}”, row {line}"
-        if not any(
-            self.headers[i].text and not _is_number(self.headers[i].text) for i in range(len(rows[0]))
-        ):
+        line = heading.first_row if heading.row is None else heading.row
+        self.header_place = f"sheet “{self._sheet}”, row {line + 1}"
+        texts = [header.text for header in self.headers if header.text]
+        if reading.header_line is None and all(map(is_number, texts)):
             raise BadInput(
                 "no header row: this row holds numbers only",
                 file=path,
@@ -100,101 +99,53 @@ class ExcelRecord:
         BadInput
             If a row is no row of the table, a cell is neither a number nor empty, or a formula has no value.
         """
-        with self._opened(values=True) as book:
-            rows, table, headings = self._table(book, positions)
-        if not rows:
+        table = self._table(positions)
+        if table.blank or any(None in cells for cells in table.columns.values()):
+            self._refuse_formulas(positions)
+        if not table.row:
             raise BadInput("no numbers below the header row", file=self.path, place=self.header_place)
-        self._refuse_formulas(positions, rows, table)
+        cells = SheetCells(self.path, self.headers, table.row, self._reading, self._findings)
         moments = Moments(clock) if clock else None
         columns: dict[int, Floats] = {}
-        try:
-            for position in positions:
-                if clock is not None and moments is not None and position == clock.position:
-                    columns[position] = self._times(table[position], rows, position, moments)
-                else:
-                    columns[position] = self._column(table[position], rows, position)
-        except BadCell as failure:
-            raise failure.message(self.path, self.headers, self.row_word) from None
+        if clock is not None and moments is not None:
+            columns[clock.position] = cells.times(
+                table.columns.pop(clock.position), clock.position, moments, self._day_0
+            )
+        columns |= cells.numbers(table.columns)
+        self._decimal = cells.decimal
         if moments is not None and moments.started is not None and not moments.zone_is_stated:
             self._further.append("its dates and times state no zone and count as UTC")
-        inside = [row for row in headings if 0 < row < len(rows)]
+        inside = [row for row in table.headings if 0 < row < len(table.row)]
         return [
             Numbers(
                 columns=columns,
-                row=np.array(rows, dtype=np.int64),
-                breaks=inside,
-                blocks=inside,
+                row=np.array(table.row, dtype=np.int64),
+                breaks=sorted({*inside, *(row for row in table.breaks if 0 < row < len(table.row))}),
+                blocks=sorted(set(inside)),
                 started=moments.started if moments else None,
             )
         ]
 
-    def _table(
-        self, book: Any, positions: Sequence[int]
-    ) -> tuple[list[int], dict[int, list[Any]], list[int]]:
-        """Return the row numbers, the cells of each column, and where a heading stood among them."""
-        rows: list[int] = []
-        table: dict[int, list[Any]] = {position: [] for position in positions}
-        headings: list[int] = []
+    def _table(self, positions: Sequence[int]) -> SheetTable:
+        """Return the rows of numbers below the header row."""
         texts = [header.text for header in self.headers]
-        waiting: list[int] = []
-        for number, cells in enumerate(self._rows(book), start=1):
-            if number <= self._heading.first_row or all(cell is None for cell in cells):
-                continue
-            values = [*cells, *[None] * (len(texts) - len(cells))]
-            if not any(isinstance(values[p], int | float | date | time | timedelta) for p in positions):
-                as_text = [*_texts(values), *[""] * len(values)][: len(values)]
-                if as_text[: len(texts)] == texts:
-                    self._findings.note(_HEADINGS, number)
-                    headings.append(len(rows))
-                    waiting.clear()
-                    continue
-                if is_units(as_text):
-                    continue
-                numbers = any(_is_number(as_text[p]) for p in positions)
-                if not numbers and not all(text in self._no_value for text in as_text):
-                    waiting.append(number)
-                    continue
-            self._refuse_waiting(waiting)
-            rows.append(number)
-            for position in positions:
-                table[position].append(values[position])
-        self._refuse_waiting(waiting)
-        return rows, table, headings
-
-    @property
-    def _no_value(self) -> frozenset[str]:
-        return self._reading.no_value
-
-    def _refuse_waiting(self, waiting: list[int]) -> None:
-        """Refuse rows of text that no heading explains, or leave them out."""
-        if waiting and not self._reading.salvage:
-            raise BadInput(
-                "a row of text inside the data",
-                file=self.path,
-                place=f"sheet “{self._sheet}”, row {waiting[0]}",
-                remedy="remove this row, or leave it out with --salvage",
-            )
-        for number in waiting:
-            self._findings.note("row(s) could not be read and were left out", number)
-        waiting.clear()
-
-    def _refuse_formulas(
-        self, positions: Sequence[int], rows: Sequence[int], table: dict[int, list[Any]]
-    ) -> None:
-        """Refuse empty cells that hold a formula whose value was never stored."""
-        empty = {
-            (row, position)
-            for position in positions
-            for row, value in zip(rows, table[position], strict=True)
-            if value is None
-        }
-        if not empty:
-            return
-        with self._opened(values=False) as book:
+        sieve = SheetSieve(self.path, self._sheet, texts, positions, self._reading, self._findings)
+        with self._opened(values=True) as book:
             for number, cells in enumerate(self._rows(book), start=1):
-                for position in positions:
-                    formula = position < len(cells) and str(cells[position]).startswith("=")
-                    if formula and (number, position) in empty:
+                if number > self._heading.first_row:
+                    sieve.take(number, cells)
+        return sieve.finish()
+
+    def _refuse_formulas(self, positions: Sequence[int]) -> None:
+        """Refuse formulas whose value was never stored; an empty text that was stored is no value."""
+        with self._opened(values=False) as formulas, self._opened(values=True) as stored:
+            for number, (cells, values) in enumerate(
+                zip(self._cells(formulas), self._cells(stored), strict=True), start=1
+            ):
+                for position in positions if number > self._heading.first_row else ():
+                    if position >= len(cells) or cells[position].data_type != "f":
+                        continue
+                    if values[position].value is None and values[position].data_type != _TEXT_OF_FORMULA:
                         raise BadInput(
                             "a formula whose value is not stored",
                             file=self.path,
@@ -202,51 +153,13 @@ class ExcelRecord:
                             remedy="open the workbook in Excel or LibreOffice, and save it",
                         )
 
-    def _column(self, cells: Sequence[Any], rows: Sequence[int], position: int) -> Floats:
-        values = np.empty(len(cells))
-        for index, cell in enumerate(cells):
-            if isinstance(cell, int | float) and not isinstance(cell, bool):
-                values[index] = cell
-            elif cell is None or (isinstance(cell, str) and cell.strip() in self._no_value):
-                values[index] = np.nan
-            else:
-                values[index] = self._of_text(cell, rows[index], position)
-        return values
-
-    def _of_text(self, cell: object, row: int, position: int) -> float:
-        text = cell.strip() if isinstance(cell, str) else str(cell)
-        signs = self._reading.decimal or self._decimal or ".,"
-        for sign in signs:
-            if isinstance(cell, str) and NUMBER[sign].fullmatch(text):
-                if text.lstrip("+-").isdigit() is False:
-                    self._decimal = sign
-                self._findings.note(_TEXT_NUMBERS, row)
-                return float(text.replace(",", "."))
-        if not self._reading.salvage:
-            raise BadCell(row, position, text, signs[0])
-        self._findings.note(NOT_A_NUMBER, row)
-        return float("nan")
-
-    def _times(self, cells: Sequence[Any], rows: Sequence[int], position: int, moments: Moments) -> Floats:
-        """Return the times of a column of dates and times."""
-        if any(isinstance(cell, str) for cell in cells):
-            texts = ["" if cell is None else str(cell).strip() for cell in cells]
-            seconds, bad = moments.seconds(texts, self._no_value)
-            wrong = bad.tolist()
-        else:
-            wrong = [i for i, cell in enumerate(cells) if not isinstance(cell, _TIMES | None)]
-            stamps = [cell if isinstance(cell, _TIMES) else None for cell in cells]
-            ns = np.array([_stamp(cell) for cell in stamps], dtype="datetime64[ns]").astype(np.int64)
-            seconds = moments.since_first(ns, aware=False)
-        for index in wrong:
-            if not self._reading.salvage:
-                raise BadCell(rows[index], position, str(cells[index]), "")
-            self._findings.note(NOT_A_NUMBER, rows[index])
-        return seconds
-
     def _rows(self, book: Any) -> Iterator[tuple[Any, ...]]:
+        """Give the values of each row's cells."""
+        yield from self._cells(book, values_only=True)
+
+    def _cells(self, book: Any, *, values_only: bool = False) -> Iterator[tuple[Any, ...]]:
         with of_library(self.path, "workbook", f"sheet “{self._sheet}”"):
-            yield from _cells(book[self._sheet])
+            yield from _cells(book[self._sheet], values_only=values_only)
 
     @contextmanager
     def _opened(self, *, values: bool) -> Iterator[Any]:
@@ -258,23 +171,13 @@ class ExcelRecord:
             stream = self.path.open("rb")
         except OSError as error:
             raise BadInput(f"cannot be read: {error.strerror}", file=self.path) from None
-        with stream:
+        with stream, quiet("openpyxl"):
             with of_library(self.path, "workbook (.xlsx)"):
                 book = load_workbook(stream, read_only=True, data_only=values)
             try:
                 yield book
             finally:
                 book.close()
-
-
-def _stamp(cell: datetime | time | timedelta | None) -> np.datetime64:
-    if cell is None:
-        return np.datetime64("NaT", "ns")
-    if isinstance(cell, datetime):
-        return np.datetime64(cell, "ns")
-    midnight = datetime(1900, 1, 1)  # noqa: DTZ001 - a time without a date, and so without a zone
-    since = cell if isinstance(cell, timedelta) else datetime.combine(midnight, cell) - midnight
-    return np.datetime64(midnight + since, "ns")
 
 
 def _sheet(book: Any, asked: str | None, path: Path) -> str:
@@ -301,21 +204,17 @@ def _is_empty(sheet: Any) -> bool:
     return not any(any(cell is not None for cell in row) for row in _cells(sheet))
 
 
-def _cells(sheet: Any) -> Iterator[tuple[Any, ...]]:
+def _cells(sheet: Any, *, values_only: bool = True) -> Iterator[tuple[Any, ...]]:
     sheet.reset_dimensions()  # what other programs state of a sheet's size is often wrong
-    yield from sheet.iter_rows(values_only=True)
+    yield from sheet.iter_rows(values_only=values_only)
 
 
 def _texts(cells: Sequence[Any]) -> list[str]:
     """Return cells as texts, without the empty ones at the end; none of a blank row or a remark."""
-    texts = ["" if cell is None else str(cell).strip() for cell in cells]
+    texts = as_texts(cells)
     while texts and not texts[-1]:
         texts.pop()
-    return [] if texts and texts[0].startswith("#") and len(texts) == 1 else texts
-
-
-def _is_number(text: str) -> bool:
-    return any(form.fullmatch(text) for form in NUMBER.values())
+    return [] if is_remark(texts) else texts
 
 
 def _letters(position: int) -> str:

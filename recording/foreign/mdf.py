@@ -15,7 +15,16 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.foreign.channel_groups import chosen_groups, groups_place, missing_library, of_library, quiet
+from foundation.units import to_inside
+from recording.foreign.channel_groups import (
+    Groups,
+    as_numbers,
+    missing_library,
+    missing_numbers,
+    of_library,
+    quiet,
+)
+from recording.foreign.columns import spelled
 from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
 
 _TIME = 1
@@ -27,6 +36,14 @@ class _Channel:
     group: str
     group_index: int
     index: int
+
+
+@dataclass(frozen=True)
+class _Master:
+    """When the samples of a group were taken, and the unit in which its master channel says so."""
+
+    time_s: Floats
+    unit: str
 
 
 class MdfRecord:
@@ -41,35 +58,33 @@ class MdfRecord:
     row_word = "sample"
 
     def __init__(self, path: Path, reading: Reading) -> None:
-        self.path, self._reading = path, reading
+        self.path = path
         self._findings: list[str] = []
+        self._missing = missing_numbers(reading)
         self._unfinalised = _is_unfinalised(path)
         if self._unfinalised:
             self._findings.append("the file was not finalised: the recording may have been cut short")
         with self._opened() as file, of_library(path, "MDF file"):
             names = _group_names(file)
-            self._groups = chosen_groups(list(dict.fromkeys(names)), reading.groups, path)
+            self._groups = Groups(names, reading.groups, path)
             self._version = str(file.version)
             self._started = _start(file)
             self._channels: list[_Channel] = []
             headers: list[Header] = []
-            several = len(self._groups) > 1
             for number, (name, group) in enumerate(zip(names, file.groups, strict=True)):
-                if name not in self._groups:
+                if name not in self._groups.read:
                     continue
                 master = file.masters_db.get(number)
                 for index, channel in enumerate(group.channels):
                     if index == master:
                         continue
-                    headers.append(
-                        Header(str(channel.name), name if several else "", _unit(channel), "channel unit")
-                    )
+                    unit = _unit(channel)
+                    headers.append(self._groups.header(name, str(channel.name), unit, "channel unit"))
                     self._channels.append(_Channel(name, number, index))
-        self._left_out = [name for name in dict.fromkeys(names) if name not in self._groups]
         self.headers = tuple(headers)
         if not headers:
             raise BadInput("no channel in it", file=path)
-        self.header_place = groups_place(self._groups)
+        self.header_place = self._groups.place
 
     def where(self, position: int) -> str:
         """Return where a channel stands, for messages."""
@@ -77,9 +92,7 @@ class MdfRecord:
 
     def facts(self) -> dict[str, Any]:
         """Return how the file is written, for the run file."""
-        facts: dict[str, Any] = {"format": "MDF", "mdf_version": self._version, "groups": list(self._groups)}
-        if self._left_out:
-            facts["groups_left_out"] = self._left_out
+        facts = {"format": "MDF", "mdf_version": self._version, **self._groups.facts()}
         return facts | ({"unfinalised": True} if self._unfinalised else {})
 
     def findings(self) -> list[str]:
@@ -94,36 +107,43 @@ class MdfRecord:
         BadInput
             If a channel holds no numbers, or its group runs over something else than time.
         """
-        del clock  # the master channel is the time
+        if clock is not None:
+            raise BadInput(
+                "its samples are no dates and times",
+                file=self.path,
+                place=self.where(clock.position),
+                remedy="say the unit of its numbers by --unit time=…",
+            )
         groups: dict[int, dict[int, Floats]] = {}
-        masters: dict[int, Floats] = {}
+        masters: dict[int, _Master] = {}
         with self._opened() as file:
             for position in positions:
                 number = self._channels[position].group_index
                 if number not in masters:
                     masters[number] = self._master(file, position)
                 groups.setdefault(number, {})[position] = self._values(file, position)
-        bases: list[tuple[Floats, dict[int, Floats]]] = []
+        bases: list[tuple[_Master, dict[int, Floats]]] = []
         for number, columns in groups.items():
-            for time_s, members in bases:
-                if np.array_equal(time_s, masters[number], equal_nan=True):
+            for master, members in bases:
+                if np.array_equal(master.time_s, masters[number].time_s, equal_nan=True):
                     members.update(columns)
                     break
             else:
                 bases.append((masters[number], dict(columns)))
-        return [self._numbers(time_s, columns) for time_s, columns in bases]
+        return [self._numbers(master, columns) for master, columns in bases]
 
-    def _numbers(self, time_s: Floats, columns: dict[int, Floats]) -> Numbers:
-        shortest = min([len(time_s), *(len(values) for values in columns.values())])
+    def _numbers(self, master: _Master, columns: dict[int, Floats]) -> Numbers:
+        shortest = min([len(master.time_s), *(len(values) for values in columns.values())])
         return Numbers(
             columns={position: values[:shortest] for position, values in columns.items()},
             row=np.arange(1, shortest + 1, dtype=np.int64),
-            time_s=time_s[:shortest],
-            time_from="master channel",
+            time_s=master.time_s[:shortest],
+            time_from="master channel" if master.unit == "s" else f"master channel in {master.unit}",
             started=self._started,
         )
 
-    def _master(self, file: Any, position: int) -> Floats:
+    def _master(self, file: Any, position: int) -> _Master:
+        """Return the time of a channel's group, in seconds whatever its unit."""
         number = self._channels[position].group_index
         index = file.masters_db.get(number)
         if index is None:
@@ -137,8 +157,18 @@ class MdfRecord:
                 file=self.path,
                 place=self.where(position),
             )
+        unit = spelled(_unit(channel)) or "s"
         with of_library(self.path, "MDF file", self.where(position)):
-            return np.asarray(file.get_master(number), dtype=np.float64)
+            stamps = np.asarray(file.get_master(number), dtype=np.float64)
+        try:
+            return _Master(to_inside(stamps, "time", unit), unit)
+        except BadInput as error:
+            raise BadInput(
+                f"{error.problem} (master channel “{channel.name}”)",
+                file=self.path,
+                place=f"group “{self._channels[position].group}”",
+                remedy="export the record with its time in seconds",
+            ) from None
 
     def _values(self, file: Any, position: int) -> Floats:
         channel = self._channels[position]
@@ -148,7 +178,7 @@ class MdfRecord:
         samples = np.asarray(signal.samples)
         if samples.dtype.kind not in "iuf" or samples.ndim != 1:
             raise BadInput("its samples are no numbers", file=self.path, place=self.where(position))
-        values = samples.astype(np.float64)
+        values = as_numbers(samples, self._missing)
         invalid = signal.invalidation_bits
         if invalid is not None:
             values[np.asarray(invalid, dtype=bool)] = np.nan

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import stat
 from pathlib import Path
 
 from foundation.errors import BadInput
@@ -19,9 +20,13 @@ def open_record(path: Path, reading: Reading) -> ForeignRecord:
     Raises
     ------
     BadInput
-        If it cannot be read, or is of no kind that is understood.
+        If it cannot be read, is no regular file, or is of no kind that is understood.
     """
     try:
+        mode = path.stat().st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+            # Of a pipe, nothing can be read twice; and one that nobody writes to is waited for, for ever.
+            raise BadInput("is no regular file", file=path, remedy="save it as a file first")
         with path.open("rb") as stream:
             head = stream.read(8)
             stream.seek(512)

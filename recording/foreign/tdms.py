@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,10 +13,19 @@ from typing import Any
 import numpy as np
 
 from foundation.errors import BadInput
-from recording.foreign.channel_groups import chosen_groups, groups_place, missing_library, of_library, quiet
+from recording.foreign.channel_groups import (
+    Groups,
+    as_numbers,
+    missing_library,
+    missing_numbers,
+    of_library,
+    quiet,
+)
+from recording.foreign.columns import DATE_TIME
 from recording.foreign.moments import Moments
-from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
+from recording.foreign.record import Clock, Floats, Numbers, Reading
 
+_SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
 _SECONDS = ("", "s", "sec", "Time", "time", "seconds")
 
 
@@ -32,7 +42,6 @@ class _Wave:
 class _Channel:
     group: str
     name: str
-    rows: int
     wave: _Wave | None
     axis: str
     """What its waveform runs over, if not time."""
@@ -50,37 +59,22 @@ class TdmsRecord:
     row_word = "sample"
 
     def __init__(self, path: Path, reading: Reading) -> None:
-        self.path, self._reading = path, reading
+        self.path = path
         self._findings: list[str] = []
+        self._missing = missing_numbers(reading)
         with self._opened() as file, of_library(path, "TDMS file"):
-            all_groups = [group.name for group in file.groups()]
-            self._groups = chosen_groups(all_groups, reading.groups, path)
+            self._groups = Groups([group.name for group in file.groups()], reading.groups, path)
             self._version = int(file.tdms_version)
-            self._channels: list[_Channel] = []
-            headers: list[Header] = []
-            several = len(self._groups) > 1
-            for name in self._groups:
-                for channel in file[name].channels():
-                    properties = channel.properties
-                    unit = str(properties.get("unit_string", "") or "").strip()
-                    headers.append(Header(channel.name, name if several else "", unit, "unit_string"))
-                    axis = str(properties.get("wf_xunit_string", "") or "")
-                    self._channels.append(
-                        _Channel(
-                            name,
-                            channel.name,
-                            len(channel),
-                            _wave(properties),
-                            "" if axis in _SECONDS else axis,
-                        )
-                    )
+            channels = [channel for name in self._groups.read for channel in file[name].channels()]
+            self._channels = [_described(channel) for channel in channels]
+            self.headers = tuple(
+                self._groups.header(channel.group_name, channel.name, *_unit(channel)) for channel in channels
+            )
             if file.file_status.incomplete_final_segment:
                 self._findings.append("the last segment is not complete: the recording was cut short")
-        self.headers = tuple(headers)
-        if not headers:
+        if not self.headers:
             raise BadInput("no channel in it", file=path)
-        self._left_out = [name for name in all_groups if name not in self._groups]
-        self.header_place = groups_place(self._groups)
+        self.header_place = self._groups.place
 
     def where(self, position: int) -> str:
         """Return where a channel stands, for messages."""
@@ -89,8 +83,7 @@ class TdmsRecord:
 
     def facts(self) -> dict[str, Any]:
         """Return how the file is written, for the run file."""
-        left_out = {"groups_left_out": self._left_out} if self._left_out else {}
-        return {"format": "TDMS", "tdms_version": self._version, "groups": list(self._groups), **left_out}
+        return {"format": "TDMS", "tdms_version": self._version, **self._groups.facts()}
 
     def findings(self) -> list[str]:
         """Return what is odd about the file as a whole."""
@@ -122,7 +115,10 @@ class TdmsRecord:
         self, file: Any, members: Sequence[int], clock: Clock | None, first_start_s: float | None
     ) -> Numbers:
         moments = Moments(clock) if clock is not None and clock.position in members else None
-        columns = {position: self._values(file, position, moments) for position in members}
+        columns = {
+            position: self._values(file, position, moments if clock and position == clock.position else None)
+            for position in members
+        }
         shortest = min(len(values) for values in columns.values())
         for position, values in columns.items():
             if len(values) > shortest:
@@ -148,15 +144,40 @@ class TdmsRecord:
 
     def _values(self, file: Any, position: int, moments: Moments | None) -> Floats:
         channel = self._channels[position]
+        self._refuse_unknown_scale(file, position)
         with of_library(self.path, "TDMS file", self.where(position)):
             values = np.asarray(file[channel.group][channel.name][:])
-        if values.dtype.kind == "M":
-            ns = values.astype("datetime64[ns]").astype(np.int64)
-            holder = moments or Moments(Clock(position))
-            return holder.since_first(ns, aware=True)
+        if moments is not None:
+            if values.dtype.kind != "M":
+                raise BadInput(
+                    "its samples are no dates and times", file=self.path, place=self.where(position)
+                )
+            return moments.since_first(values.astype("datetime64[ns]").astype(np.int64), aware=True)
         if values.dtype.kind not in "iuf":
-            raise BadInput("its samples are no numbers", file=self.path, place=self.where(position))
-        return values.astype(np.float64)
+            what = "dates and times" if values.dtype.kind == "M" else "no numbers"
+            raise BadInput(f"its samples are {what}", file=self.path, place=self.where(position))
+        return as_numbers(values, self._missing)
+
+    def _refuse_unknown_scale(self, file: Any, position: int) -> None:
+        """Refuse counts whose scaling the library does not know: it would give them as they are."""
+        from nptdms.scaling import get_scaling  # noqa: PLC0415 - optional library
+
+        channel = self._channels[position]
+        group = file[channel.group]
+        for properties in (group[channel.name].properties, group.properties, file.properties):
+            types = _scale_types(properties)
+            if not types:
+                continue
+            with of_library(self.path, "TDMS file", self.where(position)):
+                scaling = get_scaling(properties, {}, {})
+            if scaling is None:
+                raise BadInput(
+                    f"its samples are counts, with a scaling that is not known here: {', '.join(types)}",
+                    file=self.path,
+                    place=self.where(position),
+                    remedy="export it with the scaled values",
+                )
+            return
 
     @contextmanager
     def _opened(self) -> Iterator[Any]:
@@ -180,6 +201,30 @@ class TdmsRecord:
                 with of_library(self.path, "TDMS file"):
                     file = TdmsFile.open(stream)
                 yield file
+
+
+def _described(channel: Any) -> _Channel:
+    axis = str(channel.properties.get("wf_xunit_string", "") or "")
+    return _Channel(
+        channel.group_name,
+        channel.name,
+        _wave(channel.properties),
+        "" if axis in _SECONDS else axis,
+    )
+
+
+def _unit(channel: Any) -> tuple[str, str]:
+    """Return a channel's unit, and where it is stated; dates and times are in none."""
+    if channel.dtype.kind == "M":
+        return DATE_TIME, "samples"
+    return str(channel.properties.get("unit_string", "") or "").strip(), "unit_string"
+
+
+def _scale_types(properties: Any) -> list[str]:
+    """Return the types of the scales that are still to be applied to the samples."""
+    if properties.get("NI_Scaling_Status") == "scaled" or properties.get("NI_Number_Of_Scales") == 0:
+        return []
+    return [f"“{value}”" for key, value in sorted(properties.items()) if _SCALE_TYPE.fullmatch(key)]
 
 
 def _wave(properties: Any) -> _Wave | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 from . import makers
 
 
-def bufferstand(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+def bufferstand(folder: Path, *words: str, piped: str | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-P", "-m", "cli", "import", *words],
         capture_output=True,
@@ -17,6 +18,7 @@ def bufferstand(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
         timeout=300,
         check=False,
         cwd=folder,
+        input=piped,
     )
 
 
@@ -52,3 +54,16 @@ def test_one_bad_file_does_not_stop_the_others(tmp_path: Path) -> None:
     salvaged = bufferstand(tmp_path, "bad.csv", "--out", "runs", "--mapping", "lab.toml", "--salvage")
     assert salvaged.returncode == 0
     assert "warning: bad.csv: 1 cell(s) that are no number, taken as no value" in salvaged.stderr
+
+
+def test_what_is_no_regular_file_is_refused_at_once(tmp_path: Path) -> None:
+    """A pipe cannot be read twice, and one that nobody writes to would be waited for."""
+    os.mkfifo(tmp_path / "pipe.csv")
+    table = makers.csv_comma(tmp_path / "good.csv").read_text()
+    for name in ("pipe.csv", "/dev/stdin", "/dev/null"):
+        done = bufferstand(tmp_path, name, "--out", "runs", piped=table)
+        assert done.returncode == 2
+        assert done.stderr == f"bufferstand: {name}: is no regular file; save it as a file first\n"
+    folder = bufferstand(tmp_path, ".", "--out", "runs")
+    assert folder.stderr == "bufferstand: .: cannot be read: Is a directory; check the path\n"
+    assert not (tmp_path / "runs").exists()

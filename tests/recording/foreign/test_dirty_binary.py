@@ -1,45 +1,28 @@
-"""TDMS, MDF and Excel as they come from real rigs: read right, or refused with the place."""
+"""TDMS and MDF as they come from real rigs: read right, or refused with the place."""
 
 from __future__ import annotations
 
 import shutil
 import struct
 import sys
-from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from asammdf import MDF, Signal
-from nptdms import ChannelObject, TdmsWriter
-from openpyxl import Workbook
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from foundation.errors import BadInput
 from recording.foreign.importing import import_file
 from recording.foreign.wanted import ImportOptions
-from recording.run import Run
-from recording.runfile import open_run
 
 from . import makers
+from .attempts import mapping, read, refused
 
 WAVE = {"wf_increment": 0.01, "unit_string": "mm"}
 KN = {"wf_increment": 0.01, "unit_string": "kN"}
 RAMP = np.arange(50.0)
-
-
-def read(path: Path, **options: Any) -> tuple[Run, tuple[str, ...]]:
-    made = import_file(path, path.parent / "out", ImportOptions(kind="harmonic", **options))
-    return open_run(made.path), made.warnings
-
-
-def refused(path: Path, **options: Any) -> str:
-    with pytest.raises(BadInput) as caught:
-        read(path, **options)
-    assert not (path.parent / "out").exists()
-    message = caught.value.message()
-    assert message.startswith((str(path), "--"))
-    return message
 
 
 # --- TDMS ---------------------------------------------------------------------------------------------
@@ -67,7 +50,7 @@ def test_tdms_of_two_groups_of_the_same_names(tmp_path: Path) -> None:
     message = refused(path)
     assert "two columns mean “stroke_1”: “Filtered/stroke”, “Raw/stroke”" in message
     assert "or read one group with --group NAME" in message
-    run, _ = read(path, groups=["Filtered"])
+    run, _ = read(path, groups=["Filtered", "Filtered"])
     assert run.series("force").value[0] == 100.0
     assert run.metadata["original"]["groups_left_out"] == ["Raw"]
     assert run.metadata["original"]["columns"]["force"]["unit_from"] == "unit_string"
@@ -126,6 +109,66 @@ def test_tdms_with_a_time_channel(tmp_path: Path) -> None:
     run, _ = read(path, unit={"time": "date-time"})
     assert run.series("force").time_s == pytest.approx(np.arange(50) * 0.02, abs=1e-9)
     assert run.metadata["run"]["started_utc"] == "2026-03-05T14:00:00+00:00"
+
+
+@pytest.mark.parametrize("unit", [{}, {"unit_string": "ms"}])
+def test_tdms_dates_and_times_are_in_no_unit(tmp_path: Path, unit: dict[str, str]) -> None:
+    """They are seconds when they are read: a unit that is stated beside them scales nothing."""
+    stamps = np.datetime64("2026-03-05T14:00:00") + (np.arange(50) * 20).astype("timedelta64[ms]")
+    rest = [channel("stroke [mm]", RAMP), channel("force [kN]", RAMP)]
+    run, _ = read(tdms(tmp_path, [channel("time", stamps, unit), *rest]))
+    assert run.series("force").time_s == pytest.approx(np.arange(50) * 0.02, abs=1e-9)
+    assert run.metadata["original"]["columns"]["time"]["unit_from"] == "samples"
+
+
+def test_dates_and_times_are_refused_where_numbers_are_wanted_and_the_other_way_round(tmp_path: Path) -> None:
+    stamps = np.datetime64("2026-03-05T14:00:00") + (np.arange(50) * 20).astype("timedelta64[ms]")
+    rest = [channel("stroke [mm]", RAMP), channel("force [kN]", RAMP)]
+    path = tdms(tmp_path, [channel("time", stamps), *rest])
+    assert "group “G”, channel “time”: its samples are dates and times" in refused(path, unit={"time": "ms"})
+    path = tdms(tmp_path, [channel("stroke [mm]", stamps, WAVE), channel("force", RAMP, KN)])
+    assert "group “G”, channel “stroke [mm]”: its samples are dates and times" in refused(path)
+    path = tdms(tmp_path, [channel("time", RAMP), *rest])
+    assert "channel “time”: its samples are no dates and times" in refused(path, unit={"time": "date-time"})
+    used = [("stroke", "mm"), ("force", "kN"), ("t", "s")]
+    path = mdf(tmp_path / "record.mf4", [signal(name, RAMP, unit) for name, unit in used])
+    message = refused(path, column={"time": "t"}, unit={"time": "date-time"})
+    assert "channel “t”: its samples are no dates and times; say the unit of its numbers" in message
+
+
+COUNTS = KN | {"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 1}
+LINEAR = {
+    "NI_Scale[0]_Scale_Type": "Linear",
+    "NI_Scale[0]_Linear_Slope": 2.0,
+    "NI_Scale[0]_Linear_Y_Intercept": 3.0,
+}
+
+
+@pytest.mark.parametrize("level", ["channel", "group", "file"])
+def test_tdms_counts_of_an_unknown_scaling_are_refused(tmp_path: Path, level: str) -> None:
+    scales = {"NI_Number_Of_Scales": 2, "NI_Scale[1]_Scale_Type": "Foo"} | LINEAR
+    stated = {name: scales if name == level else {} for name in ("channel", "group", "file")}
+    force = channel("force", np.arange(50, dtype=np.int16), KN | stated["channel"])
+    segment = [
+        RootObject(stated["file"]),
+        GroupObject("G", stated["group"]),
+        channel("stroke", RAMP, WAVE),
+        force,
+    ]
+    message = refused(tdms(tmp_path, segment))
+    assert "its samples are counts, with a scaling that is not known here: “Linear”, “Foo”" in message
+    assert "export it with the scaled values" in message
+
+
+def test_tdms_counts_of_a_known_scaling_and_samples_that_are_scaled_already(tmp_path: Path) -> None:
+    counts = np.arange(50, dtype=np.int16)
+    path = tdms(tmp_path, [channel("stroke", RAMP, WAVE), channel("force", counts, COUNTS | LINEAR)])
+    assert read(path)[0].series("force").value.tolist() == (2.0 * RAMP + 3.0).tolist()
+    scaled = COUNTS | {"NI_Scale[0]_Scale_Type": "Foo", "NI_Scaling_Status": "scaled"}
+    other = tmp_path / "other"
+    other.mkdir()
+    path = tdms(other, [channel("stroke", RAMP, WAVE), channel("force", RAMP, scaled)])
+    assert read(path)[0].series("force").value.tolist() == RAMP.tolist()
 
 
 def test_tdms_channels_that_cannot_be_used(tmp_path: Path) -> None:
@@ -240,87 +283,75 @@ def test_mdf_signals_each_in_a_group_of_its_own(tmp_path: Path) -> None:
     assert "group “Python (1)”, channel “stroke” and group “Python (2)”, channel “force”" in message
 
 
+def master_in(unit: str, path: Path, step: float) -> Path:
+    """Write a record of 0.01 s steps whose master channel counts in another unit, as some loggers do."""
+    file = MDF(version="4.10")
+    file.append([signal("stroke", RAMP, "mm", step), signal("force", RAMP, "kN", step)])
+    file.groups[0].channels[0].unit = unit
+    saved = Path(file.save(path, overwrite=True))
+    file.close()
+    return saved
+
+
+@pytest.mark.parametrize(
+    ("unit", "step", "told"),
+    [
+        ("s", 0.01, ""),
+        ("sec", 0.01, ""),
+        ("", 0.01, ""),
+        ("ms", 10.0, " in ms"),
+        ("msec", 10.0, " in ms"),
+        ("min", 0.01 / 60.0, " in min"),
+    ],
+)
+def test_mdf_time_in_the_unit_of_its_master_channel(
+    tmp_path: Path, unit: str, step: float, told: str
+) -> None:
+    run, warnings = read(master_in(unit, tmp_path / "record.mf4", step))
+    assert run.series("force").time_s == pytest.approx(RAMP * 0.01, abs=1e-12)
+    assert run.streams["record"].rate_Hz == pytest.approx(100.0)
+    assert warnings == ()
+    assert run.metadata["original"]["time_from"]["record"] == f"master channel{told}"
+
+
+def test_mdf_masters_of_other_units_share_a_stream_if_their_times_are_equal(tmp_path: Path) -> None:
+    file = MDF(version="4.10")
+    file.append([signal("stroke", RAMP, "mm", 0.25)])
+    file.append([signal("force", RAMP, "kN", 250.0)])
+    file.groups[1].channels[0].unit = "ms"
+    path = Path(file.save(tmp_path / "record.mf4", overwrite=True))
+    file.close()
+    run, _ = read(path)
+    assert list(run.streams) == ["record"]
+    assert run.series("force").time_s.tolist() == (RAMP * 0.25).tolist()
+
+
+def test_mdf_master_channel_of_an_unknown_unit(tmp_path: Path) -> None:
+    message = refused(master_in("fortnight", tmp_path / "record.mf4", 1.0))
+    assert "unit “fortnight” is not understood for time (master channel “time”)" in message
+    assert "export the record with its time in seconds" in message
+
+
+def test_stated_numbers_that_mean_no_value(tmp_path: Path) -> None:
+    """As in a table; a number of single precision is the nearest one to the number stated."""
+    forces = RAMP.copy()
+    forces[3] = -9999.9
+    single = signal("force", forces.astype("f4"), "kN")
+    path = mdf(tmp_path / "record.mf4", [signal("stroke", RAMP, "mm"), single])
+    run, _ = read(path, mapping=mapping(path, "[file]", 'missing = ["-9999.90", "n/a", "1e99"]'))
+    assert np.flatnonzero(np.isnan(run.series("force").value)).tolist() == [3]
+    other = tmp_path / "other"
+    other.mkdir()
+    counts = np.where(RAMP == 3, -9999, RAMP).astype(np.int16)
+    path = tdms(other, [channel("stroke", RAMP, WAVE), channel("force", counts, KN)])
+    run, _ = read(path, mapping=mapping(path, "[file]", 'missing = ["-9999.0"]'))
+    assert np.flatnonzero(np.isnan(run.series("force").value)).tolist() == [3]
+
+
 def test_mdf_channels_that_are_texts(tmp_path: Path) -> None:
     words = signal("force", np.array([b"low", b"high"] * 25), "kN", encoding="utf-8")
     path = mdf(tmp_path / "record.mf4", [signal("stroke", RAMP, "mm"), words])
     assert "channel “force”: its samples are no numbers" in refused(path)
-
-
-# --- Excel --------------------------------------------------------------------------------------------
-
-
-def book(tmp_path: Path, sheets: dict[str, list[list[Any]]]) -> Path:
-    path = tmp_path / "record.xlsx"
-    workbook = Workbook()
-    workbook.remove(workbook.active)
-    for title, rows in sheets.items():
-        sheet = workbook.create_sheet(title)
-        for row in rows:
-            sheet.append(row)
-    workbook.save(path)
-    return path
-
-
-HEAD = ["time [s]", "stroke [mm]", "force [kN]"]
-ROWS: list[list[Any]] = [[0, 1, 2], [1, 2.5, 3], [2, 3, 4]]
-
-
-def test_several_sheets_are_named_or_refused(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Info": [["Rig 3"]], "Data": [HEAD, *ROWS], "Nothing": []})
-    assert "2 sheets hold something; say which by --sheet; they are “Info”, “Data”, “Nothing”" in refused(
-        path
-    )
-    assert "no sheet is named “data”; the sheets are “Info”" in refused(path, sheet="data")
-    run, _ = read(path, sheet="Data")
-    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0]
-    assert run.metadata["original"]["sheet"] == "Data"
-
-
-def test_formulas_count_by_their_stored_values(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "=B2*2", 3], [2, 3, 4]]})
-    assert "sheet “Data”, cell B3: a formula whose value is not stored; open the workbook" in refused(path)
-
-
-def test_cells_of_a_sheet_that_are_no_numbers(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, "#DIV/0!", 3], [2, 3, True]]})
-    assert "row 3, column 2 “stroke [mm]”: “#DIV/0!” is no number" in refused(path)
-    run, warnings = read(path, salvage=True)
-    assert np.array_equal(run.series("stroke").value, [1.0, np.nan, 3.0], equal_nan=True)
-    assert "2 cell(s) that are no number, taken as no value, the first in row 3" in warnings
-
-
-def test_numbers_stored_as_texts(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, [0, "1,5", "2"], [1, "2,5", "3"], [2, 3.5, "4"]]})
-    run, warnings = read(path)
-    assert run.series("stroke").value.tolist() == [1.5, 2.5, 3.5]
-    assert "5 number(s) stored as text, the first in row 2" in warnings
-
-
-def test_a_sheet_with_dates_and_headings_inside(tmp_path: Path) -> None:
-    start = datetime(2026, 3, 5, 14, 2, 11)  # noqa: DTZ001 - Excel knows no zones
-    rows = [[start + timedelta(milliseconds=20 * i), i, 2 * i] for i in range(6)]
-    head, units = ["time", "stroke", "force"], [None, "mm", "kN"]
-    path = book(tmp_path, {"Data": [head, units, *rows[:3], [], head, units, *rows[3:]]})
-    run, warnings = read(path)
-    assert run.series("force").time_s == pytest.approx(np.arange(6) * 0.02, abs=1e-9)
-    assert run.metadata["run"]["started_utc"] == "2026-03-05T14:02:11+00:00"
-    assert "1 header row(s) inside the data, the first in row 7" in warnings
-    assert "its dates and times state no zone and count as UTC" in warnings
-
-
-def test_a_row_of_text_inside_a_sheet(tmp_path: Path) -> None:
-    path = book(tmp_path, {"Data": [HEAD, *ROWS, ["operator stopped"], [3, 4, 5]]})
-    assert "sheet “Data”, row 5: a row of text inside the data" in refused(path)
-    run, _ = read(path, salvage=True)
-    assert run.series("stroke").value.tolist() == [1.0, 2.5, 3.0, 4.0]
-
-
-def test_workbooks_that_are_none(tmp_path: Path) -> None:
-    path = tmp_path / "record.xls"
-    path.write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600)
-    assert "a workbook in the old Excel format (.xls); save it as .xlsx" in refused(path)
-    assert "the workbook is empty" in refused(book(tmp_path, {"Data": []}))
-    assert "no header row" in refused(book(tmp_path, {"Data": ROWS}))
 
 
 # --- kinds --------------------------------------------------------------------------------------------

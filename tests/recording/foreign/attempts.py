@@ -1,0 +1,35 @@
+"""One import in a test: read, or refused with one message and nothing written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from foundation.errors import BadInput
+from recording.foreign.importing import import_file
+from recording.foreign.wanted import ImportOptions
+from recording.run import Run
+from recording.runfile import open_run
+
+
+def read(path: Path, **options: Any) -> tuple[Run, tuple[str, ...]]:
+    made = import_file(path, path.parent / "out", ImportOptions(kind="harmonic", **options))
+    return open_run(made.path), made.warnings
+
+
+def refused(path: Path, **options: Any) -> str:
+    with pytest.raises(BadInput) as caught:
+        read(path, **options)
+    assert not (path.parent / "out").exists()
+    message = caught.value.message()
+    assert message.startswith((str(path), "--"))
+    return message
+
+
+def mapping(path: Path, *lines: str) -> Path:
+    """Write a mapping file beside a record."""
+    written = path.with_suffix(".mapping.toml")
+    written.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return written
