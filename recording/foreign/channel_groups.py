@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.errors import BadInput
-from recording.foreign.heading import NUMBER
-from recording.foreign.record import Floats, Header, Reading
+from recording.foreign.record import Floats, Header
 
 
 @contextmanager
@@ -78,16 +77,6 @@ def missing_library(library: str, path: Path, what: str) -> BadInput:
         f"{what} needs the library {library}, which is not installed",
         file=path,
         remedy="install bufferstand with its extra “foreign”: pip install 'bufferstand[foreign]'",
-    )
-
-
-def missing_numbers(reading: Reading) -> frozenset[float]:
-    """Return the numbers that mean: no value, however they are written (“-9999” is -9999.00, too)."""
-    signs = reading.decimal or "".join(NUMBER)
-    return frozenset(
-        float(text.replace(",", "."))
-        for text in map(str.strip, reading.missing)
-        if any(NUMBER[sign].fullmatch(text) for sign in signs)
     )
 
 

@@ -188,7 +188,7 @@ class DelimitedRecord:
             if witness.suspect is not None:
                 line, text = witness.suspect
                 place = f"line {line}, column {position + 1} “{self.headers[position].text}”"
-                raise perhaps_thousands(text, self.path, place)
+                raise perhaps_thousands(text, self._decimal, self.path, place)
 
 
 def _cells_of(rows: Sequence[Sequence[str]], position: int, indices: NDArray[np.int64]) -> list[str]:

@@ -20,7 +20,6 @@ from recording.foreign.channel_groups import (
     Groups,
     as_numbers,
     missing_library,
-    missing_numbers,
     of_library,
     quiet,
 )
@@ -60,7 +59,7 @@ class MdfRecord:
     def __init__(self, path: Path, reading: Reading) -> None:
         self.path = path
         self._findings: list[str] = []
-        self._missing = missing_numbers(reading)
+        self._missing = reading.no_value_numbers
         self._unfinalised = _is_unfinalised(path)
         if self._unfinalised:
             self._findings.append("the file was not finalised: the recording may have been cut short")

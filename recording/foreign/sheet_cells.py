@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from datetime import datetime, time, timedelta
 from pathlib import Path
@@ -11,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
 from recording.foreign.cells import NOT_A_NUMBER, BadCell
-from recording.foreign.channel_groups import missing_numbers
 from recording.foreign.heading import NUMBER
 from recording.foreign.moments import Moments
 from recording.foreign.record import Findings, Floats, Header, Reading
+from recording.foreign.thousands import grouped_number, perhaps_thousands
 
 TIMES = datetime | time | timedelta
 TEXT_NUMBERS = "number(s) stored as text"
@@ -25,7 +23,6 @@ DAY_0 = datetime(1899, 12, 31)  # noqa: DTZ001 - Excel knows no zones
 _FIRST, _LAST = np.datetime64("1678-01-01"), np.datetime64("2262-01-01")
 """Between them, nanoseconds since 1970 hold a date."""
 _A_YEAR = np.timedelta64(366, "D")
-_MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 
 
 class SheetCells:
@@ -53,7 +50,7 @@ class SheetCells:
     ) -> None:
         self._path, self._headers, self._rows = path, headers, rows
         self._reading, self._findings = reading, findings
-        self._no_value, self._missing = reading.no_value, missing_numbers(reading)
+        self._no_value, self._missing = reading.no_value, reading.no_value_numbers
         self.decimal = ""
         """The decimal sign of the numbers stored as text, where one of them has any."""
 
@@ -136,14 +133,10 @@ class SheetCells:
         plain = any(
             _is_number(c) or (isinstance(c, str) and sign not in c and form.fullmatch(c)) for c in cells
         )
-        if signed and plain and all(_MAYBE_THOUSANDS.fullmatch(cells[i]) for i in signed):
-            raise BadInput(
-                f"“{cells[signed[0]]}” may be {cells[signed[0]].replace(sign, '')}, with “{sign}” between "
-                f"thousands, or have the decimal sign “{sign}”",
-                file=self._path,
-                place=f"row {self._rows[signed[0]]}, column {position + 1} “{self._headers[position].text}”",
-                remedy="state “decimal” in a mapping file, or export without thousands separators",
-            )
+        grouped = grouped_number(sign)
+        if signed and plain and all(grouped.fullmatch(cells[i]) for i in signed):
+            place = f"row {self._rows[signed[0]]}, column {position + 1} “{self._headers[position].text}”"
+            raise perhaps_thousands(cells[signed[0]], sign, self._path, place)
 
     def _column(self, cells: Sequence[Any], sign: str, position: int) -> Floats:
         values = np.full(len(cells), np.nan)

@@ -17,7 +17,6 @@ from recording.foreign.channel_groups import (
     Groups,
     as_numbers,
     missing_library,
-    missing_numbers,
     of_library,
     quiet,
 )
@@ -61,7 +60,7 @@ class TdmsRecord:
     def __init__(self, path: Path, reading: Reading) -> None:
         self.path = path
         self._findings: list[str] = []
-        self._missing = missing_numbers(reading)
+        self._missing = reading.no_value_numbers
         with self._opened() as file, of_library(path, "TDMS file"):
             self._groups = Groups([group.name for group in file.groups()], reading.groups, path)
             self._version = int(file.tdms_version)

@@ -35,7 +35,7 @@ class SignWitness:
 
     def __init__(self, sign: str) -> None:
         self._sign = sign
-        self._grouped = re.compile(rf"[+-]?[1-9]\d{{0,2}}{re.escape(sign)}\d{{3}}")
+        self._grouped = grouped_number(sign)
         self._cleared = False
         self._without = False
         self._first: tuple[int, str] | None = None
@@ -96,12 +96,17 @@ def _telling(whole: NDArray[np.bool_], thousandths: Floats) -> NDArray[np.bool_]
     return telling
 
 
-def perhaps_thousands(text: str, path: Path, place: str) -> BadInput:
+def perhaps_thousands(text: str, sign: str, path: Path, place: str) -> BadInput:
     """Return the message for a number that may be meant a thousand times larger."""
     return BadInput(
-        f"“{text}” may be a number with thousands set apart, or one with three decimals: others of its "
-        "column are written without either",
+        f"“{text}” may be {text.replace(sign, '')}, with “{sign}” between thousands, or have the decimal "
+        f"sign “{sign}”",
         file=path,
         place=place,
-        remedy="export it without separators of thousands, or state “decimal” in a mapping file",
+        remedy="state “decimal” in a mapping file, or export without thousands separators",
     )
+
+
+def grouped_number(sign: str) -> re.Pattern[str]:
+    """Return what a number below a million looks like with its thousands set apart."""
+    return re.compile(rf"[+-]?[1-9]\d{{0,2}}{re.escape(sign)}\d{{3}}")

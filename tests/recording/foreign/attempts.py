@@ -24,7 +24,7 @@ def refused(path: Path, **options: Any) -> str:
         read(path, **options)
     assert not (path.parent / "out").exists()
     message = caught.value.message()
-    assert message.startswith((str(path), "--"))
+    assert message.startswith((str(path.parent), "--"))
     return message
 
 

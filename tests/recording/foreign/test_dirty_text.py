@@ -9,7 +9,8 @@ import pytest
 
 from foundation.errors import BadInput
 
-from .texts import HEADER, lines, read, refused, values, write
+from .attempts import read, refused
+from .texts import HEADER, lines, values, write
 
 # --- headings -----------------------------------------------------------------------------------------
 

@@ -152,7 +152,8 @@ def test_a_blank_row_interrupts_a_record_without_time(tmp_path: Path) -> None:
     run, warnings = read(book(tmp_path, {"Data": rows}), sample_rate_hz=10.0)
     assert run.series("force").value.tolist() == [2.0, 3.0, 4.0, 5.0]
     assert segments(run) == [0, 2]
-    assert warnings == ("2 blank row(s) inside the data, the first in row 4",)
+    assert warnings[0] == "2 blank row(s) inside the data, the first in row 4"
+    assert warnings[1].startswith("1 interruption(s) of unknown length")
 
 
 def test_a_blank_row_of_a_record_with_time_is_reported(tmp_path: Path) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 
-from .texts import read, refused, values
+from .attempts import read, refused
+from .texts import values
 
 WAVE = {"wf_increment": 0.01, "wf_start_offset": 0.0}
 ROWS = 5

@@ -11,7 +11,8 @@ from foundation.errors import BadInput
 from recording.foreign.splitting import text_rows
 from recording.foreign.thousands import SignWitness
 
-from .texts import HEADER, lines, read, refused, values, write
+from .attempts import read, refused
+from .texts import HEADER, lines, values, write
 
 NOTED = HEADER + ",note"
 BY_NUMBER = lines(
@@ -237,7 +238,7 @@ def test_what_may_set_thousands_apart_is_refused(
     path = write(tmp_path, lines(*rows))
     message = refused(path)
     assert "line 3, column 3 “force [N]”: “" in message
-    assert "may be a number with thousands set apart, or one with three decimals" in message
+    assert "between thousands, or have the decimal sign" in message
     sign = "." if "1.300" in rows[2] else ","
     mapping = write(tmp_path, f'[file]\ndecimal = "{sign}"\n', "lab.toml")
     run, _ = read(path, mapping=mapping)
