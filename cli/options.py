@@ -12,6 +12,7 @@ from typing import Any, TextIO, TypeVar
 import click
 
 from foundation.errors import BadInput
+from foundation.output import check_outputs, replaced_whole
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -79,18 +80,24 @@ def open_output(target: str) -> Iterator[TextIO]:
     Raises
     ------
     BadInput
-        If the file cannot be written.
+        As :func:`foundation.output.replaced_whole`.
     """
     if target == "-":
         yield sys.stdout
         return
-    try:
-        with Path(target).open("w", encoding="utf-8") as stream:
-            yield stream
-    except OSError as error:
-        raise BadInput(
-            f"cannot be written: {error.strerror}", file=target, remedy="name a file in an existing folder"
-        ) from None
+    with replaced_whole(Path(target)) as path, path.open("w", encoding="utf-8") as stream:
+        yield stream
+
+
+def check_named(*targets: str | Path | None) -> None:
+    """Refuse names of results before anything is computed; None and ``-`` are none.
+
+    Raises
+    ------
+    BadInput
+        As :func:`foundation.output.check_outputs`.
+    """
+    check_outputs(Path(target) for target in targets if target is not None and str(target) != "-")
 
 
 def write_json(content: Any, target: str) -> None:
@@ -135,7 +142,9 @@ def show_table(columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]]
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:
         console = Console(highlight=False, markup=False, width=200, no_color=True)
-    console.print(table)
+    with console.capture() as shown:
+        console.print(table)
+    click.echo(shown.get(), nl=False)  # a reader that has gone is for the command to see, not for rich
 
 
 def figure(value: float | None, digits: int) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from evaluation.choices import DecisionRule
+from evaluation.choices import DecisionRule, check_draws
 from evaluation.document import evaluate_file, evaluate_paths
 from evaluation.results import Options
 from evaluation.table import cycle_table
@@ -45,9 +45,6 @@ __all__ = [
 ]
 
 Paths = str | Path | Sequence[str | Path]
-
-_FEWEST_DRAWS = 2
-"""Where the uncertainties are not asked for."""
 
 
 def open_run(path: str | Path) -> Run:
@@ -118,14 +115,14 @@ def evaluate(
     paths : path, or sequence of paths
     decision_rule : "simple" or "guard-band"
     draws : int
-        Monte Carlo draws a run.
+        Monte Carlo draws a run; 0: no uncertainties.
 
     Raises
     ------
     BadInput
-        If a run cannot be evaluated.
+        If a run cannot be evaluated, or so few draws tell no uncertainty.
     """
-    return evaluate_paths(_paths(paths), Options(decision_rule=decision_rule, draws=draws))
+    return evaluate_paths(_paths(paths), Options(decision_rule=decision_rule, draws=check_draws(draws)))
 
 
 def cycles(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
@@ -177,7 +174,7 @@ def loops(path: str | Path) -> pd.DataFrame:
     BadInput
         If the run cannot be evaluated.
     """
-    result = evaluate_file(Path(path), Options(draws=_FEWEST_DRAWS))
+    result = evaluate_file(Path(path), Options(draws=0))
     record = result.record
     number = np.zeros(record.time_s.size, dtype=np.int64)
     flags = {"complete": np.zeros(number.size, dtype=bool), "steady": np.zeros(number.size, dtype=bool)}

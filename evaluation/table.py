@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from evaluation.document import CYCLE_QUANTITIES
 from foundation.errors import BadInput
+from foundation.output import replaced_whole
 
 if TYPE_CHECKING:  # takes a third of a second, and CSV does without
     import pandas as pd
@@ -23,6 +24,9 @@ if TYPE_CHECKING:  # takes a third of a second, and CSV does without
 SUFFIXES = (".csv", ".parquet", ".xlsx")
 EXCEL_ROWS = 1_048_575
 """Rows that a sheet can hold below its heading."""
+EXCEL_CHARACTERS = 32_767
+"""Characters that a cell can hold."""
+_NOT_IN_EXCEL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _EXCEL = ".xlsx"
 _LIBRARY = {".parquet": "pyarrow", _EXCEL: "openpyxl"}
 
@@ -232,7 +236,7 @@ def write_cycle_csv(of_run: OfRun, rows: Iterable[str], path: Path) -> None:
     BadInput
         If the file cannot be written.
     """
-    with _writing(path), path.open("w", encoding="utf-8", newline="") as stream:
+    with replaced_whole(path) as place, place.open("w", encoding="utf-8", newline="") as stream:
         stream.writelines(cycle_csv(of_run, rows))
 
 
@@ -247,28 +251,17 @@ def write_frames(frames: Mapping[str, pd.DataFrame], path: Path) -> None:
     check_table_name(path)
     suffix = path.suffix.lower()
     first = next(iter(frames.values()))
-    with _writing(path):
+    with replaced_whole(path) as place:
         if suffix == ".csv":
-            first.to_csv(path, index=False, encoding="utf-8")
+            first.to_csv(place, index=False, encoding="utf-8")
         elif suffix == ".parquet":
-            first.to_parquet(path, index=False)
+            first.to_parquet(place, index=False)
         else:
-            _write_excel(frames, path)
+            place.write_bytes(_excel(frames, path))
 
 
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise BadInput(
-            f"cannot be written: {error.strerror or error}",
-            file=path,
-            remedy="name a file in an existing folder",
-        ) from None
-
-
-def _write_excel(frames: Mapping[str, pd.DataFrame], path: Path) -> None:
+def _excel(frames: Mapping[str, pd.DataFrame], path: Path) -> bytes:
+    """Return a workbook with a sheet a table; texts are texts, also those that look like formulas."""
     import pandas as pd  # noqa: PLC0415
 
     for name, frame in frames.items():
@@ -278,6 +271,24 @@ def _write_excel(frames: Mapping[str, pd.DataFrame], path: Path) -> None:
                 file=path,
                 remedy="name a .parquet or .csv file",
             )
-    with pd.ExcelWriter(path, engine="openpyxl") as writer:
+    book = io.BytesIO()  # where a disk is full, a workbook that is written to it fails once more when it goes
+    with pd.ExcelWriter(book, engine="openpyxl") as writer:
         for name, frame in frames.items():
-            frame.to_excel(writer, sheet_name=name, index=False, freeze_panes=(1, 1))
+            texts = [position for position, kind in enumerate(frame.dtypes, 1) if kind == "object"]
+            fit = frame.assign(
+                **{frame.columns[i - 1]: frame.iloc[:, i - 1].map(_fit_for_excel) for i in texts}
+            )
+            fit.to_excel(writer, sheet_name=name, index=False, freeze_panes=(1, 1))
+            for position in texts:
+                for (cell,) in writer.sheets[name].iter_rows(2, None, position, position):
+                    if cell.data_type == "f":
+                        cell.data_type = "s"
+    return book.getvalue()
+
+
+def _fit_for_excel(text: Any) -> Any:
+    """Return a text as a cell can hold it: no control characters, and an end where it is too long."""
+    if not isinstance(text, str):
+        return text
+    fit = _NOT_IN_EXCEL.sub("\ufffd", text)
+    return fit if len(fit) <= EXCEL_CHARACTERS else f"{fit[: EXCEL_CHARACTERS - 1]}…"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cli.options import FILE, show_table, write_json
+from cli.options import FILE, check_named, show_table, write_json
 from foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def command(old: Path, new: Path, cycles: bool, json_file: str | None, table: Pa
 
     if table is not None:
         check_table_name(table)
+    check_named(json_file, table)
     found = compare_evaluations(load_evaluation(old), load_evaluation(new), cycles=cycles)
     if json_file is not None:
         write_json(_document(found), json_file)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from cli.judging import Judging, judging_options
-from cli.options import FILE, FOLDER, open_output, warn
-from evaluation.choices import DRAWS
+from cli.options import FILE, FOLDER, check_named, open_output, warn
+from evaluation.choices import DRAWS, check_draws
 from foundation.errors import BadInput, ExitStatus
 from recording.cachefile import default_folder
 
@@ -42,6 +42,7 @@ SHOWN_RUNS = 40
     "--draws",
     metavar="N",
     type=click.IntRange(0),
+    callback=lambda _context, _parameter, value: check_draws(value),
     default=DRAWS,
     help=f"Monte Carlo draws a run (default {DRAWS}; 0: no uncertainties, some times faster).",
 )
@@ -99,6 +100,8 @@ def command(
     for name in (table, run_table):
         if name is not None:
             check_table_name(name)
+    one_book = table is not None and table == run_table and table.suffix.lower() == ".xlsx"
+    check_named(json_file, table, None if one_book else run_table)
     if cluster is not None and jobs is not None:
         raise click.UsageError("--jobs is for this machine; how many work on a cluster, its workers say")
     files = find_runs(paths, lists)

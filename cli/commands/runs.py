@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cli.options import EXISTING, FOLDER, figure, show_table, warn, write_json
+from cli.options import EXISTING, FOLDER, check_named, figure, show_table, warn, write_json
 from foundation.errors import ExitStatus
 from recording.cachefile import default_folder
 
@@ -44,6 +44,7 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
     from recording.index import indexed_runs, recorded_facts
     from recording.query import parse_query
 
+    check_named(json_file)
     place = None if no_cache else folder or default_folder()
     query = None if where is None else parse_query(where, _fields())
     listed = list_runs(path) if place is None else indexed_runs(path, place)

@@ -8,10 +8,13 @@ recordings have errors of their own: there it is the root of the sum of squares 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from evaluation.document import SCHEMA
 from evaluation.table import version_text
@@ -21,6 +24,54 @@ from foundation.settings import read_text
 ROUNDING = 1e-12
 """Figures that differ by a smaller share have not moved."""
 _NOT_FIGURES = ("cycles_used",)
+
+
+class _Part(BaseModel):
+    """A part of an evaluation document (contracts § 4), as far as a comparison reads it."""
+
+    model_config = ConfigDict(strict=True, extra="ignore")
+
+
+class _Figure(_Part):
+    value: float | None
+    expanded_uncertainty: float | None
+
+
+class _Run(_Part):
+    id: str
+    sha256: str | None = None
+    path: str = ""
+
+
+class _Cycle(_Part):
+    index: int
+    expanded_uncertainty: dict[str, float | None] | None = None
+    temperature_C: dict[str, float | None] | None = None
+
+
+class _Requirement(_Part):
+    id: str
+    cycle: int | None
+    verdict: str | None
+
+
+class _Entry(_Part):
+    run: _Run
+    summary: dict[str, _Figure | list[int] | None]
+    cycles: list[_Cycle]
+    requirements: list[_Requirement]
+    verdict: str | None
+
+
+class _Software(_Part):
+    version: str | None = None
+    libraries: dict[str, Any] = Field(default_factory=dict)
+
+
+class _Evaluation(_Part):
+    runs: list[_Entry]
+    software: _Software = _Software()
+    settings: dict[str, Any] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -130,22 +181,26 @@ def load_evaluation(path: Path) -> dict[str, Any]:
     BadInput
         If it is none.
     """
+    remedy = "name what “bufferstand evaluate --json FILE” wrote"
     try:
-        document = json.loads(read_text(path))
-    except ValueError as error:
-        raise BadInput(
-            f"no JSON: {error}", file=path, remedy="name what “bufferstand evaluate --json FILE” wrote"
-        ) from None
+        document = json.loads(read_text(path), parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise BadInput(f"no JSON: {error}", file=path, remedy=remedy) from None
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise BadInput(
-            f"no evaluation of bufferstand (schema {SCHEMA})",
-            file=path,
-            place="schema",
-            remedy="name what “bufferstand evaluate --json FILE” wrote",
+            f"no evaluation of bufferstand (schema {SCHEMA})", file=path, place="schema", remedy=remedy
         )
-    if not isinstance(document.get("runs"), list):
-        raise BadInput("the evaluation has no runs", file=path, place="runs")
+    try:
+        _Evaluation.model_validate(document)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise BadInput(first["msg"], file=path, place=place, remedy=remedy) from None
     return document
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON")
 
 
 def compare_evaluations(
@@ -156,7 +211,7 @@ def compare_evaluations(
     Parameters
     ----------
     old, new : mapping
-        Runs are the same that have the same content, else those that alone have the same id.
+        Runs are the same that have the same content, else those that alone have the same id in both.
     cycles : bool
         Compare the figures of every cycle too, not only the means of the runs.
     """
@@ -188,32 +243,40 @@ def _same_content(a: Entry, b: Entry) -> bool:
 def _paired(
     old: Sequence[Entry], new: Sequence[Entry]
 ) -> tuple[list[tuple[Entry | None, Entry]], list[Entry]]:
-    """Return each new run with its old one, and the old ones that are left."""
-    left = list(old)
-    by_content = _unique((entry["run"].get("sha256"), entry) for entry in left)
+    """Return each new run with its old one, and the old ones that are left.
+
+    Copies (one content twice) are told apart by their paths, then taken in order.
+    """
     found: dict[int, Entry] = {}
-    for position, entry in enumerate(new):
-        match = by_content.pop(entry["run"].get("sha256"), None)
-        if match is not None:
-            found[position] = match
-    used = {id(entry) for entry in found.values()}
-    by_id = _unique((_id(entry), entry) for entry in left if id(entry) not in used)
-    for position, entry in enumerate(new):
-        if position not in found and (match := by_id.pop(_id(entry), None)) is not None:
-            found[position] = match
-    used = {id(entry) for entry in found.values()}
-    return [(found.get(i), entry) for i, entry in enumerate(new)], [e for e in left if id(e) not in used]
+    left = list(old)
+    for key, alone in ((_content_and_path, False), (_content, False), (_id, True)):
+        waiting = _grouped(left, key)
+        asking = Counter(key(entry) for position, entry in enumerate(new) if position not in found)
+        for position, entry in enumerate(new):
+            own = waiting.get(key(entry), [])
+            fits = asking[key(entry)] == len(own) == 1 if alone else bool(own)
+            if position not in found and key(entry) is not None and fits:
+                found[position] = own.pop(0)
+        used = {id(entry) for entry in found.values()}
+        left = [entry for entry in left if id(entry) not in used]
+    return [(found.get(position), entry) for position, entry in enumerate(new)], left
 
 
-def _unique(items: Iterable[tuple[Any, Entry]]) -> dict[Any, Entry]:
-    """Return entries by key, without those whose key is none or not theirs alone."""
-    found: dict[Any, Entry] = {}
-    twice = set()
-    for key, entry in items:
-        if key is None or key in found:
-            twice.add(key)
-        found[key] = entry
-    return {key: entry for key, entry in found.items() if key not in twice}
+def _content(entry: Entry) -> str | None:
+    content: str | None = entry["run"].get("sha256")
+    return content
+
+
+def _content_and_path(entry: Entry) -> tuple[str, str | None] | None:
+    content = _content(entry)
+    return None if content is None else (content, entry["run"].get("path"))
+
+
+def _grouped(entries: Iterable[Entry], key: Callable[[Entry], Any]) -> dict[Any, list[Entry]]:
+    groups: dict[Any, list[Entry]] = {}
+    for entry in entries:
+        groups.setdefault(key(entry), []).append(entry)
+    return groups
 
 
 def _made_with(old: Entry, new: Entry) -> dict[str, tuple[Any, Any]]:
@@ -240,19 +303,34 @@ def _moves(old: Entry, new: Entry, *, cycles: bool) -> Iterator[Move]:
                 _id(new), name, None, (a.get("value"), b.get("value")),
                 (a.get("expanded_uncertainty"), b.get("expanded_uncertainty")), same_content=same,
             )  # fmt: skip
-    if not cycles:
-        return
-    known = {cycle["index"]: cycle for cycle in old["cycles"]}
-    for cycle in new["cycles"]:
-        other = known.get(cycle["index"], {})
-        for name in (n for n, value in cycle.items() if _is_figure(value) and n != "index"):
-            U = [c.get("expanded_uncertainty", {}).get(name) for c in (other, cycle)]
-            values = other.get(name), cycle[name]
-            yield from _moved(_id(new), name, cycle["index"], values, (U[0], U[1]), same_content=same)
+    used = [set(summary.get("cycles_used") or ()) for summary in (before, after)]
+    for index in sorted(used[0] ^ used[1]):
+        yield Move(_id(new), "used", index, float(index in used[0]), float(index in used[1]), None)
+    if cycles:
+        yield from _cycle_moves(old, new, same_content=same)
 
 
-def _is_figure(value: Any) -> bool:
-    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
+def _cycle_moves(old: Entry, new: Entry, *, same_content: bool) -> Iterator[Move]:
+    """Yield what moved in each cycle, also in those that only one evaluation has."""
+    before, after = ({cycle["index"]: cycle for cycle in entry["cycles"]} for entry in (old, new))
+    for index in sorted({*before, *after}):
+        two = [known.get(index, {}) for known in (before, after)]
+        figures = [_figures(cycle) for cycle in two]
+        limits = [cycle.get("expanded_uncertainty") or {} for cycle in two]
+        for name in dict.fromkeys((*figures[0], *figures[1])):
+            values = figures[0].get(name), figures[1].get(name)
+            U = limits[0].get(name), limits[1].get(name)
+            yield from _moved(_id(new), name, index, values, U, same_content=same_content)
+
+
+def _figures(cycle: Mapping[str, Any]) -> dict[str, float | None]:
+    """Return the figures of a cycle by name; its flags count as 0 and 1."""
+    temperatures = cycle.get("temperature_C") or {}
+    found = {f"temperature_{name}_C": value for name, value in temperatures.items()}
+    for name, value in cycle.items():
+        if name != "index" and (value is None or isinstance(value, int | float)):
+            found[name] = None if value is None else float(value)
+    return found
 
 
 Two = tuple[float | None, float | None]

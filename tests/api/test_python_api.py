@@ -101,7 +101,7 @@ def test_runs_that_cannot_be_read_are_listed_with_their_problem(tmp_path: Path) 
 
 def test_loops_hold_the_cycles_of_the_evaluation() -> None:
     table = api.loops(RUN)
-    document = api.evaluate(RUN, draws=50)
+    document = api.evaluate(RUN, draws=100)
     (entry,) = document["runs"]
     for cycle in entry["cycles"]:
         loop = table[table["cycle"] == cycle["index"]]
@@ -114,6 +114,6 @@ def test_loops_hold_the_cycles_of_the_evaluation() -> None:
 
 
 def test_requirements_carry_their_run() -> None:
-    table = api.requirements(api.evaluate(RUNS / "001-static-5mm_s.h5", draws=50))
+    table = api.requirements(api.evaluate(RUNS / "001-static-5mm_s.h5", draws=100))
     assert set(table["run"]) == {"001-static-5mm_s"}
     assert {"id", "verdict", "lower_limit", "measured", "unit"} <= set(table.columns)

@@ -26,7 +26,18 @@ def runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 def test_an_archive_with_a_bad_file(runs: list[Path], tmp_path: Path) -> None:
     bad = runs[1]
     damaged(bad)
-    options = ("--draws", "20", "--jobs", "2", "--json", "e.json", "--table", "c.csv", "--run-table", "r.csv")
+    options = (
+        "--draws",
+        "100",
+        "--jobs",
+        "2",
+        "--json",
+        "e.json",
+        "--table",
+        "c.csv",
+        "--run-table",
+        "r.csv",
+    )
     tables = []
     for _ in range(2):
         done = bufferstand("evaluate", "archive/**/0[1-4]-*.h5", *options)
