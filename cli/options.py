@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -139,12 +140,13 @@ def show_table(columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]]
         )
     for row in rows:
         table.add_row(*row)
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=200, no_color=True)
-    with console.capture() as shown:
-        console.print(table)
-    click.echo(shown.get(), nl=False)  # a reader that has gone is for the command to see, not for rich
+    terminal = Console()
+    width = terminal.width if terminal.is_terminal else 200
+    text = io.StringIO()  # rich ends the process with status 1 where a reader has gone
+    Console(file=text, force_terminal=terminal.is_terminal, width=width, highlight=False, markup=False).print(
+        table
+    )
+    click.echo(text.getvalue(), nl=False)
 
 
 def figure(value: float | None, digits: int) -> str:

@@ -274,16 +274,20 @@ def _excel(frames: Mapping[str, pd.DataFrame], path: Path) -> bytes:
     book = io.BytesIO()  # where a disk is full, a workbook that is written to it fails once more when it goes
     with pd.ExcelWriter(book, engine="openpyxl") as writer:
         for name, frame in frames.items():
-            texts = [position for position, kind in enumerate(frame.dtypes, 1) if kind == "object"]
-            fit = frame.assign(
-                **{frame.columns[i - 1]: frame.iloc[:, i - 1].map(_fit_for_excel) for i in texts}
-            )
+            texts = set(frame.select_dtypes(exclude=["number", "bool"]).columns)
+            fit = frame.assign(**{column: frame[column].map(_fit_for_excel) for column in texts})
             fit.to_excel(writer, sheet_name=name, index=False, freeze_panes=(1, 1))
-            for position in texts:
-                for (cell,) in writer.sheets[name].iter_rows(2, None, position, position):
-                    if cell.data_type == "f":
-                        cell.data_type = "s"
+            for position, column in enumerate(frame.columns, 1):
+                if column in texts:
+                    _keep_texts(writer.sheets[name], position)
     return book.getvalue()
+
+
+def _keep_texts(sheet: Any, position: int) -> None:
+    """Turn what openpyxl takes for formulas in a column (from 1) back into texts."""
+    for (cell,) in sheet.iter_rows(2, None, position, position):
+        if cell.data_type == "f":
+            cell.data_type = "s"
 
 
 def _fit_for_excel(text: Any) -> Any:
