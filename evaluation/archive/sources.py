@@ -11,6 +11,7 @@ from foundation.errors import BadInput
 from foundation.settings import read_text
 from recording.catalogue import run_files
 from recording.seal import RUN_SUFFIX
+from recording.walk import is_there, matching
 
 LIST_MARK = "@"
 
@@ -36,11 +37,12 @@ def find_runs(sources: Sequence[str], lists: Sequence[Path] = ()) -> list[Path]:
     Raises
     ------
     BadInput
-        If a path does not exist, a folder or pattern has no run file, or a list cannot be read.
+        If a path does not exist, a folder or pattern has no run file, a folder must not be looked into, or a
+        list cannot be read.
     """
     found: list[Path] = []
     for source in sources:
-        if source.startswith(LIST_MARK) and not Path(source).exists():
+        if source.startswith(LIST_MARK) and not is_there(Path(source)):
             found += _listed(Path(source[len(LIST_MARK) :]))
         else:
             found += _named(source)
@@ -53,10 +55,9 @@ def find_runs(sources: Sequence[str], lists: Sequence[Path] = ()) -> list[Path]:
 
 def _named(source: str) -> list[Path]:
     path = Path(source)
-    if path.exists() or not glob.has_magic(source):
+    if is_there(path) or not glob.has_magic(source):
         return run_files([path])
-    matched = [Path(name) for name in sorted(glob.glob(source, recursive=True))]  # noqa: PTH207 - Path.glob takes no absolute pattern
-    files = [path for path in matched if path.is_file() and path.suffix == RUN_SUFFIX]
+    files = [path for path in matching(source) if path.suffix == RUN_SUFFIX and path.is_file()]
     if not files:
         raise BadInput(
             f"the pattern matches no run file (*{RUN_SUFFIX})",
