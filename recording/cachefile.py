@@ -7,11 +7,13 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 SETTLED_S = 2.0
 """A file changed so lately may change again without its times showing it: nothing is kept of it."""
+NO_FOLDER = "nothing is kept: this user has no home folder; name a folder with --cache, or set HOME"
+"""What is to be said where :func:`default_folder` finds none."""
 _BUSY_S = 20.0
 _HELD_KB = 16_384
 """So much is held before a transaction ends; what does not fit would be written, and synchronised, twice."""
@@ -25,11 +27,8 @@ class Stamp:
     mtime_ns: int
     ctime_ns: int
     inode: int
-
-    @property
-    def settled(self) -> bool:
-        """Whether a later change would show in its times."""
-        return time.time() - max(self.mtime_ns, self.ctime_ns) * 1e-9 > SETTLED_S
+    settled: bool = field(default=True, compare=False)
+    """Whether a change after it was taken shows in the times; of one that was kept, it did."""
 
     def row(self) -> tuple[int, int, int, int]:
         """Return it as four columns."""
@@ -45,13 +44,22 @@ def stamp_of(path: Path) -> Stamp | None:
         facts = path.stat()
     except OSError:
         return None
-    return Stamp(facts.st_size, facts.st_mtime_ns, facts.st_ctime_ns, facts.st_ino)
+    settled = time.time() - max(facts.st_mtime_ns, facts.st_ctime_ns) * 1e-9 > SETTLED_S
+    return Stamp(facts.st_size, facts.st_mtime_ns, facts.st_ctime_ns, facts.st_ino, settled)
 
 
-def default_folder() -> Path:
-    """Return where such files lie if nothing else is said: in the user's cache folder."""
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(base) if Path(base).is_absolute() else Path.home() / ".cache") / "bufferstand"
+def default_folder() -> Path | None:
+    """Return where such files lie if nothing else is said: in the user's cache folder.
+
+    None where there is no such folder: of a user whom the system does not know (containers), without HOME.
+    """
+    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if not base.is_absolute():
+        try:
+            base = Path.home() / ".cache"
+        except RuntimeError:
+            return None
+    return base / "bufferstand"
 
 
 class CacheFile:
@@ -59,19 +67,25 @@ class CacheFile:
 
     Parameters
     ----------
-    path : Path
-        Made, with its folder, if it is missing; made anew if it is damaged.
+    folder : Path or None
+        Made if it is missing. None: there is nowhere to keep anything.
+    name : str
+        Of the file in it, which is made if it is missing, and made anew if it is damaged.
     schema : str
         SQL that makes the tables that are missing.
     """
 
-    def __init__(self, path: Path, schema: str) -> None:
-        self._path, self._schema = path, schema
+    def __init__(self, folder: Path | None, name: str, schema: str) -> None:
+        self._schema = schema
         self._connection: sqlite3.Connection | None = None
         self.problem = ""
         """Why there is none, or none any more; empty while there is one."""
+        if folder is None:
+            self.problem = NO_FOLDER
+            return
+        self._path = folder / name
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
             self._connection = self._opened()
         except (sqlite3.Error, OSError) as error:
             self._give_up(error)

@@ -53,7 +53,7 @@ def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
         As :func:`recording.catalogue.list_runs`.
     """
     files = run_files([path])
-    index = CacheFile((folder or default_folder()) / FILE_NAME, _SCHEMA)
+    index = CacheFile(folder or default_folder(), FILE_NAME, _SCHEMA)
     try:
         known = _known(index)
         found: list[RunFacts] = []

@@ -10,7 +10,7 @@ import click
 
 from cli.options import EXISTING, FOLDER, figure, show_table, warn, write_json
 from foundation.errors import ExitStatus
-from recording.cachefile import default_folder
+from recording.cachefile import NO_FOLDER, default_folder
 
 if TYPE_CHECKING:
     from recording.catalogue import RunFacts
@@ -45,6 +45,8 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
     from recording.query import parse_query
 
     place = None if no_cache else folder or default_folder()
+    if place is None and not no_cache:
+        warn(NO_FOLDER)
     query = None if where is None else parse_query(where, _fields())
     listed = list_runs(path) if place is None else indexed_runs(path, place)
     readable = [run for run in listed if run.problem is None]

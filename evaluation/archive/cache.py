@@ -37,14 +37,14 @@ class Cache:
 
     Parameters
     ----------
-    folder : Path
-        Made if it is missing.
+    folder : Path or None
+        Made if it is missing. None: there is nowhere to keep anything.
     settings, software : str
         Hashes of what is evaluated with.
     """
 
-    def __init__(self, folder: Path, settings: str, software: str) -> None:
-        self._file = CacheFile(folder / FILE_NAME, _SCHEMA)
+    def __init__(self, folder: Path | None, settings: str, software: str) -> None:
+        self._file = CacheFile(folder, FILE_NAME, _SCHEMA)
         self._key = settings, software
 
     @property

@@ -21,6 +21,7 @@ from evaluation.archive.kept import Wanted
 from evaluation.archive.local import Local
 from evaluation.archive.work import File, Outcome
 from recording import cachefile
+from recording.index import indexed_runs
 from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged
 
 
@@ -113,6 +114,37 @@ def test_a_file_changed_just_now_is_read(tmp_path: Path) -> None:
         assert connection.execute("SELECT count(*) FROM files").fetchone() == (0,)
     connection.close()
     assert evaluated(runs, tmp_path)[1] == []  # but found by its content
+
+
+def test_whether_it_was_changed_just_now_is_asked_when_its_stamp_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Slow(Counting):
+        def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+            monkeypatch.setattr(cachefile, "SETTLED_S", 0.0)  # as if it took longer than that
+            yield from super().evaluate(files, settings)
+
+    runs = archive(tmp_path / "archive")[:1]
+    cache = Cache(tmp_path, SETTINGS.sha256, software().sha256)
+    evaluate_archive(runs, SETTINGS, Slow(), cache)
+    cache.close()
+    with sqlite3.connect(tmp_path / FILE_NAME) as connection:
+        assert connection.execute("SELECT count(*) FROM files").fetchone() == (0,)
+    connection.close()
+
+
+def test_a_user_without_a_home_goes_on_without(runs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    def nobody() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", nobody)
+    assert cachefile.default_folder() is None
+    cache = Cache(None, SETTINGS.sha256, software().sha256)
+    assert len(evaluate_archive(runs[:1], SETTINGS, Counting(), cache).runs) == 1
+    assert "no home folder; name a folder with --cache" in cache.problem
+    assert len(indexed_runs(runs[0])) == 1
+    cache.close()
 
 
 @pytest.mark.parametrize("damage", ["none", "no database", "cut", "other values", "other table"])
