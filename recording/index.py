@@ -11,6 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from foundation.names import readable
 from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, default_folder, stamp_of
 from recording.catalogue import RunFacts, facts_of, run_files
 from recording.query import Field
@@ -59,7 +60,7 @@ def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
         found: list[RunFacts] = []
         fresh: list[tuple[str, Stamp, RunFacts]] = []
         for file in files:
-            name, stamp = str(file.resolve()), stamp_of(file)
+            name, stamp = readable(file.resolve()), stamp_of(file)
             entry = known.get(name)
             facts = None if entry is None or entry[0] != stamp else _facts(file, entry[1])
             if facts is not None:
@@ -86,7 +87,7 @@ def recorded_facts(run: RunFacts) -> dict[str, Any]:
         "operator": run.operator,
         "step": run.step or None,
         "started_utc": run.started_utc,
-        "path": str(run.path),
+        "path": readable(run.path),
         "sha256": run.sha256,
         "prestress_mm": run.prestress_mm,
         "amplitude_mm": run.amplitude_mm,

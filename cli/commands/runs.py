@@ -10,6 +10,7 @@ import click
 
 from cli.options import EXISTING, FOLDER, figure, show_table, warn, write_json
 from foundation.errors import ExitStatus
+from foundation.names import readable
 from recording.cachefile import NO_FOLDER, default_folder
 
 if TYPE_CHECKING:
@@ -49,11 +50,11 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
         warn(NO_FOLDER)
     query = None if where is None else parse_query(where, _fields())
     listed = list_runs(path) if place is None else indexed_runs(path, place)
-    readable = [run for run in listed if run.problem is None]
-    results = _results(query, readable, place)
+    sound = [run for run in listed if run.problem is None]
+    results = _results(query, sound, place)
     found: list[Found] = []
-    for run in readable:
-        facts = {**recorded_facts(run), **results.get(run.path, {})}
+    for run in sound:
+        facts = {**recorded_facts(run), **results.get(readable(run.path), {})}
         if query is None or query.matches(facts):
             found.append((run, facts))
     asked = _result_names(query)
@@ -62,10 +63,10 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
     if json_file != "-":
         _show(path, found, asked)
         if query is not None:
-            click.echo(f"\n{len(found)} of {len(readable)} runs match")
+            click.echo(f"\n{len(found)} of {len(sound)} runs match")
     for run in listed:
         if run.problem is not None:
-            warn(f"{run.path}: {run.problem}")
+            warn(f"{readable(run.path)}: {run.problem}")
     return ExitStatus.DONE
 
 
@@ -85,8 +86,8 @@ def _result_names(query: Query | None) -> list[str]:
 
 def _results(
     query: Query | None, runs: Sequence[RunFacts], place: Path | None
-) -> Mapping[Path, Mapping[str, Any]]:
-    """Return the results of runs by their file, if the query asks for any."""
+) -> Mapping[str, Mapping[str, Any]]:
+    """Return the results of runs by their file (readable), if the query asks for any."""
     if not _result_names(query) or not runs:
         return {}
     from cli.archive_view import progress_bar
@@ -127,7 +128,7 @@ def _document(
         "where": where,
         "runs": [{name: facts.get(name) for name in (*recorded, *asked)} for _, facts in found],
         "problems": [
-            {"path": str(run.path), "problem": run.problem} for run in listed if run.problem is not None
+            {"path": readable(run.path), "problem": run.problem} for run in listed if run.problem is not None
         ],
     }
 
@@ -148,7 +149,7 @@ def _show(path: Path, found: Sequence[Found], asked: Sequence[str]) -> None:
         ],
         [
             (
-                str(run.path.relative_to(path) if path.is_dir() else run.path.name),
+                readable(run.path.relative_to(path) if path.is_dir() else run.path.name),
                 run.kind,
                 run.status,
                 (run.started_utc or "—")[:19].replace("T", " "),

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from evaluation.archive.kept import KeptRun, Wanted
 from foundation.errors import BadInput
+from foundation.names import readable
 from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp
 from recording.layout import file_is_as_sealed
 from recording.runfile import read_metadata
@@ -117,7 +118,7 @@ class Cache:
             ).fetchone()
             if row is not None and row[0] == _check_sum(*row[1:5]):
                 _, text, cycles, loop, rows, entry = row
-                return KeptRun(path, text, cycles, loop, entry, rows).with_only(wanted)
+                return KeptRun(readable(path), text, cycles, loop, entry, rows).with_only(wanted)
         return None
 
     def remember(self, results: Sequence[tuple[Path, Stamp | None, KeptRun]]) -> None:
@@ -143,7 +144,7 @@ def _insert_files(connection: sqlite3.Connection, files: Sequence[tuple[Path, St
 
 
 def _name(path: Path) -> str:
-    return os.path.abspath(path)  # noqa: PTH100 - resolving links takes ten times as long, and only saves time
+    return readable(os.path.abspath(path))  # noqa: PTH100 - resolving links takes ten times as long, and only saves time
 
 
 def _check_sum(text: str, cycles: bytes, loop: bytes, rows: str) -> int:
