@@ -10,6 +10,7 @@ def readable(path: Path | str) -> str:
     r"""Return a path as text for results, tables and messages.
 
     A name is bytes, and those that are no UTF-8 (from old archives, foreign systems) cannot be put out as
-    they are: they are written as ``Pr\xfcf.h5``. Unlike a replacement character that keeps two such names apart.
+    they are: they are written as ``Pr\xfcf.h5``, which, unlike a replacement character, keeps two of them
+    apart.
     """
     return os.fsencode(path).decode("utf-8", "backslashreplace")

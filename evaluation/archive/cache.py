@@ -10,25 +10,25 @@ from __future__ import annotations
 import os
 import sqlite3
 import time
-import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from evaluation.archive.kept import KeptRun, Wanted
 from foundation.errors import BadInput
 from foundation.names import readable
-from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp
+from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum
 from recording.layout import file_is_as_sealed
 from recording.runfile import read_metadata
 
-FILE_NAME = "evaluations-2.sqlite"
+FILE_NAME = "evaluations-3.sqlite"
 KEPT_DAYS = 90
 """Results of other software than the present are dropped when they are older."""
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS files (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, sha256 TEXT) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS runs (
     sha256 TEXT, settings TEXT, software TEXT, written REAL, check_sum INTEGER,
-    text TEXT, cycles BLOB, loop BLOB, rows TEXT, entry BLOB, PRIMARY KEY (sha256, settings, software)
+    text TEXT, cycles BLOB, loop BLOB, rows TEXT, entry_check_sum INTEGER, entry BLOB,
+    PRIMARY KEY (sha256, settings, software)
 );
 """
 
@@ -110,14 +110,18 @@ class Cache:
         with self._file.guarded() as connection:
             if connection is None:
                 return None
-            kept = "entry" if wanted.entries else "x''"
+            kept = "entry_check_sum, entry" if wanted.entries else "0, x''"
             row = connection.execute(
                 f"SELECT check_sum, text, cycles, loop, rows, {kept} FROM runs "
                 "WHERE sha256 = ? AND settings = ? AND software = ?",
                 (content, *self._key),
             ).fetchone()
-            if row is not None and row[0] == _check_sum(*row[1:5]):
-                _, text, cycles, loop, rows, entry = row
+            if row is None:
+                return None
+            stated, text, cycles, loop, rows, entry_stated, entry = row
+            if stated == check_sum(text, cycles, loop, rows) and (
+                not wanted.entries or entry_stated == check_sum(entry)
+            ):
                 return KeptRun(readable(path), text, cycles, loop, entry, rows).with_only(wanted)
         return None
 
@@ -128,9 +132,10 @@ class Cache:
                 return
             for _, _, run in results:
                 parts = run.text, run.cycles, run.loop, run.rows
+                sums = check_sum(*parts), check_sum(run.entry)
                 connection.execute(
-                    "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    (run.facts["sha256"], *self._key, time.time(), _check_sum(*parts), *parts, run.entry),
+                    "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    (run.facts["sha256"], *self._key, time.time(), sums[0], *parts, sums[1], run.entry),
                 )
             _insert_files(
                 connection,
@@ -145,10 +150,6 @@ def _insert_files(connection: sqlite3.Connection, files: Sequence[tuple[Path, St
 
 def _name(path: Path) -> str:
     return readable(os.path.abspath(path))  # noqa: PTH100 - resolving links takes ten times as long, and only saves time
-
-
-def _check_sum(text: str, cycles: bytes, loop: bytes, rows: str) -> int:
-    return zlib.crc32(rows.encode(), zlib.crc32(loop, zlib.crc32(cycles, zlib.crc32(text.encode()))))
 
 
 def _content_if_whole(path: Path) -> str | None:

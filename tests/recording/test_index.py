@@ -17,6 +17,13 @@ from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
 
 from . import samples
 
+CHANGES = {
+    "no json": "'{'",
+    "other keys": """'{"colour": "red"}'""",
+    "other value": "replace(facts, '\"prestress_mm\": ', '\"prestress_mm\": 9')",
+    "no text": "CAST(x'7bff' AS TEXT)",
+}
+
 
 @pytest.fixture
 def campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -71,17 +78,16 @@ def test_a_file_that_cannot_be_read_is_named_each_time(campaign: Path, tmp_path:
         assert problems == ["no HDF5 file"]
 
 
-@pytest.mark.parametrize("damage", ["no database", "no json", "other keys", "no folder", "read-only"])
+@pytest.mark.parametrize("damage", ["no database", *CHANGES, "no folder", "read-only"])
 def test_done_without(campaign: Path, tmp_path: Path, damage: str) -> None:
     truth = indexed_runs(campaign, tmp_path)
     file = tmp_path / FILE_NAME
     folder = tmp_path
     if damage == "no database":
         file.write_bytes(b"x" * 10_000)
-    elif damage in ("no json", "other keys"):
-        text = "{" if damage == "no json" else '{"colour": "red"}'
+    elif damage in CHANGES:
         with sqlite3.connect(file) as connection:
-            connection.execute("UPDATE runs SET facts = ?", (text,))
+            connection.execute(f"UPDATE runs SET facts = {CHANGES[damage]}")
         connection.close()
     elif damage == "no folder":
         folder = file / "below"
