@@ -113,7 +113,7 @@ class CacheFile:
 
     @contextmanager
     def guarded(self) -> Iterator[sqlite3.Connection | None]:
-        """Give the connection, None where there is none, and commit; what goes wrong ends its use or makes it anew."""
+        """Give the connection, None without one, and commit; what goes wrong ends it or makes it anew."""
         try:
             yield self._connection
             if self._connection is not None:

@@ -125,7 +125,7 @@ def facts_of(path: Path) -> RunFacts:
         kind=str(run.get("kind", "")),
         status=str(run.get("status", "")),
         started_utc=_utc(run.get("started_utc")),
-        specimen_id=_table(document, "specimen").get("id"),
+        specimen_id=_text(_table(document, "specimen").get("id")),
         step=str(step.get("name", "")),
         prestress_mm=_number(step.get("prestress_mm")),
         amplitude_mm=_number(step.get("amplitude_mm")),
@@ -150,15 +150,18 @@ def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 def _utc(value: Any) -> str | None:
     """Return a date and time in UTC: imports of before 2026-11-22 may state another zone."""
-    text = _text(value)
+    text = value if isinstance(value, str) and value else None
     try:
         moment = datetime.fromisoformat(text or "")
-    except ValueError:
+        return moment.astimezone(UTC).isoformat() if moment.utcoffset() else text
+    except (ValueError, OverflowError):  # no date; one before the first or after the last year there is
         return text
-    return moment.astimezone(UTC).isoformat() if moment.utcoffset() else text
 
 
 def _text(value: Any) -> str | None:
+    """Return what is stated as text; a foreign writer may have written a number for a name."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return str(value)
     return value if isinstance(value, str) and value else None
 
 
