@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cli.options import EXISTING, FOLDER, figure, show_table, warn, write_json
-from foundation.errors import ExitStatus
+from foundation.errors import BadInput, ExitStatus
 from foundation.names import readable
 from recording.cachefile import NO_FOLDER, default_folder
 
@@ -40,6 +40,8 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
 
     --where takes comparisons of names with values, joined by and, or, not. Of results (damping, verdict …)
     it asks the evaluation with default settings; what is not known yet is evaluated first.
+
+    What cannot be read is named and does not hide the others; exit status 2 if nothing can be.
     """
     from recording.catalogue import list_runs
     from recording.index import indexed_runs, recorded_facts
@@ -50,6 +52,7 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
         warn(NO_FOLDER)
     query = None if where is None else parse_query(where, _fields())
     listed = list_runs(path) if place is None else indexed_runs(path, place)
+    _refuse_single(path, listed)
     sound = [run for run in listed if run.problem is None]
     results = _results(query, sound, place)
     found: list[Found] = []
@@ -64,10 +67,29 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
         _show(path, found, asked)
         if query is not None:
             click.echo(f"\n{len(found)} of {len(sound)} runs match")
-    for run in listed:
-        if run.problem is not None:
-            warn(f"{readable(run.path)}: {run.problem}")
+    _say_what_is_wrong(path, listed)
     return ExitStatus.DONE
+
+
+def _refuse_single(path: Path, listed: Sequence[RunFacts]) -> None:
+    """Refuse a file that is named itself and cannot be read, as every other command does."""
+    if not path.is_dir() and listed[0].problem is not None:
+        remedy = (
+            "name a run file (*.h5) or a folder of them; “bufferstand import” makes runs of foreign records"
+        )
+        raise BadInput(listed[0].problem, file=readable(path), remedy=remedy)
+
+
+def _say_what_is_wrong(path: Path, listed: Sequence[RunFacts]) -> None:
+    unread = [run for run in listed if run.problem is not None]
+    for run in unread:
+        warn(f"{readable(run.path)}: {run.problem}")
+    if len(unread) == len(listed):
+        raise BadInput(
+            f"none of its {len(unread)} run files can be read",
+            file=readable(path),
+            remedy="the warnings say what is wrong with each",
+        )
 
 
 def _fields() -> Mapping[str, Any]:
