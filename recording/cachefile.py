@@ -18,6 +18,8 @@ NO_FOLDER = "nothing is kept: this user has no home folder; name a folder with -
 _BUSY_S = 20.0
 _DAMAGE = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR)
 """The last one is of SQL that does not fit the tables: they are not those of the schema."""
+_FAULTS = (sqlite3.Error, OSError, UnicodeDecodeError)
+"""The last one is raised for an error of SQLite whose message has the garbled name of a table."""
 _COLUMNS = """
 SELECT tables.name, columns.cid, columns.name, columns.type, columns.pk
 FROM sqlite_master AS tables, pragma_table_info(tables.name) AS columns
@@ -97,7 +99,7 @@ class CacheFile:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._connection = self._connected()
-        except (sqlite3.Error, OSError) as error:
+        except _FAULTS as error:
             self._recover(error)
 
     @property
@@ -118,7 +120,7 @@ class CacheFile:
             yield self._connection
             if self._connection is not None:
                 self._connection.commit()
-        except (sqlite3.Error, OSError) as error:
+        except _FAULTS as error:
             self._recover(error)
 
     def _connected(self) -> sqlite3.Connection:
@@ -130,7 +132,7 @@ class CacheFile:
             connection.executescript(self._schema)
             if not _has_tables(connection, self._schema):
                 raise _OtherTables("it has other tables")
-        except (sqlite3.Error, OSError):
+        except _FAULTS:
             connection.close()
             raise
         return connection
@@ -144,7 +146,7 @@ class CacheFile:
             self._made_anew = True
             self._discard()
             self._connection = self._connected()
-        except (sqlite3.Error, OSError) as last:
+        except _FAULTS as last:
             self.problem = f"{self._path}: {last}; going on without it"
 
     def _discard(self) -> None:
@@ -160,7 +162,7 @@ class _OtherTables(sqlite3.DatabaseError):
 
 def _is_damage(error: Exception) -> bool:
     code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the lowest byte is the kind of error
-    return isinstance(error, _OtherTables) or code in _DAMAGE
+    return isinstance(error, _OtherTables | UnicodeDecodeError) or code in _DAMAGE
 
 
 def _has_tables(connection: sqlite3.Connection, schema: str) -> bool:

@@ -209,6 +209,14 @@ def test_pages_that_are_garbled_are_made_anew(runs: list[Path], tmp_path: Path) 
     assert evaluated(runs, tmp_path)[1] == []
 
 
+def test_a_schema_that_is_no_text_is_made_anew(runs: list[Path], tmp_path: Path) -> None:
+    evaluated(runs[:1], tmp_path)
+    file = tmp_path / FILE_NAME
+    file.write_bytes(file.read_bytes().replace(b"CREATE TABLE files", b"CR\xf3ATE TABLE files"))
+    assert len(evaluated(runs[:1], tmp_path)[1]) == 1
+    assert evaluated(runs[:1], tmp_path)[1] == []
+
+
 def test_one_that_stays_damaged_is_given_up(tmp_path: Path) -> None:
     file = CacheFile(tmp_path, "x.sqlite", "CREATE TABLE IF NOT EXISTS x (y INTEGER);")
     for tries in range(2):
