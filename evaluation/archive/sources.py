@@ -61,6 +61,8 @@ def _list_file(source: str) -> Path:
 
 
 def _named(source: str) -> list[Path]:
+    if not source:
+        raise BadInput("the path is empty", file="PATH", remedy="write . for the current folder")
     path = Path(source)
     if is_there(path) or not glob.has_magic(source):
         return run_files([path])

@@ -68,6 +68,7 @@ def test_what_exists_is_no_pattern_and_no_list(folder: Path) -> None:
         (["x" * 5000], "xxxxxxxx"),
         (["*" * 5000], "********"),
         (["@" + "x" * 5000], "@xxxxxxx"),
+        ([""], "PATH: the path is empty; write . for the current folder"),
         (["@"], "@: the name of the list is missing; write @FILE"),
         ([], "PATH: no run is named"),
     ],
