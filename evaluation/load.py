@@ -17,6 +17,7 @@ from evaluation.results import RunFacts
 from foundation.channel import Channel, ChannelUncertainty
 from foundation.errors import BadInput
 from foundation.kind import Kind
+from foundation.names import readable
 from foundation.units import to_inside
 from recording.run import STROKES, Run, Series
 from recording.runfile import opened_run
@@ -209,7 +210,7 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
     return RunFacts(
         id=run.id,
         kind=cast("Kind", kind),
-        path=str(run.path),
+        path=readable(run.path),
         sha256=run.sha256,
         specimen=run.specimen,
         started=_moment(run.metadata["run"].get("started_utc")),

@@ -13,6 +13,7 @@ from foundation.errors import BadInput
 from recording.journal_file import JOURNAL_SUFFIX
 from recording.runfile import read_metadata
 from recording.seal import DAMAGED_SUFFIX, RUN_SUFFIX
+from recording.walk import files_below, is_there
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,14 @@ def run_files(paths: Iterable[Path]) -> list[Path]:
     Raises
     ------
     BadInput
-        If a path does not exist or a folder holds no run file.
+        If a path does not exist, a folder holds no run file, or one below it must not be looked into.
     """
     found: dict[str, Path] = {}
     for path in paths:
+        if not is_there(path):
+            raise BadInput("no such file or folder", file=path, remedy="check the path")
         if path.is_dir():
-            files = sorted(file for file in path.rglob(f"*{RUN_SUFFIX}") if file.is_file())
+            files = files_below(path, RUN_SUFFIX)
             if not files:
                 raise BadInput(
                     f"no run files (*{RUN_SUFFIX}) in this folder or below it",
@@ -67,10 +70,8 @@ def run_files(paths: Iterable[Path]) -> list[Path]:
                     remedy="name a run file, or a folder with runs; “bufferstand import” makes runs of "
                     "foreign records",
                 )
-        elif path.exists():
-            files = [path]
         else:
-            raise BadInput("no such file or folder", file=path, remedy="check the path")
+            files = [path]
         for file in files:
             found.setdefault(os.path.realpath(file), file)
     return list(found.values())
@@ -83,11 +84,16 @@ def unsealed(paths: Iterable[Path]) -> list[Path]:
     ----------
     paths : iterable of Path
         Journals, and folders: all in them and in the folders below, sorted by path. Run files count for none.
+
+    Raises
+    ------
+    BadInput
+        If a folder must not be looked into.
     """
     found: list[Path] = []
     for path in paths:
-        candidates = sorted(path.rglob("*")) if path.is_dir() else [path]
-        found += [file for file in candidates if file.suffix in (JOURNAL_SUFFIX, DAMAGED_SUFFIX)]
+        suffixes = (JOURNAL_SUFFIX, DAMAGED_SUFFIX)
+        found += files_below(path, *suffixes) if path.is_dir() else [path] if path.suffix in suffixes else []
     return list(dict.fromkeys(found))
 
 
@@ -109,8 +115,8 @@ def facts_of(path: Path) -> RunFacts:
     """Return the facts of one file; never raises for what is in it."""
     try:
         document = read_metadata(path)
-    except BadInput as error:
-        return RunFacts(path, problem=error.problem)
+    except (BadInput, OSError) as error:
+        return RunFacts(path, problem=_why_unreadable(path, error))
     run = _table(document, "run")
     step = _table(document, "step")
     return RunFacts(
@@ -119,7 +125,7 @@ def facts_of(path: Path) -> RunFacts:
         kind=str(run.get("kind", "")),
         status=str(run.get("status", "")),
         started_utc=_utc(run.get("started_utc")),
-        specimen_id=_table(document, "specimen").get("id"),
+        specimen_id=_text(_table(document, "specimen").get("id")),
         step=str(step.get("name", "")),
         prestress_mm=_number(step.get("prestress_mm")),
         amplitude_mm=_number(step.get("amplitude_mm")),
@@ -130,6 +136,13 @@ def facts_of(path: Path) -> RunFacts:
     )
 
 
+def _why_unreadable(path: Path, error: BadInput | OSError) -> str:
+    """Return what is wrong with a file; HDF5 takes one that must not be read for none of its own."""
+    if path.is_file() and not os.access(path, os.R_OK, effective_ids=True):
+        return "cannot be read: permission denied"
+    return error.problem if isinstance(error, BadInput) else f"cannot be read: {error.strerror or error}"
+
+
 def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     value = document.get(key)
     return value if isinstance(value, Mapping) else {}
@@ -137,15 +150,18 @@ def _table(document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 def _utc(value: Any) -> str | None:
     """Return a date and time in UTC: imports of before 2026-11-22 may state another zone."""
-    text = _text(value)
+    text = value if isinstance(value, str) and value else None
     try:
         moment = datetime.fromisoformat(text or "")
-    except ValueError:
+        return moment.astimezone(UTC).isoformat() if moment.utcoffset() else text
+    except (ValueError, OverflowError):  # no date; one before the first or after the last year there is
         return text
-    return moment.astimezone(UTC).isoformat() if moment.utcoffset() else text
 
 
 def _text(value: Any) -> str | None:
+    """Return what is stated as text; a foreign writer may have written a number for a name."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return str(value)
     return value if isinstance(value, str) and value else None
 
 

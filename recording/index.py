@@ -11,11 +11,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, default_folder, stamp_of
+from foundation.names import readable
+from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum, default_folder, stamp_of
 from recording.catalogue import RunFacts, facts_of, run_files
 from recording.query import Field
 
-FILE_NAME = "runs-1.sqlite"
+FILE_NAME = "runs-2.sqlite"
 PLANNED = ("prestress_mm", "amplitude_mm", "frequency_Hz")
 RECORDED: Mapping[str, Field] = {
     "id": Field("id", "text"),
@@ -33,7 +34,8 @@ RECORDED: Mapping[str, Field] = {
 }
 """What can be asked of a run from its recording alone, by name."""
 _SCHEMA = (
-    f"CREATE TABLE IF NOT EXISTS runs (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, facts TEXT) WITHOUT ROWID;"
+    f"CREATE TABLE IF NOT EXISTS runs (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, check_sum INTEGER, facts TEXT)"
+    " WITHOUT ROWID;"
 )
 
 
@@ -53,15 +55,15 @@ def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
         As :func:`recording.catalogue.list_runs`.
     """
     files = run_files([path])
-    index = CacheFile((folder or default_folder()) / FILE_NAME, _SCHEMA)
+    index = CacheFile(folder or default_folder(), FILE_NAME, _SCHEMA)
     try:
         known = _known(index)
         found: list[RunFacts] = []
         fresh: list[tuple[str, Stamp, RunFacts]] = []
         for file in files:
-            name, stamp = str(file.resolve()), stamp_of(file)
+            name, stamp = readable(file.resolve()), stamp_of(file)
             entry = known.get(name)
-            facts = None if entry is None or entry[0] != stamp else _facts(file, entry[1])
+            facts = None if entry is None or entry[0] != stamp else _facts(file, *entry[1:])
             if facts is not None:
                 found.append(facts)
                 continue
@@ -86,7 +88,7 @@ def recorded_facts(run: RunFacts) -> dict[str, Any]:
         "operator": run.operator,
         "step": run.step or None,
         "started_utc": run.started_utc,
-        "path": str(run.path),
+        "path": readable(run.path),
         "sha256": run.sha256,
         "prestress_mm": run.prestress_mm,
         "amplitude_mm": run.amplitude_mm,
@@ -94,27 +96,35 @@ def recorded_facts(run: RunFacts) -> dict[str, Any]:
     }
 
 
-def _known(index: CacheFile) -> dict[str, tuple[Stamp, str]]:
+def _known(index: CacheFile) -> dict[str, tuple[Stamp, int, str]]:
     with index.guarded() as connection:
         if connection is not None:
-            rows = connection.execute("SELECT path, size, mtime_ns, ctime_ns, inode, facts FROM runs")
-            return {row[0]: (Stamp(*row[1:5]), row[5]) for row in rows}
+            rows = connection.execute(
+                "SELECT path, size, mtime_ns, ctime_ns, inode, check_sum, facts FROM runs"
+            )
+            return {row[0]: (Stamp(*row[1:5]), *row[5:]) for row in rows}
     return {}
 
 
 def _remember(index: CacheFile, fresh: Sequence[tuple[str, Stamp, RunFacts]]) -> None:
-    rows = [(name, *stamp.row(), _text(facts)) for name, stamp, facts in fresh]
+    texts = [_text(facts) for _, _, facts in fresh]
+    rows = [
+        (name, *stamp.row(), check_sum(text), text)
+        for (name, stamp, _), text in zip(fresh, texts, strict=True)
+    ]
     with index.guarded() as connection:
         if connection is not None and rows:
-            connection.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?)", rows)
+            connection.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
 
 
 def _text(facts: RunFacts) -> str:
     return json.dumps({key: value for key, value in asdict(facts).items() if key != "path"})
 
 
-def _facts(path: Path, text: str) -> RunFacts | None:
+def _facts(path: Path, stated: int, text: str) -> RunFacts | None:
+    if stated != check_sum(text):
+        return None
     try:
         return RunFacts(path=path, **json.loads(text))
-    except (ValueError, TypeError):  # damaged, or of an earlier version
+    except (ValueError, TypeError):  # of another version
         return None

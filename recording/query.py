@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from foundation.errors import BadInput
+from recording.written_dates import comparable, written_date
 
 FieldType = Literal["text", "number", "date"]
 Facts = Mapping[str, Any]
@@ -37,7 +38,10 @@ _MIRRORED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Eq: ast.Eq,
     ast.NotEq: ast.NotEq,
 }
-_DATE = re.compile(r"\d{4}(-\d{2}(-\d{2}([T ]\d{2}(:\d{2}(:\d{2})?)?)?)?)?")
+_DECIMAL = re.compile(r"[\d_]*\.?[\d_]*([eE][+-]?[\d_]+)?")
+_LARGEST = 300
+"""Powers of ten beyond are no numbers that a computer calculates with."""
+_BREAKS = str.maketrans("\r\n", "  ")
 _LONGEST = 2000
 _EXAMPLE = 'write for example  prestress >= 50 and specimen == "A-105"'
 
@@ -84,14 +88,16 @@ def parse_query(text: str, fields: Mapping[str, Field]) -> Query:
     """
     if len(text) > _LONGEST:
         raise BadInput(f"longer than {_LONGEST} characters", file=OPTION, remedy="ask for less at a time")
+    text = text.translate(_BREAKS)
+    begin = len(text) - len(text.lstrip())
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        at = f"column {error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
+        at = f"column {begin + error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
         single = re.search(r"(?<![=!<>])=(?!=)", text)
         remedy = "equality is written ==" if single else _EXAMPLE
         raise BadInput("this is no expression", file=OPTION, place=at, remedy=remedy) from None
-    parser = _Parser(text.strip(), fields)
+    parser = _Parser(text.strip(), begin, fields)
     try:
         test = parser.test(tree.body)
         return Query(matches=lambda facts: test(facts) is True, facts=frozenset(parser.facts))
@@ -100,8 +106,8 @@ def parse_query(text: str, fields: Mapping[str, Field]) -> Query:
 
 
 class _Parser:
-    def __init__(self, text: str, fields: Mapping[str, Field]) -> None:
-        self._text, self._fields = text, fields
+    def __init__(self, text: str, begin: int, fields: Mapping[str, Field]) -> None:
+        self._text, self._begin, self._fields = text, begin, fields
         self.facts: set[str] = set()
 
     def test(self, node: ast.expr) -> Test:
@@ -147,20 +153,19 @@ class _Parser:
         value, fact = self._value(node, field), field.fact
         if sign in (ast.Eq, ast.NotEq):
             same = self._same(field, node, value)
-            test = _of_known(fact, same)
+            test = _of_date(fact, same) if field.type == "date" else _of_known(fact, same)
             return test if sign is ast.Eq else _negated(test)
         if field.type == "text":
             raise self._wrong(node, f"“{fact}” is a text, it has no order", "use ==, != or in")
         compare = _ORDER[sign]
         if field.type == "date":
             # Only as far as it is written out, so that a day ends with its last second.
-            digits = len(value)
-            return _of_known(fact, lambda known: compare(known[:digits].replace(" ", "T"), value))
+            return _of_date(fact, lambda known: compare(known[: len(value)], value))
         return _of_known(fact, lambda known: compare(known, value))
 
     def _same(self, field: Field, node: ast.expr, value: Any) -> Callable[[Any], bool]:
         if field.type == "date":
-            return lambda known: known[: len(value)].replace(" ", "T") == value
+            return lambda known: bool(known[: len(value)] == value)
         if field.type == "text":
             return lambda known: bool(known == value)
         half = 0.5 * 10.0 ** -self._decimals(node)
@@ -168,6 +173,8 @@ class _Parser:
 
     def _decimals(self, node: ast.expr) -> int:
         """Return how many decimals a number is written with."""
+        while isinstance(node, ast.UnaryOp):
+            node = node.operand
         written = (ast.get_source_segment(self._text, node) or "").lower().replace("_", "")
         mantissa, _, exponent = written.partition("e")
         return len(mantissa.partition(".")[2]) - int(exponent or 0)
@@ -209,23 +216,39 @@ class _Parser:
                 return -number if isinstance(node.op, ast.USub) else number
         if field.type == "number":
             if isinstance(value, int | float) and not isinstance(value, bool):
-                return value
+                return self._number(node, value)
             raise self._wrong(node, f"“{field.fact}” is a number", "write it without quotes")
         if not isinstance(value, str):
             remedy = "“is None” asks for what is not known" if value is None else 'write it in quotes: "…"'
             raise self._wrong(node, f"“{field.fact}” is a {field.type}", remedy)
         if field.type == "date":
-            if not _DATE.fullmatch(value):
-                raise self._wrong(node, f"“{value}” is no date", 'write "2026-03-05" or "2026-03-05T14:30"')
-            return value.replace(" ", "T")
+            try:
+                return written_date(value)
+            except ValueError as error:
+                remedy = 'write "2026-03-05" or "2026-03-05T14:30", in UTC'
+                raise self._wrong(node, f"“{value}” {error}", remedy) from None
         return value
 
+    def _number(self, node: ast.expr, value: float) -> float:
+        """Return a number that is written in decimals, and that others can be compared with."""
+        if not _DECIMAL.fullmatch(ast.get_source_segment(self._text, node) or ""):
+            raise self._wrong(node, "this number is not a decimal one", "write it as 495 or 4.95e2")
+        if abs(value) > 10.0**_LARGEST or -self._decimals(node) > _LARGEST:
+            raise self._wrong(node, "this number is too large", "compare with a smaller one")
+        return float(value)
+
     def _wrong(self, node: ast.expr, problem: str, remedy: str = _EXAMPLE) -> BadInput:
-        return BadInput(problem, file=OPTION, place=f"column {node.col_offset + 1}", remedy=remedy)
+        before = self._text.encode()[: node.col_offset].decode()  # the parser counts bytes
+        place = f"column {self._begin + len(before) + 1}"
+        return BadInput(problem, file=OPTION, place=place, remedy=remedy)
 
 
 def _of_known(fact: str, test: Callable[[Any], bool]) -> Test:
     return lambda facts: None if (known := facts.get(fact)) is None else test(known)
+
+
+def _of_date(fact: str, test: Callable[[Any], bool]) -> Test:
+    return lambda facts: None if (known := comparable(facts.get(fact) or "")) is None else test(known)
 
 
 def _negated(test: Test) -> Test:

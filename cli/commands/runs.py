@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cli.options import EXISTING, FOLDER, check_named, figure, show_table, warn, write_json
-from foundation.errors import ExitStatus
-from recording.cachefile import default_folder
+from foundation.errors import BadInput, ExitStatus
+from foundation.names import readable
+from recording.cachefile import NO_FOLDER, default_folder
 
 if TYPE_CHECKING:
     from recording.catalogue import RunFacts
@@ -39,6 +40,8 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
 
     --where takes comparisons of names with values, joined by and, or, not. Of results (damping, verdict …)
     it asks the evaluation with default settings; what is not known yet is evaluated first.
+
+    What cannot be read is named and does not hide the others; exit status 2 if nothing can be.
     """
     from recording.catalogue import list_runs
     from recording.index import indexed_runs, recorded_facts
@@ -46,13 +49,16 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
 
     check_named(json_file)
     place = None if no_cache else folder or default_folder()
+    if place is None and not no_cache:
+        warn(NO_FOLDER)
     query = None if where is None else parse_query(where, _fields())
     listed = list_runs(path) if place is None else indexed_runs(path, place)
-    readable = [run for run in listed if run.problem is None]
-    results = _results(query, readable, place)
+    _refuse_single(path, listed)
+    sound = [run for run in listed if run.problem is None]
+    results = _results(query, sound, place)
     found: list[Found] = []
-    for run in readable:
-        facts = {**recorded_facts(run), **results.get(run.path, {})}
+    for run in sound:
+        facts = {**recorded_facts(run), **results.get(readable(run.path), {})}
         if query is None or query.matches(facts):
             found.append((run, facts))
     asked = _result_names(query)
@@ -61,11 +67,30 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
     if json_file != "-":
         _show(path, found, asked)
         if query is not None:
-            click.echo(f"\n{len(found)} of {len(readable)} runs match")
-    for run in listed:
-        if run.problem is not None:
-            warn(f"{run.path}: {run.problem}")
+            click.echo(f"\n{len(found)} of {len(sound)} runs match")
+    _say_what_is_wrong(path, listed)
     return ExitStatus.DONE
+
+
+def _refuse_single(path: Path, listed: Sequence[RunFacts]) -> None:
+    """Refuse a file that is named itself and cannot be read, as every other command does."""
+    if not path.is_dir() and listed[0].problem is not None:
+        remedy = (
+            "name a run file (*.h5) or a folder of them; “bufferstand import” makes runs of foreign records"
+        )
+        raise BadInput(listed[0].problem, file=readable(path), remedy=remedy)
+
+
+def _say_what_is_wrong(path: Path, listed: Sequence[RunFacts]) -> None:
+    unread = [run for run in listed if run.problem is not None]
+    for run in unread:
+        warn(f"{readable(run.path)}: {run.problem}")
+    if len(unread) == len(listed):
+        raise BadInput(
+            f"none of its {len(unread)} run files can be read",
+            file=readable(path),
+            remedy="the warnings say what is wrong with each",
+        )
 
 
 def _fields() -> Mapping[str, Any]:
@@ -84,8 +109,8 @@ def _result_names(query: Query | None) -> list[str]:
 
 def _results(
     query: Query | None, runs: Sequence[RunFacts], place: Path | None
-) -> Mapping[Path, Mapping[str, Any]]:
-    """Return the results of runs by their file, if the query asks for any."""
+) -> Mapping[str, Mapping[str, Any]]:
+    """Return the results of runs by their file (readable), if the query asks for any."""
     if not _result_names(query) or not runs:
         return {}
     from cli.archive_view import progress_bar
@@ -126,7 +151,7 @@ def _document(
         "where": where,
         "runs": [{name: facts.get(name) for name in (*recorded, *asked)} for _, facts in found],
         "problems": [
-            {"path": str(run.path), "problem": run.problem} for run in listed if run.problem is not None
+            {"path": readable(run.path), "problem": run.problem} for run in listed if run.problem is not None
         ],
     }
 
@@ -147,7 +172,7 @@ def _show(path: Path, found: Sequence[Found], asked: Sequence[str]) -> None:
         ],
         [
             (
-                str(run.path.relative_to(path) if path.is_dir() else run.path.name),
+                readable(run.path.relative_to(path) if path.is_dir() else run.path.name),
                 run.kind,
                 run.status,
                 (run.started_utc or "—")[:19].replace("T", " "),

@@ -10,24 +10,25 @@ from __future__ import annotations
 import os
 import sqlite3
 import time
-import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from evaluation.archive.kept import KeptRun, Wanted
 from foundation.errors import BadInput
-from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp
+from foundation.names import readable
+from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum
 from recording.layout import file_is_as_sealed
 from recording.runfile import read_metadata
 
-FILE_NAME = "evaluations-2.sqlite"
+FILE_NAME = "evaluations-3.sqlite"
 KEPT_DAYS = 90
 """Results of other software than the present are dropped when they are older."""
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS files (path TEXT PRIMARY KEY, {STAMP_COLUMNS}, sha256 TEXT) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS runs (
     sha256 TEXT, settings TEXT, software TEXT, written REAL, check_sum INTEGER,
-    text TEXT, cycles BLOB, loop BLOB, rows TEXT, entry BLOB, PRIMARY KEY (sha256, settings, software)
+    text TEXT, cycles BLOB, loop BLOB, rows TEXT, entry_check_sum INTEGER, entry BLOB,
+    PRIMARY KEY (sha256, settings, software)
 );
 """
 
@@ -37,14 +38,14 @@ class Cache:
 
     Parameters
     ----------
-    folder : Path
-        Made if it is missing.
+    folder : Path or None
+        Made if it is missing. None: there is nowhere to keep anything.
     settings, software : str
         Hashes of what is evaluated with.
     """
 
-    def __init__(self, folder: Path, settings: str, software: str) -> None:
-        self._file = CacheFile(folder / FILE_NAME, _SCHEMA)
+    def __init__(self, folder: Path | None, settings: str, software: str) -> None:
+        self._file = CacheFile(folder, FILE_NAME, _SCHEMA)
         self._key = settings, software
 
     @property
@@ -109,15 +110,19 @@ class Cache:
         with self._file.guarded() as connection:
             if connection is None:
                 return None
-            kept = "entry" if wanted.entries else "x''"
+            kept = "entry_check_sum, entry" if wanted.entries else "0, x''"
             row = connection.execute(
                 f"SELECT check_sum, text, cycles, loop, rows, {kept} FROM runs "
                 "WHERE sha256 = ? AND settings = ? AND software = ?",
                 (content, *self._key),
             ).fetchone()
-            if row is not None and row[0] == _check_sum(*row[1:5]):
-                _, text, cycles, loop, rows, entry = row
-                return KeptRun(path, text, cycles, loop, entry, rows).with_only(wanted)
+            if row is None:
+                return None
+            stated, text, cycles, loop, rows, entry_stated, entry = row
+            if stated == check_sum(text, cycles, loop, rows) and (
+                not wanted.entries or entry_stated == check_sum(entry)
+            ):
+                return KeptRun(readable(path), text, cycles, loop, entry, rows).with_only(wanted)
         return None
 
     def remember(self, results: Sequence[tuple[Path, Stamp | None, KeptRun]]) -> None:
@@ -127,9 +132,10 @@ class Cache:
                 return
             for _, _, run in results:
                 parts = run.text, run.cycles, run.loop, run.rows
+                sums = check_sum(*parts), check_sum(run.entry)
                 connection.execute(
-                    "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    (run.facts["sha256"], *self._key, time.time(), _check_sum(*parts), *parts, run.entry),
+                    "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    (run.facts["sha256"], *self._key, time.time(), sums[0], *parts, sums[1], run.entry),
                 )
             _insert_files(
                 connection,
@@ -143,11 +149,7 @@ def _insert_files(connection: sqlite3.Connection, files: Sequence[tuple[Path, St
 
 
 def _name(path: Path) -> str:
-    return os.path.abspath(path)  # noqa: PTH100 - resolving links takes ten times as long, and only saves time
-
-
-def _check_sum(text: str, cycles: bytes, loop: bytes, rows: str) -> int:
-    return zlib.crc32(rows.encode(), zlib.crc32(loop, zlib.crc32(cycles, zlib.crc32(text.encode()))))
+    return readable(os.path.abspath(path))  # noqa: PTH100 - resolving links takes ten times as long, and only saves time
 
 
 def _content_if_whole(path: Path) -> str | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from evaluation.archive.kept import KeptRun
@@ -35,6 +34,6 @@ def result_facts(run: KeptRun) -> dict[str, Any]:
     return {"verdict": run.facts["verdict"], **values}
 
 
-def results_by_path(runs: Sequence[KeptRun]) -> dict[Path, dict[str, Any]]:
-    """Return the results of runs by their file."""
-    return {Path(run.path): result_facts(run) for run in runs}
+def results_by_path(runs: Sequence[KeptRun]) -> dict[str, dict[str, Any]]:
+    """Return the results of runs by their file, as :func:`foundation.names.readable` writes it."""
+    return {run.path: result_facts(run) for run in runs}

@@ -43,7 +43,8 @@ class KeptRun:
     Attributes
     ----------
     path : str
-        As the user named it; not part of what is kept, as a file may be moved.
+        As the user named it, readable (:func:`foundation.names.readable`); not part of what is kept, as a
+        file may be moved.
     text : str
         Facts and means, JSON.
     cycles : bytes

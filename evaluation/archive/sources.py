@@ -11,6 +11,7 @@ from foundation.errors import BadInput
 from foundation.settings import read_text
 from recording.catalogue import run_files
 from recording.seal import RUN_SUFFIX
+from recording.walk import is_there, matching
 
 LIST_MARK = "@"
 
@@ -24,8 +25,8 @@ def find_runs(sources: Sequence[str], lists: Sequence[Path] = ()) -> list[Path]:
         Run files; folders, which are searched for them; patterns as ``archive/**/*.h5``; ``@FILE``: a list.
         What exists under its name is never taken for a pattern or a list.
     lists : sequence of Path
-        Further lists: a path or pattern a line, relative to the current folder; empty lines and lines that
-        begin with ``#`` are skipped.
+        Further lists: a path of a file or folder a line, relative to the current folder; empty lines and
+        lines that begin with ``#`` are skipped.
 
     Returns
     -------
@@ -36,12 +37,13 @@ def find_runs(sources: Sequence[str], lists: Sequence[Path] = ()) -> list[Path]:
     Raises
     ------
     BadInput
-        If a path does not exist, a folder or pattern has no run file, or a list cannot be read.
+        If a path does not exist, a folder or pattern has no run file, a folder must not be looked into, or a
+        list cannot be read.
     """
     found: list[Path] = []
     for source in sources:
-        if source.startswith(LIST_MARK) and not Path(source).exists():
-            found += _listed(Path(source[len(LIST_MARK) :]))
+        if source.startswith(LIST_MARK) and not is_there(Path(source)):
+            found += _listed(_list_file(source))
         else:
             found += _named(source)
     for one in lists:
@@ -51,12 +53,20 @@ def find_runs(sources: Sequence[str], lists: Sequence[Path] = ()) -> list[Path]:
     return _each_once(found)
 
 
+def _list_file(source: str) -> Path:
+    name = source.removeprefix(LIST_MARK)
+    if not name:
+        raise BadInput("the name of the list is missing", file=source, remedy=f"write {LIST_MARK}FILE")
+    return Path(name)
+
+
 def _named(source: str) -> list[Path]:
+    if not source:
+        raise BadInput("the path is empty", file="PATH", remedy="write . for the current folder")
     path = Path(source)
-    if path.exists() or not glob.has_magic(source):
+    if is_there(path) or not glob.has_magic(source):
         return run_files([path])
-    matched = [Path(name) for name in sorted(glob.glob(source, recursive=True))]  # noqa: PTH207 - Path.glob takes no absolute pattern
-    files = [path for path in matched if path.is_file() and path.suffix == RUN_SUFFIX]
+    files = [path for path in matching(source) if path.suffix == RUN_SUFFIX and path.is_file()]
     if not files:
         raise BadInput(
             f"the pattern matches no run file (*{RUN_SUFFIX})",
@@ -69,22 +79,32 @@ def _named(source: str) -> list[Path]:
 def _listed(path: Path) -> list[Path]:
     """Return what a list names. It stands for what a search once found: a file that is gone is kept."""
     found: list[Path] = []
-    for number, line in enumerate(read_text(path).splitlines(), start=1):
+    for number, line in enumerate(read_text(path).split("\n"), start=1):
         name = line.strip()
         if not name or name.startswith("#"):
             continue
-        if not glob.has_magic(name) and not Path(name).is_dir():
-            found.append(Path(name))
-            continue
         try:
-            found += _named(name)
+            found += _of_line(name)
         except BadInput as error:
             raise BadInput(
-                f"{name}: {error.problem}", file=path, place=f"line {number}", remedy=error.remedy
+                f"{error.file}: {error.problem}" if error.file else error.problem,
+                file=path,
+                place=f"line {number}",
+                remedy=error.remedy,
             ) from None
     if not found:
         raise BadInput("the list names no run", file=path, remedy="write a path a line")
     return found
+
+
+def _of_line(name: str) -> list[Path]:
+    """Return what a line of a list stands for: never a pattern, as a file may be named like one."""
+    if "\0" in name:
+        raise BadInput(
+            "holds NUL characters", remedy="write a path a line, as UTF-8: find -print instead of -print0"
+        )
+    path = Path(name)
+    return run_files([path]) if is_there(path) and path.is_dir() else [path]
 
 
 def _each_once(paths: Iterable[Path]) -> list[Path]:

@@ -21,7 +21,17 @@ from evaluation.archive.kept import Wanted
 from evaluation.archive.local import Local
 from evaluation.archive.work import File, Outcome
 from recording import cachefile
+from recording.cachefile import CacheFile
+from recording.index import indexed_runs
 from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged
+
+DAMAGE = {
+    "other values": "UPDATE runs SET cycles = zeroblob(length(cycles))",
+    "other entry": "UPDATE runs SET entry = zeroblob(length(entry))",
+    "other type": "UPDATE runs SET rows = CAST(rows AS BLOB)",
+    "no text": "UPDATE runs SET text = CAST(x'7bff' AS TEXT)",
+    "other table": "DROP TABLE files",
+}
 
 
 class Counting:
@@ -115,7 +125,51 @@ def test_a_file_changed_just_now_is_read(tmp_path: Path) -> None:
     assert evaluated(runs, tmp_path)[1] == []  # but found by its content
 
 
-@pytest.mark.parametrize("damage", ["none", "no database", "cut", "other values", "other table"])
+def test_whether_it_was_changed_just_now_is_asked_when_its_stamp_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Slow(Counting):
+        def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+            monkeypatch.setattr(cachefile, "SETTLED_S", 0.0)  # as if it took longer than that
+            yield from super().evaluate(files, settings)
+
+    runs = archive(tmp_path / "archive")[:1]
+    cache = Cache(tmp_path, SETTINGS.sha256, software().sha256)
+    evaluate_archive(runs, SETTINGS, Slow(), cache)
+    cache.close()
+    with sqlite3.connect(tmp_path / FILE_NAME) as connection:
+        assert connection.execute("SELECT count(*) FROM files").fetchone() == (0,)
+    connection.close()
+
+
+def test_a_user_without_a_home_goes_on_without(runs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    def nobody() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", nobody)
+    assert cachefile.default_folder() is None
+    cache = Cache(None, SETTINGS.sha256, software().sha256)
+    assert len(evaluate_archive(runs[:1], SETTINGS, Counting(), cache).runs) == 1
+    assert "no home folder; name a folder with --cache" in cache.problem
+    assert len(indexed_runs(runs[0])) == 1
+    cache.close()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "none",
+        "no database",
+        "cut",
+        "other values",
+        "other entry",
+        "other type",
+        "no text",
+        "other table",
+        "foreign",
+    ],
+)
 def test_a_damaged_cache_costs_only_time(runs: list[Path], tmp_path: Path, damage: str) -> None:
     first, _ = evaluated(runs[:1], tmp_path)
     file = tmp_path / FILE_NAME
@@ -123,17 +177,71 @@ def test_a_damaged_cache_costs_only_time(runs: list[Path], tmp_path: Path, damag
         file.write_bytes(b"no database" * 1000)
     elif damage == "cut":
         file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
-    elif damage in ("other values", "other table"):
+    elif damage == "foreign":
+        file.unlink()
         with sqlite3.connect(file) as connection:
-            change = "UPDATE runs SET cycles = zeroblob(length(cycles))"
-            connection.execute(change if damage == "other values" else "DROP TABLE files")
+            connection.execute("CREATE TABLE files (path TEXT PRIMARY KEY, colour TEXT)")
+        connection.close()
+    elif damage != "none":
+        with sqlite3.connect(file) as connection:
+            connection.execute(DAMAGE[damage])
         connection.close()
     workers = Counting()
     cache = Cache(tmp_path, SETTINGS.sha256, software().sha256)
     again = evaluate_archive(runs[:1], SETTINGS, workers, cache)
     cache.close()
-    assert workers.given == ([runs[0].name] if damage in ("no database", "cut", "other values") else [])
+    assert workers.given == ([] if damage in ("none", "other table") else [runs[0].name])
     assert all_of_it(again) == all_of_it(first)
+    assert cache.problem == ""
+    assert evaluated(runs[:1], tmp_path)[1] == []  # it is whole again
+
+
+def test_pages_that_are_garbled_are_made_anew(runs: list[Path], tmp_path: Path) -> None:
+    first, _ = evaluated(runs, tmp_path)
+    file = tmp_path / FILE_NAME
+    content = bytearray(file.read_bytes())
+    content[4096:] = os.urandom(len(content) - 4096)  # all but the first page, which has the schema
+    file.write_bytes(content)
+    again, given = evaluated(runs, tmp_path)
+    assert len(given) == 3
+    assert all_of_it(again) == all_of_it(first)
+    evaluated(runs, tmp_path)  # what was lost with the damage is kept at last
+    assert evaluated(runs, tmp_path)[1] == []
+
+
+def test_a_schema_that_is_no_text_is_made_anew(runs: list[Path], tmp_path: Path) -> None:
+    evaluated(runs[:1], tmp_path)
+    file = tmp_path / FILE_NAME
+    file.write_bytes(file.read_bytes().replace(b"CREATE TABLE files", b"CR\xf3ATE TABLE files"))
+    assert len(evaluated(runs[:1], tmp_path)[1]) == 1
+    assert evaluated(runs[:1], tmp_path)[1] == []
+
+
+def test_one_that_stays_damaged_is_given_up(tmp_path: Path) -> None:
+    file = CacheFile(tmp_path, "x.sqlite", "CREATE TABLE IF NOT EXISTS x (y INTEGER);")
+    for tries in range(2):
+        with file.guarded() as connection:
+            assert connection is not None
+            connection.execute("SELECT colour FROM nowhere")
+        assert file.usable == (tries == 0)
+    assert "no such table: nowhere; going on without it" in file.problem
+
+
+def test_one_that_another_made_anew_is_left_alone(tmp_path: Path) -> None:
+    one = CacheFile(tmp_path, "x.sqlite", "CREATE TABLE IF NOT EXISTS x (y INTEGER);")
+    (tmp_path / "x.sqlite").rename(tmp_path / "damaged.sqlite")  # so that its inode is not given anew
+    other = CacheFile(tmp_path, "x.sqlite", "CREATE TABLE IF NOT EXISTS x (y INTEGER);")
+    with other.guarded() as connection:
+        assert connection is not None
+        connection.execute("INSERT INTO x VALUES (1)")
+    with one.guarded() as connection:
+        assert connection is not None
+        connection.execute("SELECT colour FROM nowhere")
+    with one.guarded() as connection:
+        assert connection is not None
+        assert connection.execute("SELECT y FROM x").fetchall() == [(1,)]
+    one.close()
+    other.close()
 
 
 def test_deleted_or_forbidden_meanwhile(runs: list[Path], tmp_path: Path) -> None:

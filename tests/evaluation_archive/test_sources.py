@@ -44,6 +44,11 @@ def test_lists(folder: Path) -> None:
         assert [path.name for path in found] == ["2.h5", "3.h5", "gone.h5"]
 
 
+def test_lines_of_a_list_are_no_patterns(folder: Path) -> None:
+    (folder / "list.txt").write_bytes("\ufeffa/1.h5\r\na/gone[1].h5\na/*.h5\n".encode())
+    assert [path.name for path in find_runs(["@list.txt"])] == ["1.h5", "gone[1].h5", "*.h5"]
+
+
 def test_what_exists_is_no_pattern_and_no_list(folder: Path) -> None:
     (folder / "@x.h5").touch()
     (folder / "a" / "[1].h5").touch()
@@ -57,13 +62,24 @@ def test_what_exists_is_no_pattern_and_no_list(folder: Path) -> None:
         (["a/*.hdf"], "a/*.hdf: the pattern matches no run file"),
         (["@none.txt"], "none.txt: no such file"),
         (["@empty.txt"], "empty.txt: the list names no run"),
-        (["@bad.txt"], "bad.txt: line 2: z/*.h5: the pattern matches no run file"),
+        (["@bad.txt"], "bad.txt: line 2: z: no run files (*.h5) in this folder or below it"),
+        (["@print0.txt"], "print0.txt: line 1: holds NUL characters; write a path a line"),
+        (["@long.txt"], "long.txt: line 2: xxxxxxxx"),
+        (["x" * 5000], "xxxxxxxx"),
+        (["*" * 5000], "********"),
+        (["@" + "x" * 5000], "@xxxxxxx"),
+        ([""], "PATH: the path is empty; write . for the current folder"),
+        (["@"], "@: the name of the list is missing; write @FILE"),
         ([], "PATH: no run is named"),
     ],
 )
 def test_what_cannot_be_meant(folder: Path, sources: list[str], said: str) -> None:
     (folder / "empty.txt").write_text("\n# nothing\n")
-    (folder / "bad.txt").write_text("a/1.h5\nz/*.h5\n")
+    (folder / "z").mkdir()
+    (folder / "bad.txt").write_text("a/1.h5\nz\n")
+    (folder / "print0.txt").write_text("a/1.h5\0a/2.h5\0")
+    (folder / "long.txt").write_text(f"a/1.h5\n{'x' * 5000}\n")
     with pytest.raises(BadInput) as refusal:
         find_runs(sources)
     assert str(refusal.value).startswith(said)
+    assert len(str(refusal.value)) < 400

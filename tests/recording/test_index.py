@@ -12,10 +12,18 @@ from foundation.errors import BadInput
 from recording import cachefile, index
 from recording.catalogue import list_runs
 from recording.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
+from recording.query import parse_query
 from recording.runfile import write_run
 from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
 
 from . import samples
+
+CHANGES = {
+    "no json": "'{'",
+    "other keys": """'{"colour": "red"}'""",
+    "other value": "replace(facts, '\"prestress_mm\": ', '\"prestress_mm\": 9')",
+    "no text": "CAST(x'7bff' AS TEXT)",
+}
 
 
 @pytest.fixture
@@ -71,17 +79,16 @@ def test_a_file_that_cannot_be_read_is_named_each_time(campaign: Path, tmp_path:
         assert problems == ["no HDF5 file"]
 
 
-@pytest.mark.parametrize("damage", ["no database", "no json", "other keys", "no folder", "read-only"])
+@pytest.mark.parametrize("damage", ["no database", *CHANGES, "no folder", "read-only"])
 def test_done_without(campaign: Path, tmp_path: Path, damage: str) -> None:
     truth = indexed_runs(campaign, tmp_path)
     file = tmp_path / FILE_NAME
     folder = tmp_path
     if damage == "no database":
         file.write_bytes(b"x" * 10_000)
-    elif damage in ("no json", "other keys"):
-        text = "{" if damage == "no json" else '{"colour": "red"}'
+    elif damage in CHANGES:
         with sqlite3.connect(file) as connection:
-            connection.execute("UPDATE runs SET facts = ?", (text,))
+            connection.execute(f"UPDATE runs SET facts = {CHANGES[damage]}")
         connection.close()
     elif damage == "no folder":
         folder = file / "below"
@@ -99,15 +106,29 @@ def test_no_runs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("stated", "shown"),
     [
+        ("0001-01-01T00:30:00+01:00", "0001-01-01T00:30:00+01:00"),
+        (20260305, None),
         ("2026-03-05T00:30:00+01:00", "2026-03-04T23:30:00+00:00"),  # imports of before 2026-11-22
         ("2026-03-05T00:30:00Z", "2026-03-05T00:30:00Z"),
         (None, None),
     ],
 )
-def test_a_start_in_another_zone_is_listed_in_utc(
-    tmp_path: Path, stated: str | None, shown: str | None
-) -> None:
+def test_a_start_in_another_zone_is_listed_in_utc(tmp_path: Path, stated: object, shown: str | None) -> None:
     document = samples.metadata("run", status="imported")
     document["run"]["started_utc"] = stated
     write_run(tmp_path / "run.h5", document, samples.content())
     assert list_runs(tmp_path)[0].started_utc == shown
+
+
+def test_facts_of_other_types_are_listed_and_found(tmp_path: Path) -> None:
+    document = samples.metadata("run", status="imported")
+    document["run"] |= {"operator": 5, "campaign": ["a"], "started_utc": "yesterday"}
+    document["specimen"] = {"id": 815}
+    document["step"] = {"prestress_mm": "20", "amplitude_mm": None, "frequency_Hz": True}
+    write_run(tmp_path / "run.h5", document, samples.content())
+    (run,) = list_runs(tmp_path)
+    assert (run.specimen_id, run.operator, run.campaign) == ("815", "5", None)
+    assert (run.prestress_mm, run.amplitude_mm, run.frequency_Hz) == (None, None, None)
+    for text in ("'81' in specimen", "date is not None and not prestress_mm == 20 or operator == '5'"):
+        assert parse_query(text, RECORDED).matches(recorded_facts(run))
+    assert not parse_query("date > '2026'", RECORDED).matches(recorded_facts(run))

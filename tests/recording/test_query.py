@@ -62,6 +62,19 @@ RUN: dict[str, Any] = {
         ('date < "2026-03-05 14:03"', True),
         ('date > "2026-03-05T14:02:10"', True),
         ('"2026-01" < date < "2026-12-31"', True),
+        ('date == "2026-03-05T14:02:11.5"', True),
+        ('date == "2026-03-05T14:02:11.50+00:00"', True),
+        ('date == "2026-03-05T14:02:11Z"', True),
+        ('date == "2026-03-05T15:02:11+01:00"', True),
+        ('date == "2026-03-05 15:02+0100"', True),
+        ('date >= "2026-03-05T14:02:11.49"', True),
+        ('date > "2026-03-05T14:02:11.5"', False),
+        ('date < "2026-03-05T14:02:12.000000Z"', True),
+        ("prestress == -(-(5e1))", True),
+        ("prestress == +50", True),
+        ("frequency == -(-(0.318))", True),
+        ("frequency < 1e-400", False),
+        ("prestress > 1\nand prestress < 60", True),
         ("damping is None", True),
         ("damping is not None", False),
         ("prestress is None", False),
@@ -101,6 +114,23 @@ def test_facts_that_are_asked_for() -> None:
         ("kind < 'x'", "column 8", "it has no order"),
         ("kind == 3", "column 9", "“kind” is a text; write it in quotes"),
         ("date > '5.3.2026'", "column 8", "“5.3.2026” is no date"),
+        ('date > "2026-13"', "column 8", "“2026-13” is a date that there is not; write"),
+        ('date in ("2026", "2026-02-30")', "column 18", "“2026-02-30” is a date that there is not"),
+        ('date > "2026-03-05T24:00"', "column 8", "is no date"),
+        ('date > "2026-03-05T14:60"', "column 8", "is a date that there is not"),
+        ('date > "0001-01-01T00:00+05:00"', "column 8", "is a date that there is not"),
+        ('date > "2026-03Z"', "column 8", "is no date"),
+        ('date > "2026-03-05T14.5"', "column 8", "is no date"),
+        ("frequency == 0x1ef", "column 14", "not a decimal one; write it as 495 or 4.95e2"),
+        ("frequency < 0b1", "column 13", "not a decimal one"),
+        ("frequency == 1e400", "column 14", "this number is too large"),
+        ("frequency == 0e999", "column 14", "this number is too large"),
+        ("frequency < -1e400", "column 14", "this number is too large"),
+        ("prestress == 1" + "0" * 400, "column 14", "this number is too large"),
+        ('specimen == "Ä漢" and xyz == 2', "column 22", "unknown name “xyz”"),
+        ('  specimen == "Ä" and xyz == 2', "column 23", "unknown name “xyz”"),
+        ('  specimen == "Ä" = 2', "column 19", "equality is written =="),
+        ("(prestress > 1\nand xyz == 2)", "column 20", "unknown name “xyz”"),
         ("date in prestress", "column 1", "“in” is understood as"),
         ("'5' in prestress", "column 8", "“prestress_mm” is no text"),
         ("kind is 'static'", "column 9", "only for None"),
@@ -127,6 +157,21 @@ def test_what_is_no_query(text: str, place: str, said: str) -> None:
 def test_deep_ones_are_understood_or_refused(text: str) -> None:
     with suppress(BadInput):
         assert parse_query(text, FIELDS).matches(RUN)
+
+
+@pytest.mark.parametrize("stated", ["yesterday", "5.3.2026", ""])
+def test_a_start_that_is_no_date_is_not_known(stated: str) -> None:
+    for text in ('date > "2026"', 'not date > "2026"', 'date != "2026"'):
+        assert not parse_query(text, FIELDS).matches({**RUN, "started_utc": stated})
+
+
+def test_a_start_in_any_of_its_forms() -> None:
+    for stated in ("2026-03-05T14:02:11Z", "2026-03-05 14:02:11+00:00", "2026-03-05T14:02:11.000+00:00"):
+        run = {**RUN, "started_utc": stated}
+        for text in ('date == "2026-03-05T14:02:11Z"', 'date == "2026-03-05T14:02:11.0"', 'date < "2027"'):
+            assert parse_query(text, FIELDS).matches(run)
+    short = {**RUN, "started_utc": "2026-03-05"}
+    assert parse_query('date < "2026-03-05T14:02"', FIELDS).matches(short)
 
 
 @given(st.text(max_size=60))
