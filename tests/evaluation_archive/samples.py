@@ -35,6 +35,20 @@ class Poisoned(h5py.File):
 h5py.File = Poisoned
 """
 
+_SLOW = """
+import pathlib, time
+import h5py
+
+class Slow(h5py.File):
+    def __init__(self, name, *args, **kwargs):
+        if "slow" in str(name):
+            pathlib.Path(str(name) + ".opened").touch()
+            time.sleep(600.0)
+        super().__init__(name, *args, **kwargs)
+
+h5py.File = Slow
+"""
+
 
 def archive(folder: Path) -> list[Path]:
     """Write eight harmonic runs of one specimen, long enough ago for their times to be trusted."""
@@ -62,9 +76,18 @@ def damaged(path: Path) -> None:
 
 def let_poison_kill(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Let every process started from now on die when it opens a file that has “poison” in its name."""
-    place = folder / "poison-site"
+    return _in_processes(folder, _POISON, monkeypatch)
+
+
+def let_slow_wait(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let processes started from now on wait when they open a file named “slow”; they make FILE.opened."""
+    _in_processes(folder, _SLOW, monkeypatch)
+
+
+def _in_processes(folder: Path, code: str, monkeypatch: pytest.MonkeyPatch) -> Path:
+    place = folder / "site"
     place.mkdir()
-    (place / "sitecustomize.py").write_text(_POISON)
+    (place / "sitecustomize.py").write_text(code)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(place), str(Path(__file__).resolve().parents[2])]))
     return place
 
