@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -21,6 +23,9 @@ NAMES = tuple(
     for prestress in (30.0, 60.0)
     for frequency in (1.0, 1.5, 2.0, 2.5)
 )
+
+LONG_S = 120.0
+"""No wait takes so long but that of a test that fails."""
 
 _POISON = """
 import os, signal
@@ -99,3 +104,11 @@ def all_of_it(evaluation: ArchiveEvaluation) -> tuple[str, str, object]:
         runs_frame(evaluation).to_csv(index=False),
         document(evaluation),
     )
+
+
+def until(true: Callable[[], bool]) -> None:
+    """Wait for something to be true."""
+    deadline = time.monotonic() + LONG_S
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)

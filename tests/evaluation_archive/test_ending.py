@@ -7,7 +7,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -15,11 +14,8 @@ from pathlib import Path
 import pytest
 
 from evaluation.archive.cache import FILE_NAME
-from tests.evaluation_archive.samples import archive, let_slow_wait
+from tests.evaluation_archive.samples import LONG_S, archive, let_slow_wait, until
 from tests.evaluation_report.make_runs import Made, write_campaign
-
-LONG_S = 120.0
-"""No wait takes so long but that of a test that fails."""
 
 
 @pytest.fixture
@@ -43,13 +39,6 @@ def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
         except ProcessLookupError:
             continue
         process.communicate()
-
-
-def until(true: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + LONG_S
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGKILL])
