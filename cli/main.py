@@ -81,8 +81,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     arguments : list of str, optional
         Command line without the program's name; the process's own if not given.
     """
-    # Before numpy is there: with more threads its sums differ in the last bit, and these are small.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Before numpy is there: with more threads its sums differ in the last bit, and these are small. Whatever
+    # the user has set: results are kept, and compared with those of others.
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
     try:
         with _ended_by_signals():
             outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
