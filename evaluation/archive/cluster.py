@@ -244,7 +244,7 @@ class _Session:
                 ended = _ended(future)
                 if isinstance(ended, OtherFile):
                     self._check_file(ended.path)
-                    continue  # no worker sees it otherwise: it was changed meanwhile, or is gone from here, too
+                    continue  # it was changed meanwhile, is gone from here, too, or the worker is gone
                 if ended == "again":
                     continue
                 batch = futures[future]
@@ -324,13 +324,20 @@ def _ended(future: Any) -> Any:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Dask's log off the terminal: what matters of it is said in our words."""
-    logger = logging.getLogger("distributed")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
+    """Keep Dask's log off the terminal: what matters of it is said in our words.
+
+    Several of its loggers have a level and a handler of their own, and what ends in its event loop, which
+    runs beside ours, is told by those of asyncio and Tornado.
+    """
+    its = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
+    loggers = [logging.getLogger(name) for name in (*its, "asyncio", "tornado.application")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", category=distributed.versions.VersionMismatchWarning)
         try:
             yield
         finally:
-            logger.setLevel(before)
+            for logger, level in zip(loggers, before, strict=True):
+                logger.setLevel(level)

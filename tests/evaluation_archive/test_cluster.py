@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import threading
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from evaluation.archive.cache import Cache
-from evaluation.archive.cluster import Cluster
+from evaluation.archive.cluster import Cluster, _quiet
 from evaluation.archive.evaluate import Progress, evaluate_archive
 from evaluation.archive.identity import software
 from evaluation.archive.local import DIED, Local
@@ -221,6 +222,15 @@ def test_a_task_says_what_its_files_are(runs: list[Path]) -> None:
         evaluate_batch([file], SETTINGS, software())
     (outcome,) = evaluate_batch([File(str(runs[0]), 0)], SETTINGS, software())
     assert "no such file" in outcome.problem
+
+
+@pytest.mark.parametrize("name", ["distributed", "distributed.client", "asyncio", "tornado.application"])
+def test_what_dask_logs_of_a_restart_is_not_shown(name: str) -> None:
+    logger = logging.getLogger(name)
+    before = logger.level
+    with _quiet():
+        assert not logger.isEnabledFor(logging.CRITICAL)
+    assert logger.level == before
 
 
 def test_no_scheduler(runs: list[Path]) -> None:
