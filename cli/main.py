@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-import os
 import sys
-from typing import NoReturn
 
-import click
+try:
+    import os
+    import signal
+    import threading
+    from collections.abc import Iterator
+    from contextlib import contextmanager
+    from types import FrameType
+    from typing import NoReturn
 
-from cli.lazy import LazyGroup, module_name
-from foundation.errors import BadInput, DeviceFault, ExitStatus
+    import click
+
+    from cli.lazy import LazyGroup, module_name
+    from foundation.errors import BadInput, DeviceFault, ExitStatus
+except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOPPED
+    sys.stderr.write("bufferstand: stopped by the operator\n")
+    raise SystemExit(3) from None
 
 # Name → what it does. The modules are imported only when used, so that --help answers at once.
 COMMANDS = {
@@ -71,10 +81,12 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     arguments : list of str, optional
         Command line without the program's name; the process's own if not given.
     """
-    # Before numpy is there: with more threads its sums differ in the last bit, and these are small.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Before numpy is there: with more threads its sums differ in the last bit, and these are small. Whatever
+    # the user has set: results are kept, and compared with those of others.
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
     try:
-        outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
+        with _ended_by_signals():
+            outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
         status = int(outcome) if isinstance(outcome, int) else ExitStatus.DONE
     except BadInput as error:
         status = _say(str(error), ExitStatus.BAD_INPUT)
@@ -97,6 +109,31 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except DeviceFault as error:
         status = _say(str(error), ExitStatus.DEVICE_FAULT)
     raise SystemExit(int(status))
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """While inside, SIGTERM and SIGHUP do what Ctrl-C does, unless they are ignored (nohup).
+
+    A command that has a stand to stop puts its own handlers in their place (daq.signals).
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = [
+        number for number in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(number) is signal.SIG_DFL
+    ]
+    for number in numbers:
+        signal.signal(number, _interrupt)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - Python's signature
+    raise KeyboardInterrupt
 
 
 def _say(message: str, status: ExitStatus) -> ExitStatus:

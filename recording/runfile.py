@@ -10,8 +10,10 @@ from typing import Any
 from numpy.typing import NDArray
 
 from foundation.errors import BadInput
+from recording.apart import content_faults_apart
 from recording.content import Anchor, Event, StreamContent
 from recording.durable import give_final_name
+from recording.faults import content_faults
 from recording.layout import (
     ENTRY,
     Column,
@@ -36,7 +38,6 @@ from recording.reading import RESTORE, Reader
 from recording.run import Run, Series
 from recording.stream import StreamData
 from recording.tree_file import TreeFile
-from recording.verify import content_faults
 
 __all__ = [
     "FORMAT",
@@ -224,9 +225,11 @@ def opened_run(path: Path) -> Iterator[Run]:
         As :func:`open_run`.
     """
     whole = path.is_file() and file_is_as_sealed(path)
+    if not whole:
+        _refuse_faulty(path)
     reader = Reader(path, sealed=whole)
     with reader.held():
-        yield _run(reader, _document(reader) if whole else _checked_document(reader))
+        yield _run(reader, _document(reader) if whole else _unaltered_document(reader))
 
 
 def _document(reader: Reader) -> dict[str, Any]:
@@ -244,12 +247,10 @@ def _unaltered_document(reader: Reader) -> dict[str, Any]:
     return document
 
 
-def _checked_document(reader: Reader) -> dict[str, Any]:
-    """Return the metadata document of a file whose bytes are others, if all that they hold is right."""
-    document = _unaltered_document(reader)
-    if faults := content_faults(reader.path):
-        raise BadInput(faults[0].text, file=reader.path, place=faults[0].place, remedy=RESTORE)
-    return document
+def _refuse_faulty(path: Path) -> None:
+    """Refuse a file whose bytes are others, unless all that they hold is right: it was repacked then."""
+    if faults := content_faults_apart(path):
+        raise BadInput(faults[0].text, file=path, place=faults[0].place, remedy=RESTORE)
 
 
 def _run(reader: Reader, document: dict[str, Any]) -> Run:

@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import h5py
 import numpy as np
 
 from foundation.errors import BadInput
+from recording.apart import content_faults_apart
 from recording.content import MAIN_STREAM, Segment, gaps_of
+from recording.faults import Finding, content_faults
 from recording.layout import ENTRY, file_is_as_sealed
-from recording.metadata import check_document, check_format, is_unaltered
 from recording.outline import outline
 from recording.reading import column_blocks, open_tree, read_column, read_document
 
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that was found.
-
-    ``fault``: the file is damaged or altered and must not be trusted. ``note``: the file is as it was
-    sealed, and the recording itself is not complete (gaps, a crash, a stop).
-    """
-
-    level: Literal["fault", "note"]
-    place: str
-    text: str
+__all__ = ["Finding", "recording_notes", "verify", "verify_journal"]
 
 
 def verify(path: Path) -> list[Finding]:
@@ -42,14 +29,10 @@ def verify(path: Path) -> list[Finding]:
     """
     whole = file_is_as_sealed(path)
     try:
-        faults = content_faults(path)
         if not whole:
-            faults.append(
-                Finding(
-                    "fault", "file", "its bytes are not those that were sealed: damaged, altered or repacked"
-                )
-            )
-        return faults if faults else recording_notes(path)
+            altered = "its bytes are not those that were sealed: damaged, altered or repacked"
+            return [*content_faults_apart(path), Finding("fault", "file", altered)]
+        return content_faults(path) or recording_notes(path)
     except BadInput as error:
         if whole or "newer" in error.problem or "not a run file" in error.problem:
             raise
@@ -76,50 +59,6 @@ def verify_journal(journal: Path) -> list[Finding]:
     rows = found.streams[MAIN_STREAM].rows if MAIN_STREAM in found.streams else 0
     text = f"not sealed yet, holds {rows} sample(s) of the controller; “bufferstand resume” seals it"
     return [*findings, Finding("note", "journal", text)]
-
-
-def content_faults(path: Path) -> list[Finding]:
-    """Compare the metadata document and every dataset with their hashes; independent of the file's bytes.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be opened, or is no run file or one of a newer format.
-    """
-    with open_tree(path) as tree:
-        document = read_document(tree, path)
-        check_format(document, path)
-        faults = []
-        if not is_unaltered(document):
-            faults.append(Finding("fault", "metadata", "the metadata were altered"))
-        datasets = document.get("datasets")
-        if not isinstance(datasets, dict):
-            return [*faults, Finding("fault", "metadata: datasets", "the list of datasets is missing")]
-        for place, facts in datasets.items():
-            faults += _dataset_faults(tree, path, place, facts)
-        present: list[str] = []
-        tree.visititems(lambda name, item: present.append(name) if isinstance(item, h5py.Dataset) else None)
-        faults += [
-            Finding("fault", name, "a dataset that was not sealed with the rest")
-            for name in sorted(set(present) - set(datasets))
-        ]
-        try:
-            check_document(document, path)
-        except BadInput as error:
-            faults.append(Finding("fault", error.place, error.problem))
-    return faults
-
-
-def _dataset_faults(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> list[Finding]:
-    digest = hashlib.sha256()
-    try:
-        for block in column_blocks(tree, path, place, facts):
-            digest.update(np.ascontiguousarray(block).data)
-    except BadInput as error:
-        return [Finding("fault", place, error.problem)]
-    if digest.hexdigest() != facts.get("sha256"):
-        return [Finding("fault", place, "the numbers are not those that were sealed (SHA-256)")]
-    return []
 
 
 def recording_notes(path: Path) -> list[Finding]:

@@ -20,7 +20,16 @@ from typing import Any
 
 from evaluation.archive.identity import THREADS, Settings, place, software
 from evaluation.archive.local import DIED
-from evaluation.archive.work import File, OtherSoftware, Outcome, batches, evaluate_batch
+from evaluation.archive.work import (
+    File,
+    OtherFile,
+    OtherSoftware,
+    Outcome,
+    batches,
+    difference_of,
+    evaluate_batch,
+    mark_of,
+)
 from foundation.errors import BadInput, DeviceFault
 
 distributed: Any
@@ -74,7 +83,8 @@ class Cluster:
         Raises
         ------
         BadInput
-            If there is no scheduler at the address, or a worker has other software or does not see the files.
+            If there is no scheduler at the address, or a worker has other software, or does not see the files
+            or sees others.
         DeviceFault
             If scheduler or workers are lost and do not come back.
         """
@@ -82,10 +92,15 @@ class Cluster:
             return
         # Workers have a current folder of their own.
         given = {str(Path(file.path).absolute()): file.path for file in files}
-        seen = [File(path, file.size) for path, file in zip(given, files, strict=True)]
-        with _quiet(), _Session(self, Path(seen[0].path)) as session:
+        seen = [_marked(File(path, file.size)) for path, file in zip(given, files, strict=True)]
+        with _quiet(), _Session(self, seen[0].path) as session:
             for outcome in _worked_off(session, seen, settings):
                 yield _renamed(outcome, given[outcome.path])
+
+
+def _marked(file: File) -> File:
+    """Return a file with what it is now, as this machine sees it; workers compare."""
+    return replace(file, mark=mark_of(file.path))
 
 
 def _renamed(outcome: Outcome, path: str) -> Outcome:
@@ -109,7 +124,7 @@ def _worked_off(session: _Session, files: Sequence[File], settings: Settings) ->
 class _Session:
     """A connection to a scheduler that is made again when it is lost."""
 
-    def __init__(self, cluster: Cluster, sample: Path) -> None:
+    def __init__(self, cluster: Cluster, sample: str) -> None:
         self._address, self._lost_s, self._sample = cluster.address, cluster.lost_s, sample
         self._warn = cluster.warn
         self._client: Any = None
@@ -191,12 +206,18 @@ class _Session:
                     f"({' '.join(found.vector_instructions)}) than this machine "
                     f"({' '.join(mine.vector_instructions)}): last digits may differ"
                 )
-        for worker, found in self._asked(_sees, str(self._sample)).items():
-            if found is not True:
+        self._check_file(self._sample)
+
+    def _check_file(self, path: str) -> None:
+        """Refuse a cluster of which a worker does not see a file as this machine sees it now."""
+        for worker, found in self._asked(difference_of, _marked(File(path, 0))).items():
+            if isinstance(found, Exception):
+                continue  # it is gone, or says so of the next task
+            if found:
                 raise BadInput(
-                    f"worker {worker} sees no such file",
-                    file=self._sample,
-                    remedy="mount the archive on all workers under this path",
+                    f"worker {worker} {found}",
+                    file=path,
+                    remedy="mount the archive of this machine on all workers under this path",
                 )
 
     def _asked(self, question: Callable[..., Any], *values: Any) -> dict[str, Any]:
@@ -221,6 +242,9 @@ class _Session:
                     lost = True
                     break
                 ended = _ended(future)
+                if isinstance(ended, OtherFile):
+                    self._check_file(ended.path)
+                    continue  # it was changed meanwhile, is gone from here, too, or the worker is gone
                 if ended == "again":
                     continue
                 batch = futures[future]
@@ -230,6 +254,7 @@ class _Session:
                 with suppress(Exception):
                     future.release()
             if waiting:
+                waiting = [[_marked(file) for file in batch] for batch in waiting]
                 starts += 1
                 if starts > _MOST_STARTS:
                     raise DeviceFault(
@@ -284,11 +309,13 @@ class _Session:
 
 
 def _ended(future: Any) -> Any:
-    """Return the outcomes of a task that has ended, None if its worker died of it, or “again”."""
+    """Return the outcomes of a task that has ended, None if its worker died of it, why not, or “again”."""
     try:
         return future.result()
     except distributed.KilledWorker:
         return None
+    except OtherFile as error:
+        return error
     except (CancelledError, OtherSoftware, OSError, TimeoutError):
         return (
             "again"  # the scheduler forgot it, the result was lost, or a worker joined that has to be refused
@@ -297,17 +324,20 @@ def _ended(future: Any) -> Any:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Dask's log off the terminal: what matters of it is said in our words."""
-    logger = logging.getLogger("distributed")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
+    """Keep Dask's log off the terminal: what matters of it is said in our words.
+
+    Several of its loggers have a level and a handler of their own, and what ends in its event loop, which
+    runs beside ours, is told by those of asyncio and Tornado.
+    """
+    its = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
+    loggers = [logging.getLogger(name) for name in (*its, "asyncio", "tornado.application")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", category=distributed.versions.VersionMismatchWarning)
         try:
             yield
         finally:
-            logger.setLevel(before)
-
-
-def _sees(path: str) -> bool:
-    return Path(path).is_file()
+            for logger, level in zip(loggers, before, strict=True):
+                logger.setLevel(level)

@@ -5,6 +5,7 @@ A task has paths, never arrays, and no effect but its result: it may be done twi
 
 from __future__ import annotations
 
+import hashlib
 import traceback
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from evaluation.archive.identity import Settings, Software, software
 from evaluation.archive.kept import KeptRun, keep
 from evaluation.document import evaluate_file
 from foundation.errors import BadInput
+from recording.layout import USER_BLOCK_BYTES
 
 MOST_FILES = 10
 """Files of one task: enough that handing it out costs nothing, few enough to lose with a worker, and that no
@@ -24,10 +26,21 @@ MOST_BYTES = 32_000_000
 
 @dataclass(frozen=True)
 class File:
-    """A file to evaluate: its path for the process that reads it, and its size [bytes]."""
+    """A file to evaluate.
+
+    Attributes
+    ----------
+    path : str
+        For the process that reads it.
+    size : int
+        In bytes.
+    mark : str
+        What it is as :func:`mark_of` sees it where it was asked for; empty where the same machine reads it.
+    """
 
     path: str
     size: int
+    mark: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,6 +58,45 @@ class OtherSoftware(Exception):  # noqa: N818 - it names the fact
     """This process would evaluate with other software than it was asked to."""
 
 
+class OtherFile(Exception):  # noqa: N818 - it names the fact
+    """This process sees another file, or none, under the path of one that it was asked to evaluate.
+
+    Parameters
+    ----------
+    path : str
+    """
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        super().__init__(path)
+
+
+def mark_of(path: str) -> str:
+    """Return what tells a file from others: its size, and the hash of what it begins with.
+
+    A run file begins with the hash of all its bytes.
+
+    Returns
+    -------
+    str
+        Empty if the file cannot be read.
+    """
+    try:
+        with Path(path).open("rb") as stream:
+            size = stream.seek(0, 2)
+            stream.seek(0)
+            return f"{size} bytes, {hashlib.sha256(stream.read(USER_BLOCK_BYTES)).hexdigest()}"
+    except OSError:
+        return ""
+
+
+def difference_of(file: File) -> str:
+    """Return how a file differs here from where it was asked for, in words; nothing where it is the same."""
+    if not file.mark or (seen := mark_of(file.path)) == file.mark:
+        return ""
+    return "sees another file under this path" if seen else "sees no such file, or may not read it"
+
+
 def evaluate_batch(files: Sequence[File], settings: Settings, asked: Software) -> list[Outcome]:
     """Evaluate files one after the other; what is wrong with one is its outcome and does not stop the rest.
 
@@ -59,9 +111,14 @@ def evaluate_batch(files: Sequence[File], settings: Settings, asked: Software) -
     ------
     OtherSoftware
         If this process has other software; the text says which.
+    OtherFile
+        If it sees one of the files otherwise than who asked.
     """
     if difference := asked.difference(software()):
         raise OtherSoftware(difference)
+    for file in files:
+        if difference_of(file):
+            raise OtherFile(file.path)
     return [_evaluate(file.path, settings) for file in files]
 
 

@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from socket import socket
 
+import distributed
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -45,17 +47,28 @@ class DaskCluster:
         raise AssertionError("the scheduler did not start")
 
     def start_worker(
-        self, environment: Mapping[str, str] | None = None, *, nanny: bool = False
+        self,
+        environment: Mapping[str, str] | None = None,
+        *,
+        nanny: bool = False,
+        folder: Path | None = None,
     ) -> subprocess.Popen[bytes]:
         options = ["--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard", "--memory-limit", "0"]
         options += ["--death-timeout", "30"]
         options += ["--nanny"] if nanny else ["--no-nanny"]
         values = {"OPENBLAS_NUM_THREADS": "1", **(environment or {})}
-        worker = self._start(["worker", self.address, *options], values)
+        worker = self._start(["worker", self.address, *options], values, folder)
         self.workers.append(worker)
         return worker
 
-    def _start(self, arguments: list[str], environment: Mapping[str, str]) -> subprocess.Popen[bytes]:
+    def workers_known(self) -> int:
+        """Return how many workers the scheduler knows."""
+        with distributed.Client(self.address) as client:
+            return len(client.scheduler_info(n_workers=-1)["workers"])
+
+    def _start(
+        self, arguments: list[str], environment: Mapping[str, str], folder: Path | None = None
+    ) -> subprocess.Popen[bytes]:
         self._started += 1
         values = {
             **os.environ,
@@ -67,7 +80,7 @@ class DaskCluster:
             return subprocess.Popen(
                 [sys.executable, "-P", "-m", "dask", *arguments],
                 env={**values, **environment},
-                cwd=self._folder,
+                cwd=folder or self._folder,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -22,6 +24,9 @@ NAMES = tuple(
     for frequency in (1.0, 1.5, 2.0, 2.5)
 )
 
+LONG_S = 120.0
+"""No wait takes so long but that of a test that fails."""
+
 _POISON = """
 import os, signal
 import h5py
@@ -33,6 +38,20 @@ class Poisoned(h5py.File):
         super().__init__(name, *args, **kwargs)
 
 h5py.File = Poisoned
+"""
+
+_SLOW = """
+import pathlib, time
+import h5py
+
+class Slow(h5py.File):
+    def __init__(self, name, *args, **kwargs):
+        if "slow" in str(name):
+            pathlib.Path(str(name) + ".opened").touch()
+            time.sleep(600.0)
+        super().__init__(name, *args, **kwargs)
+
+h5py.File = Slow
 """
 
 
@@ -62,9 +81,18 @@ def damaged(path: Path) -> None:
 
 def let_poison_kill(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Let every process started from now on die when it opens a file that has “poison” in its name."""
-    place = folder / "poison-site"
+    return _in_processes(folder, _POISON, monkeypatch)
+
+
+def let_slow_wait(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let processes started from now on wait when they open a file named “slow”; they make FILE.opened."""
+    _in_processes(folder, _SLOW, monkeypatch)
+
+
+def _in_processes(folder: Path, code: str, monkeypatch: pytest.MonkeyPatch) -> Path:
+    place = folder / "site"
     place.mkdir()
-    (place / "sitecustomize.py").write_text(_POISON)
+    (place / "sitecustomize.py").write_text(code)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(place), str(Path(__file__).resolve().parents[2])]))
     return place
 
@@ -76,3 +104,11 @@ def all_of_it(evaluation: ArchiveEvaluation) -> tuple[str, str, object]:
         runs_frame(evaluation).to_csv(index=False),
         document(evaluation),
     )
+
+
+def until(true: Callable[[], bool]) -> None:
+    """Wait for something to be true."""
+    deadline = time.monotonic() + LONG_S
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)

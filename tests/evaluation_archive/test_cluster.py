@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import shutil
 import threading
 from collections.abc import Sequence
@@ -9,13 +11,26 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.archive.cluster import Cluster
+from evaluation.archive.cache import Cache
+from evaluation.archive.cluster import Cluster, _quiet
 from evaluation.archive.evaluate import Progress, evaluate_archive
+from evaluation.archive.identity import software
 from evaluation.archive.local import DIED, Local
 from evaluation.archive.tables import cycles_frame, write_tables
+from evaluation.archive.work import File, OtherFile, evaluate_batch, mark_of
 from foundation.errors import BadInput, DeviceFault
+from recording.runfile import read_metadata
 from tests.evaluation_archive.dask_cluster import ROOT, DaskCluster, dask_cluster, free_port
-from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged, let_poison_kill
+from tests.evaluation_archive.samples import (
+    SETTINGS,
+    aged,
+    all_of_it,
+    archive,
+    damaged,
+    let_poison_kill,
+    let_slow_wait,
+    until,
+)
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::ResourceWarning"
@@ -135,6 +150,87 @@ def test_what_cannot_be_a_worker(runs: list[Path], tmp_path: Path, other_code: P
             cluster.kill(worker)
     finally:
         cluster.close()
+
+
+HERE = Path("/proc/self/cwd")
+"""Each process sees its own current folder under this path, as machines do that mount different archives."""
+
+
+def test_a_worker_that_sees_another_archive(
+    runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first file is the same there, the second is another run: refused, and nothing of it is kept."""
+    for place, chosen in (("mine", runs[:2]), ("stale", [runs[0], runs[5]])):
+        (tmp_path / place).mkdir()
+        for name, run in zip("ab", chosen, strict=True):
+            shutil.copyfile(run, tmp_path / place / f"{name}.h5")
+            aged(tmp_path / place / f"{name}.h5")
+    monkeypatch.chdir(tmp_path / "mine")
+    monkeypatch.setattr("recording.cachefile.SETTLED_S", -1e6)
+    files = [HERE / "a.h5", HERE / "b.h5"]
+    cache = Cache(tmp_path / "cache", SETTINGS.sha256, software().sha256)
+    with dask_cluster(tmp_path, 0) as cluster:
+        cluster.start_worker(folder=tmp_path / "stale")
+        with pytest.raises(BadInput, match=r"b\.h5: worker tcp://\S+ sees another file under this path"):
+            evaluate_archive(files, SETTINGS, Cluster(cluster.address, silent), cache)
+    found = evaluate_archive(files, SETTINGS, Local(1), cache)
+    cache.close()
+    assert [run.facts["sha256"] for run in found.runs] == [
+        read_metadata(path)["content_sha256"] for path in runs[:2]
+    ]
+
+
+def test_a_worker_that_joins_late_and_sees_no_archive(
+    runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It gets what another one leaves; that it does not find the file is no failure of the run."""
+    mine, empty = tmp_path / "mine", tmp_path / "empty"
+    mine.mkdir()
+    empty.mkdir()
+    for name, run in (("run", runs[0]), ("slow", runs[3])):
+        shutil.copyfile(run, mine / f"{name}.h5")
+    monkeypatch.chdir(mine)
+    let_slow_wait(tmp_path, monkeypatch)
+    with dask_cluster(tmp_path, 0) as cluster:
+        first = cluster.start_worker({"PYTHONPATH": os.environ["PYTHONPATH"]}, folder=mine)
+
+        def replace_worker(progress: Progress) -> None:
+            if progress.done != 1:
+                return
+            until((mine / "slow.h5.opened").exists)
+            cluster.start_worker(folder=empty)
+            until(lambda: cluster.workers_known() == 2)
+            cluster.kill(first)
+
+        with pytest.raises(BadInput, match=r"slow\.h5: worker tcp://\S+ sees no such file"):
+            evaluate_archive(
+                [HERE / "run.h5", HERE / "slow.h5"],
+                SETTINGS,
+                Cluster(cluster.address, silent),
+                report=replace_worker,
+            )
+
+
+def test_a_task_says_what_its_files_are(runs: list[Path]) -> None:
+    """One that is gone also where it was asked for is a failure of the run, as on one machine."""
+    file = File(str(runs[0]), 0, mark_of(str(runs[0])))
+    (outcome,) = evaluate_batch([file], SETTINGS, software())
+    assert outcome.run is not None
+    runs[0].unlink()
+    assert mark_of(str(runs[0])) == ""
+    with pytest.raises(OtherFile, match=str(runs[0])):
+        evaluate_batch([file], SETTINGS, software())
+    (outcome,) = evaluate_batch([File(str(runs[0]), 0)], SETTINGS, software())
+    assert "no such file" in outcome.problem
+
+
+@pytest.mark.parametrize("name", ["distributed", "distributed.client", "asyncio", "tornado.application"])
+def test_what_dask_logs_of_a_restart_is_not_shown(name: str) -> None:
+    logger = logging.getLogger(name)
+    before = logger.level
+    with _quiet():
+        assert not logger.isEnabledFor(logging.CRITICAL)
+    assert logger.level == before
 
 
 def test_no_scheduler(runs: list[Path]) -> None:

@@ -10,6 +10,7 @@ import h5py
 import pytest
 
 from foundation.errors import BadInput
+from recording import apart
 from recording.catalogue import list_runs
 from recording.content import Segment, StreamContent
 from recording.runfile import open_run, write_run
@@ -32,7 +33,7 @@ def test_every_flipped_bit_is_found_and_none_gives_other_values(tmp_path: Path) 
     good = path.read_bytes()
     force = open_run(path).series("force").value.tobytes()
     dice = random.Random(20)
-    bits = [*(dice.randrange(8 * len(good)) for _ in range(70)), *range(0, 8 * 90, 29)]
+    bits = [*(dice.randrange(8 * len(good)) for _ in range(15)), *range(0, 8 * 90, 83)]
     for bit in bits:
         path.chmod(0o644)
         path.write_bytes(good)
@@ -105,3 +106,57 @@ def test_catalogue_lists_all_and_says_which_are_damaged(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(BadInput, match="no run file"):
         list_runs(tmp_path / "empty")
+
+
+def test_damage_on_which_hdf5_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Texts of attributes lie in a heap without check sum: the length of its last is wrong in a bit."""
+    path = written(tmp_path / "run-1.h5")
+    data = bytearray(path.read_bytes())
+    data[data.rindex(b"NXcollection") - 8] ^= 4
+    path.chmod(0o644)
+    path.write_bytes(data)
+    monkeypatch.setattr(apart, "LEAST_S", 3)
+    (finding,) = verify(path)
+    assert finding.level == "fault"
+    assert "damaged: HDF5 does not come to an end with it" in finding.text
+    with pytest.raises(BadInput, match=r"run-1\.h5: damaged: HDF5 does not come.*; restore the file"):
+        open_run(path)
+
+
+def test_a_file_whose_reading_crashes_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The process that looks into it dies; this one, and the evaluation of the other files, does not."""
+    path = written(tmp_path / "run-1.h5")
+    samples.flipped(path, 8 * path.stat().st_size - 1)
+    site = tmp_path / "sitecustomize.py"
+    only_there = "import os, sys\nif 'recording.apart' in sys.orig_argv: "
+    site.write_text(f"{only_there}os.kill(os.getpid(), 11)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(BadInput, match=r"damaged: HDF5 crashes on it \(SIGSEGV\)"):
+        open_run(path)
+    site.write_text(f"{only_there}os._exit(9)\n")
+    with pytest.raises(BadInput, match=r"damaged: it cannot be looked into \(status 9\)"):
+        open_run(path)
+
+
+def test_a_file_as_sealed_is_opened_without_another_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def started(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    path = written(tmp_path / "run-1.h5")
+    monkeypatch.setattr(apart.subprocess, "run", started)
+    assert verify(path) == []
+    assert open_run(path).id == "run-1"
+
+
+def test_a_rewritten_file_with_the_same_contents_opens(tmp_path: Path) -> None:
+    """As h5repack does it, from another folder than that of the code."""
+    path = written(tmp_path / "run-1.h5")
+    with h5py.File(path) as old, h5py.File(tmp_path / "new.h5", "w") as new:
+        new.attrs.update(old.attrs)
+        old.copy("entry", new)
+    assert open_run(tmp_path / "new.h5").series("force").value.tolist() == (
+        open_run(path).series("force").value.tolist()
+    )
+    assert [finding.place for finding in verify(tmp_path / "new.h5")] == ["file"]
