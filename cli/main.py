@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 
 try:
@@ -52,6 +53,8 @@ SECTIONS = {
 }
 """The commands in the order of the work; those that are named nowhere come last."""
 
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What standard output fails with where it is a file; all other files say so themselves, by name."""
 BUG_STATUS = 70
 """Exit status of a fault of this software (EX_SOFTWARE): none of the contract's, so that none is mistaken."""
 
@@ -87,6 +90,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     try:
         with _ended_by_signals():
             outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
+            if sys.stdout is not None:  # None: closed by whoever started this
+                sys.stdout.flush()
         status = int(outcome) if isinstance(outcome, int) else ExitStatus.DONE
     except BadInput as error:
         status = _say(str(error), ExitStatus.BAD_INPUT)
@@ -99,16 +104,27 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         status = _say(error.format_message(), ExitStatus.BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):
         status = _say("stopped by the operator", ExitStatus.STOPPED)
-    except BrokenPipeError:
-        sys.stderr.close()
+    except (BrokenPipeError, SystemExit):  # a reader that has gone; click makes the latter of it, status 1
+        _drop_output()
         status = ExitStatus.DONE
     except Exception as error:  # noqa: BLE001 - a bug must not pass for a failed specimen (status 1)
+        if isinstance(error, OSError) and error.filename is None and error.errno in _NO_ROOM:
+            _drop_output()
+            message = f"standard output: cannot be written: {error.strerror}; make room, or name a file"
+            raise SystemExit(_say(message, ExitStatus.BAD_INPUT)) from None
         sys.excepthook(type(error), error, error.__traceback__)
         _say("the lines above are a bug of bufferstand; please report them", ExitStatus.DEVICE_FAULT)
         raise SystemExit(BUG_STATUS) from None
     except DeviceFault as error:
         status = _say(str(error), ExitStatus.DEVICE_FAULT)
     raise SystemExit(int(status))
+
+
+def _drop_output() -> None:
+    """Let what is not written yet go: at its end, Python would try once more and complain."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
 
 
 @contextmanager

@@ -81,9 +81,11 @@ def open_output(target: str) -> Iterator[TextIO]:
     Raises
     ------
     BadInput
-        As :func:`foundation.output.replaced_whole`.
+        As :func:`foundation.output.replaced_whole`, and if standard output is closed.
     """
     if target == "-":
+        if sys.stdout is None:  # closed by whoever started this
+            raise BadInput("standard output is closed", remedy="open it, or name a file")
         yield sys.stdout
         return
     with replaced_whole(Path(target)) as path, path.open("w", encoding="utf-8") as stream:

@@ -13,6 +13,7 @@ from evaluation.archive.identity import Settings, Software, software
 from evaluation.archive.kept import KeptRun, Wanted
 from evaluation.archive.work import File, Outcome
 from evaluation.document import SCHEMA, what_runs_say_together
+from foundation.names import readable
 from recording.cachefile import Stamp, stamp_of
 
 _EVERYTHING = Wanted()
@@ -139,14 +140,14 @@ def evaluate_archive(
     for path in files:
         stamp = kept.stamps[str(path)]
         if stamp is None:
-            failed[str(path)] = Failure(str(path), "no such file; check the path, or renew the list")
+            failed[str(path)] = Failure(readable(path), "no such file; check the path, or renew the list")
         elif str(path) not in found:
             left.append(File(str(path), stamp.size))
     tell()
     try:
         for outcome in workers.evaluate(left, settings):
             if outcome.run is None:
-                failed[outcome.path] = Failure(outcome.path, outcome.problem, outcome.lost)
+                failed[outcome.path] = Failure(readable(outcome.path), outcome.problem, outcome.lost)
             else:
                 kept.add(outcome.path, outcome.run)
                 found[outcome.path] = outcome.run.with_only(wanted)

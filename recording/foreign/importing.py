@@ -6,7 +6,6 @@ it too.
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from typing import Any
 from foundation.canonical import canonical_json, file_hash
 from foundation.channel import Channel
 from foundation.errors import BadInput
+from foundation.names import readable
 from foundation.specimen import SpecimenFile, load_specimen
 from foundation.units import INSIDE_UNIT
 from recording.content import StreamContent
@@ -91,7 +91,7 @@ def _specimen(path: Path, given: Path | None) -> tuple[SpecimenFile | None, str 
             return None, None
     except OSError:  # a name so long that no other can be made of it
         return None, None
-    return load_specimen(used), _readable_name(used)
+    return load_specimen(used), readable(used.name)
 
 
 def _document(
@@ -132,13 +132,13 @@ def _document(
             base.name: {
                 "clock": "device",
                 "rate_Hz": base.stamps.rate_Hz,
-                "device": f"import of {_readable_name(record.path)}",
+                "device": f"import of {readable(record.path.name)}",
                 "channels": [_channel(column) for column in base.columns],
             }
             for base in bases
         },
         "original": {
-            "file": _readable_name(record.path),
+            "file": readable(record.path.name),
             "sha256": file_hash(record.path),
             **record.facts(),
             "columns": {column.name: column.facts() for column in columns},
@@ -195,11 +195,6 @@ def _kind_findings(run: Mapping[str, Any]) -> list[str]:
     return [
         f"kind of run not given: taken as {DEFAULT_KIND}, of which nothing is required (say --kind {known})"
     ]
-
-
-def _readable_name(path: Path) -> str:
-    """Return a file's name as text, also where its bytes are none (from a disk of another encoding)."""
-    return os.fsencode(path.name).decode("utf-8", errors="replace")
 
 
 def _run_id(path: Path, block: int | None) -> str:
