@@ -54,7 +54,7 @@ def test_a_signal_ends_all_processes_and_keeps_what_is_done(
     waiting = sorted(write_campaign(tmp_path / "waiting", slow).rglob("*.h5"))
     assert max(path.stat().st_size for path in waiting) < min(path.stat().st_size for path in runs)
     let_slow_wait(tmp_path, monkeypatch)
-    cache = "--cache", tmp_path / "cache", "--draws", "50", "--json", "-"
+    cache = "--cache", tmp_path / "cache", "--draws", "100", "--json", "-"
     process = start("evaluate", *runs, *waiting, "--jobs", "2", *cache)
     # The two that wait are the smallest, and so the last: others are done before they are handed out.
     until(lambda: all(path.with_name(f"{path.name}.opened").exists() for path in waiting))
