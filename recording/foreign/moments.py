@@ -16,7 +16,7 @@ _NS_PER_S = 1_000_000_000
 _NOT_A_TIME = np.iinfo(np.int64).min
 _NO_DATE = 1900
 """The year of a time without a date."""
-_KNOWN_DATES = np.array(["1678-01-01", "2262-01-01"], dtype="datetime64[us]")
+KNOWN_DATES = np.array(["1678-01-01", "2262-01-01"], dtype="datetime64[us]")
 """What nanoseconds since 1970 can say."""
 _ZONE = re.compile(r"(Z|[+-]\d{2}:?\d{2})\s*")
 
@@ -54,7 +54,7 @@ class Moments:
             parsed = parsed.dt.tz_convert("UTC").dt.tz_localize(None)
         coarse = parsed.to_numpy(dtype="datetime64[us]")
         ns = parsed.to_numpy(dtype="datetime64[ns]").astype(np.int64)
-        ns[(coarse < _KNOWN_DATES[0]) | (coarse > _KNOWN_DATES[1])] = _NOT_A_TIME
+        ns[(coarse < KNOWN_DATES[0]) | (coarse > KNOWN_DATES[1])] = _NOT_A_TIME
         if self._aware is None and (ns != _NOT_A_TIME).any():
             self._aware = aware
         if aware != self._aware:

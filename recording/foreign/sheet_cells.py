@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from recording.foreign.cells import NOT_A_NUMBER, BadCell
 from recording.foreign.heading import NUMBER
-from recording.foreign.moments import Moments
+from recording.foreign.moments import KNOWN_DATES, Moments
 from recording.foreign.record import Findings, Floats, Header, Reading
 from recording.foreign.thousands import grouped_number, perhaps_thousands
 
@@ -20,8 +20,6 @@ TIMES = datetime | time | timedelta
 TEXT_NUMBERS = "number(s) stored as text"
 DAY_0 = datetime(1899, 12, 31)  # noqa: DTZ001 - Excel knows no zones
 """The day that Excel numbers 0, unless a workbook counts from 1904."""
-_FIRST, _LAST = np.datetime64("1678-01-01"), np.datetime64("2262-01-01")
-"""Between them, nanoseconds since 1970 hold a date."""
 _A_YEAR = np.timedelta64(366, "D")
 
 
@@ -89,7 +87,7 @@ class SheetCells:
         else:
             wrong = [i for i, cell in enumerate(kept) if not isinstance(cell, TIMES | None)]
             stamps = _stamps([cell if isinstance(cell, TIMES) else None for cell in kept], day_0)
-            wrong += np.flatnonzero((stamps < _FIRST) | (stamps > _LAST)).tolist()
+            wrong += np.flatnonzero((stamps < KNOWN_DATES[0]) | (stamps > KNOWN_DATES[1])).tolist()
             stamps[wrong] = np.datetime64("NaT")
             ns = stamps.astype("datetime64[ns]").astype(np.int64)
             seconds = moments.since_first(ns, aware=False)
