@@ -11,8 +11,8 @@ import numpy as np
 
 KEPT = 10_000
 """Polls that a statement is made of at most."""
-DAMPING_PERCENT_PER_HZ_MS = 17.2
-"""Error of a damping W_a/W_s of 0.23 by a skew, in % per Hz and ms (drivers.md, “Polled controllers”)."""
+TYPICAL_DAMPING = 0.23
+"""W_a/W_s of a buffer over 40 mm, of which a statement is made: a smaller one suffers more by a skew."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,35 @@ class ReadSkew:
     u_s: float
     p50_s: float
     p99_s: float
+
+
+def damping_error(damping: float, frequency_Hz: float, skew_s: float, mean_force_ratio: float = 1.0) -> float:
+    """Return what a skew changes of a damping D = W_a/W_s, as a share of it, to first order.
+
+    With a sine stroke, W_a = π F_a x_a sin δ and W_s = 2 x_a F_m + W_a/2. A skew τ turns δ by ω τ, and half
+    of what W_a changes by is W_s's, too: ΔD/D = (1 - D/2) ω τ / tan δ, sin δ = (2/π) (F_m/F_a) D / (1 - D/2).
+
+    Parameters
+    ----------
+    damping : float
+        W_a/W_s, as the evaluation defines it (EN 15551), above 0. It is no loss factor.
+    frequency_Hz, skew_s : float
+    mean_force_ratio : float
+        Mean force over force amplitude; 1 where the spring is just relieved in each cycle, and more with a
+        prestress, whose error is smaller.
+
+    Raises
+    ------
+    ValueError
+        If no sine loop has this damping.
+    """
+    remaining = 1.0 - damping / 2.0
+    sine = 2.0 / math.pi * mean_force_ratio * damping / remaining
+    if not 0.0 < sine < 1.0:
+        raise ValueError(
+            f"no sine loop has a damping of {damping:g} at a mean force ratio {mean_force_ratio:g}"
+        )
+    return remaining * 2.0 * math.pi * frequency_Hz * skew_s * math.sqrt(1.0 - sine**2) / sine
 
 
 class SkewMeter:
@@ -108,18 +137,18 @@ class SkewMeter:
         """Return what the polling costs, in words."""
         skews = self.skews()
         force, stroke = skews["force"], skews["stroke_1"]
-        u_ms = force.u_s * 1e3
+        slow, fast = (_percent(frequency_Hz, force.u_s) for frequency_Hz in (1.0, 2.5))
         return (
             f"POLLED, not sampled by the device: {rate_Hz:g} polls/s by the computer's clock; force is read "
             f"{force.mean_s * 1e3:+.3f} ms from stroke (standard deviation {force.spread_s * 1e3:.3f} ms; "
             f"mean corrected), round trip of force {force.p50_s * 1e3:.2f}, p99 {force.p99_s * 1e3:.2f} "
-            f"ms, of stroke {stroke.p50_s * 1e3:.2f}, {stroke.p99_s * 1e3:.2f} ms; u(delay) = {u_ms:.3f} ms, "
-            f"which makes the damping uncertain by {_percent(u_ms)} at 1 Hz and {_percent(2.5 * u_ms)} at "
-            f"2.5 Hz ({len(self)} polls)"
+            f"ms, of stroke {stroke.p50_s * 1e3:.2f}, {stroke.p99_s * 1e3:.2f} ms; u(delay) = "
+            f"{force.u_s * 1e3:.3f} ms, which makes the damping uncertain by {slow} at 1 Hz and {fast} at "
+            f"2.5 Hz (of a W_a/W_s of {TYPICAL_DAMPING:g}; {len(self)} polls)"
         )
 
 
-def _percent(hz_ms: float) -> str:
+def _percent(frequency_Hz: float, u_s: float) -> str:
     """Return the standard uncertainty of a damping, in words; the law is linear for small errors only."""
-    percent = DAMPING_PERCENT_PER_HZ_MS * hz_ms
+    percent = 100.0 * damping_error(TYPICAL_DAMPING, frequency_Hz, u_s)
     return f"{percent:.2g} %" if percent < 50.0 else "more than 50 %"

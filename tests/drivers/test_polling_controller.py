@@ -54,8 +54,9 @@ class TestSkew:
         assert stroke.u_s == pytest.approx(0.001 / math.sqrt(3))
         text = meter.text(100.0)
         assert "force is read -2.000 ms from stroke" in text
-        percent = 17.2 * force.u_s * 1e3
+        percent = 3.31 * force.u_s * 1e3  # D = 0.23: tan δ = 0.168, (1 - D/2) 2π / tan δ = 33.1 per s
         assert f"uncertain by {percent:.2g} % at 1 Hz" in text
+        assert "(of a W_a/W_s of 0.23;" in text
 
     def test_all_in_one_read_have_no_skew_but_a_round_trip(self) -> None:
         meter = SkewMeter([["force", "stroke_1"]], "stroke_1")
