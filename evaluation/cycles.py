@@ -31,6 +31,8 @@ REST_CLOSURE = 0.05
 EDGE_CLOSURE = 0.02
 """A cycle that begins or ends with the record returns within this share of its range."""
 _LEAST_SAMPLES = 8
+_LEAST_BRANCH = 3
+"""Samples strictly between two turning points: of fewer nobody knows the force along that branch."""
 
 
 def find_cycles(record: Record) -> tuple[Cycle, ...]:
@@ -124,7 +126,9 @@ def _incomplete(record: Record, triples: Sequence[Triple]) -> list[tuple[str, ..
     breaks = np.array(record.breaks, dtype=np.intp)
     broken = np.searchsorted(breaks, last, side="right") > np.searchsorted(breaks, first, side="right")
     few = last - first + 1 < _LEAST_SAMPLES
-    odd = (broken | few).tolist()
+    inner = _branch_samples(time_s, triples)
+    bare = np.any(inner < _LEAST_BRANCH, axis=0)
+    odd = (broken | few | bare).tolist()
     reasons: list[tuple[str, ...]] = []
     for row, (start, top, end) in enumerate(triples):
         if start.method in _FITTED and top.method in _FITTED and end.method in _FITTED and not odd[row]:
@@ -136,8 +140,27 @@ def _incomplete(record: Record, triples: Sequence[Triple]) -> list[tuple[str, ..
             why.append("the record is broken in it: " + (describe(inside) or "samples are missing"))
         if few[row]:
             why.append(f"it has fewer than {_LEAST_SAMPLES} samples")
+        elif bare[row]:
+            why += _bare_branches(inner[:, row].tolist())
         reasons.append(tuple(why))
     return reasons
+
+
+def _branch_samples(time_s: FloatArray, triples: Sequence[Triple]) -> NDArray[np.intp]:
+    """Return the samples strictly inside the loading and the unloading branch of each cycle, shape (2, R)."""
+    ends = np.array([(a.leave_s, b.time_s, b.leave_s, c.time_s) for a, b, c in triples]).reshape(-1, 4).T
+    first = np.searchsorted(time_s, ends[::2], side="right")
+    return np.asarray(np.searchsorted(time_s, ends[1::2], side="left") - first)
+
+
+def _bare_branches(samples: Sequence[int]) -> list[str]:
+    """Return which branches have so few samples that nobody knows the force along them."""
+    return [
+        f"its {branch} branch has {max(0, count)} samples between the turning points, "
+        f"{_LEAST_BRANCH} are needed: record faster"
+        for branch, count in zip(("loading", "unloading"), samples, strict=True)
+        if count < _LEAST_BRANCH
+    ]
 
 
 def _not_closed(start: TurningPoint, top: TurningPoint, end: TurningPoint) -> list[str]:
