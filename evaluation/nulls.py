@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from evaluation.alignment import SkewSensitivity
-from evaluation.quantities import TEMPERATURE_STALE_S
+from evaluation.record import Temperature
 from evaluation.results import CycleResult, RequirementResult, Summary
+from evaluation.thermometry import why_no_temperature
 from evaluation.wires import DrawWires
 
 _FEW_SAMPLES = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s", "stroke_distortion")
@@ -29,7 +30,7 @@ def missing_warnings(
     numbered : callable
         Puts numbers of cycles in words.
     """
-    warnings = _temperatures(results, numbered)
+    warnings = []
     for name in _FEW_SAMPLES:
         lacking = [r.cycle.index for r in results if r.cycle.complete and getattr(r.quantities, name) is None]
         if lacking:
@@ -52,18 +53,38 @@ def missing_warnings(
     return warnings
 
 
-def _temperatures(results: Sequence[CycleResult], numbered: Callable[[Sequence[int]], str]) -> list[str]:
-    """Name the cycles without a temperature, where others have one."""
-    without = [
-        r.cycle.index
-        for r in results
-        if r.quantities.temperature_start_C is None or r.quantities.temperature_max_C is None
-    ]
-    known = any(r.quantities.temperature_max_C is not None for r in results)
-    if not without or not known:
+def temperature_warnings(
+    results: Sequence[CycleResult],
+    temperatures: Sequence[Temperature],
+    interval_s: float,
+    numbered: Callable[[Sequence[int]], str],
+) -> list[str]:
+    """Return why cycles of a specimen with a sensor have no temperature: where it is silent, and how long.
+
+    Parameters
+    ----------
+    results, temperatures
+        Of the run.
+    interval_s : float
+        How far readings may be from each other to cover a cycle [s].
+    numbered : callable
+        Puts numbers of cycles in words.
+    """
+    if not any(sensor.role == "specimen" for sensor in temperatures):
         return []
-    text = f"no reading within {TEMPERATURE_STALE_S:g} s of its start or end"
-    return [f"{numbered(without)}: no temperature: the sensors on the specimen have {text}"]
+    warnings = []
+    for name, what in (
+        ("temperature_start_C", "no temperature at the start"),
+        ("temperature_max_C", "no highest temperature"),
+    ):
+        without = [r for r in results if getattr(r.quantities, name) is None]
+        if not without:
+            continue
+        cycle = without[0].cycle
+        why = why_no_temperature(temperatures, cycle.start_s, cycle.end_s, interval_s)
+        first = "" if len(without) == 1 else f" (cycle {cycle.index})"
+        warnings.append(f"{numbered([r.cycle.index for r in without])}: {what}: {why}{first}")
+    return warnings
 
 
 def _requirements(rows: Sequence[RequirementResult]) -> list[str]:

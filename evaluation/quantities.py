@@ -16,10 +16,11 @@ from evaluation.branches import Branches
 from evaluation.cycles import STEADY_STROKE
 from evaluation.loops import CutLoops, LoopStack
 from evaluation.motion import Cycle, Loop
-from evaluation.record import FloatArray, Record, Temperature
+from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult, Quantities
 from evaluation.smoothing import moving_slopes, polynomials, smoothed
 from evaluation.spectra import spectra
+from evaluation.thermometry import READING_INTERVAL_S, temperatures_of
 
 TANGENT_WINDOW = 0.15
 """Tangent stiffness: cubic fit of force over stroke within ± this share of the range about the mean."""
@@ -38,8 +39,6 @@ SLACK_SLOPE = 0.005
 """Slack: the first 2 % of the range with less than this share of the secant stiffness."""
 BLOCK_SLOPE = 3.0
 """Block contact: slope of the last 1 % of the range over that between 10 and 5 % below the top."""
-TEMPERATURE_STALE_S = 30.0
-"""A temperature reading further away than this from a cycle is not its temperature."""
 _LEAST_WINDOW = 5
 _FEWEST_SLOPE = 4
 
@@ -72,6 +71,7 @@ def evaluate_cycles(
     cycles: Sequence[Cycle],
     first: ComplexArray | None = None,
     loops: CutLoops | None = None,
+    reading_interval_s: float = READING_INTERVAL_S,
 ) -> list[CycleResult]:
     """Return the figures of cycles; of one that is not complete only those of its stroke.
 
@@ -84,6 +84,8 @@ def evaluate_cycles(
         K* = K′ + i K″ of the complete ones [kN/mm], if it is known already.
     loops : CutLoops, optional
         Those of the complete ones, if somebody else needs them too.
+    reading_interval_s : float
+        How far readings of temperature may be from each other to cover a cycle [s].
 
     Returns
     -------
@@ -96,7 +98,7 @@ def evaluate_cycles(
         first = spectra(record, complete).first_harmonic()
     temperatures = [
         [None if np.isnan(t) else t for t in column.tolist()]
-        for column in temperatures_of(record.temperatures, *_spans(cycles))
+        for column in temperatures_of(record.temperatures, *_spans(cycles), reading_interval_s)
     ]
     found: list[Quantities] = []
     said: dict[int, tuple[str, ...]] = {}
@@ -401,48 +403,3 @@ def consistency_warnings(first: complex, cycle: Cycle, absorbed: float) -> list[
 def first_harmonic(record: Record, cycle: Cycle) -> complex:
     """Return K* = K′ + i K″ of one cycle [kN/mm], the ratio of the first harmonics of force and stroke."""
     return complex(spectra(record, [cycle]).first_harmonic()[0])
-
-
-def temperatures_of(
-    temperatures: tuple[Temperature, ...], start_s: FloatArray, end_s: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return temperature at the start and highest one during cycles, over all sensors on the specimen [°C].
-
-    Parameters
-    ----------
-    temperatures : tuple of Temperature
-    start_s, end_s : arrays, shape (C,)
-        Of the cycles.
-
-    Returns
-    -------
-    (array, array)
-        Shape (C,) each; NaN where no sensor on the specimen has a reading within 30 s of the moment.
-    """
-    starts, highest = np.full(start_s.size, np.nan), np.full(start_s.size, np.nan)
-    for sensor in temperatures:
-        good = np.isfinite(sensor.time_s) & np.isfinite(sensor.temperature_C)
-        time, value = sensor.time_s[good], sensor.temperature_C[good]
-        if sensor.role != "specimen" or time.size == 0:
-            continue
-        begins = _near(time, start_s)
-        at_start, at_end = np.interp(start_s, time, value), np.interp(end_s, time, value)
-        starts = np.fmax(starts, np.where(begins, at_start, np.nan))
-        first, last = np.searchsorted(time, start_s), np.searchsorted(time, end_s, side="right")
-        within = np.maximum(at_start, at_end)
-        some = np.flatnonzero(last > first)
-        if some.size:
-            # Every other sum is over what lies between two cycles, and is not asked for.
-            padded = np.append(value, -np.inf)
-            bounds = np.stack((first[some], last[some]), axis=1).ravel()
-            within[some] = np.maximum(within[some], np.maximum.reduceat(padded, bounds)[::2])
-        highest = np.fmax(highest, np.where(begins & _near(time, end_s), within, np.nan))
-    return starts, highest
-
-
-def _near(time_s: FloatArray, moment_s: FloatArray) -> BoolArray:
-    """Say which moments have a reading within 30 s."""
-    after = np.searchsorted(time_s, moment_s)
-    before = np.abs(moment_s - time_s[np.maximum(after - 1, 0)])
-    behind = np.abs(time_s[np.minimum(after, time_s.size - 1)] - moment_s)
-    return np.asarray(np.minimum(before, behind) <= TEMPERATURE_STALE_S)

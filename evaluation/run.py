@@ -15,7 +15,7 @@ from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
 from evaluation.loops import CutLoops
 from evaluation.mean_loop import mean_loop
-from evaluation.nulls import missing_warnings
+from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.propagations import Propagations
 from evaluation.quantities import evaluate_cycles
 from evaluation.record import FloatArray, Record
@@ -89,7 +89,8 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     prepared = Propagations(record, cycles, added)
     # With inertia, force and so its harmonics are others than those that the cycles were found with.
     loops = CutLoops(record, [cycle for cycle in cycles if cycle.complete])
-    results = evaluate_cycles(record, cycles, first if added is None else None, loops)
+    interval_s = limits.conditions.reading_interval_max_s
+    results = evaluate_cycles(record, cycles, first if added is None else None, loops, interval_s)
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
@@ -123,6 +124,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
 
         budget = run_budget(*stated, prepared, summary, added)
     skew = _skew_sensitivity(record, facts, results, used)
+    warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
     warnings += missing_warnings(results, summary, requirements, skew, wires, _numbered)
     return RunEvaluation(
         facts=facts,
@@ -171,8 +173,6 @@ def _record_warnings(
         warnings += _unstated_impact(facts)
     if not any(sensor.role == "specimen" for sensor in record.temperatures):
         warnings.append("no temperature: no sensor on the specimen is on record")
-    elif results and all(r.quantities.temperature_max_C is None for r in results):
-        warnings.append("no temperature: the sensors on the specimen have no reading within 30 s of a cycle")
     return warnings
 
 

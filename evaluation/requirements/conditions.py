@@ -9,12 +9,11 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from evaluation.quantities import TEMPERATURE_STALE_S
-from evaluation.record import Temperature
 from evaluation.requirements.block import block_contact
 from evaluation.requirements.limit_set import known
-from evaluation.requirements.rows import Case, Limits, row, shown, unfilled_why
+from evaluation.requirements.rows import Case, Limits, condition_row, shown
 from evaluation.requirements.speed import branch_speed
+from evaluation.requirements.temperature import temperature_range
 from evaluation.results import CycleResult, RequirementResult, Verdict
 
 _RUN_WIDE = ("cycle-count", "rest-after-assembly")
@@ -39,7 +38,7 @@ def static_conditions(case: Case) -> list[RequirementResult]:
     judged = [_cycle_count(case), _rest_after_assembly(case)]
     needed = judged_cycles(case)
     for position, result in enumerate(needed):
-        judged += [_temperature(case, result), _speed(case, result)]
+        judged += [temperature_range(case, result), _speed(case, result)]
         if position > 0:
             judged.append(_pause(case, needed[position - 1], result))
         judged.append(_immediate_unloading(case, result))
@@ -52,34 +51,6 @@ def judged_cycles(case: Case) -> tuple[CycleResult, ...]:
     """Return the cycles that are judged: as many as the set asks for, all where it does not say."""
     wanted = case.limits.conditions.cycles
     return case.cycles if isinstance(wanted, str) else case.cycles[:wanted]
-
-
-def _condition(
-    case: Case,
-    identity: str,
-    cycle: int | None,
-    text: str,
-    limits: Limits,
-    measured: float | None,
-    verdict: Verdict,
-    why: str,
-    uncertainty: float | None = None,
-) -> RequirementResult:
-    if limits.unfilled and verdict != "fail":
-        verdict, why = "inconclusive", f"{why}; {unfilled_why(case)}"
-    return row(
-        case,
-        identity,
-        cycle,
-        text,
-        limits,
-        verdict,
-        why,
-        measured=measured,
-        clause=case.limits.conditions.clause,
-        condition=True,
-        uncertainty=uncertainty,
-    )
 
 
 def _met(limits: Limits, value: float) -> Verdict:
@@ -95,7 +66,9 @@ def _cycle_count(case: Case) -> RequirementResult | None:
     if limits.lower is not None and found > limits.lower:
         why += f", the first {wanted} are judged"
     text = f"{shown(wanted)} complete cycles"
-    return _condition(case, "cycle-count", None, text, limits, float(found), _met(limits, float(found)), why)
+    return condition_row(
+        case, "cycle-count", None, text, limits, float(found), _met(limits, float(found)), why
+    )
 
 
 def _rest_after_assembly(case: Case) -> RequirementResult | None:
@@ -126,12 +99,12 @@ def _rest_after_assembly(case: Case) -> RequirementResult | None:
     ]
     if assembled is None or started is None or system is None:
         why = f"not on record: {', '.join(missing)}"
-        return _condition(case, "rest-after-assembly", None, text, limits, None, "inconclusive", why)
+        return condition_row(case, "rest-after-assembly", None, text, limits, None, "inconclusive", why)
     if started.tzinfo is None:
         started = started.replace(tzinfo=UTC)
     rest_h = (started - assembled).total_seconds() / 3600.0
     why = f"{rest_h:.1f} h after assembly"
-    return _condition(case, "rest-after-assembly", None, text, limits, rest_h, _met(limits, rest_h), why)
+    return condition_row(case, "rest-after-assembly", None, text, limits, rest_h, _met(limits, rest_h), why)
 
 
 def _moment(value: object) -> datetime | None:
@@ -143,45 +116,6 @@ def _moment(value: object) -> datetime | None:
     if not isinstance(value, datetime):
         return None
     return value if value.tzinfo is not None else value.replace(tzinfo=UTC)
-
-
-def _temperature(case: Case, result: CycleResult) -> RequirementResult | None:
-    conditions = case.limits.conditions
-    low, high = conditions.temperature_min_C, conditions.temperature_max_C
-    text = f"temperature {shown(low)} to {shown(high)} °C at the start of the cycle and during it"
-    limits = Limits.of(low, high, "°C")
-    if limits.nothing:
-        return None
-    cycle = result.cycle
-    specimen = [s for s in case.record.temperatures if s.role == "specimen"]
-    sensors = specimen or list(case.record.temperatures)
-    spans = [s for s in (_span(sensor, cycle.start_s, cycle.end_s) for sensor in sensors) if s is not None]
-    if not spans:
-        why = "no temperature on record within the cycle"
-        return _condition(case, "temperature-range", cycle.index, text, limits, None, "inconclusive", why)
-    coldest, warmest = min(s[0] for s in spans), max(s[1] for s in spans)
-    above = warmest - (limits.upper if limits.upper is not None else np.inf)
-    below = (limits.lower if limits.lower is not None else -np.inf) - coldest
-    worst = warmest if above > below else coldest
-    known = [s.accuracy_C for s in sensors if s.accuracy_C is not None]
-    uncertainty = 2.0 * max(known) / float(np.sqrt(3.0)) if len(known) == len(sensors) else None
-    what = "spring" if specimen else "ambient"
-    why = f"{what} {coldest:.1f} to {warmest:.1f} °C"
-    verdict: Verdict = "pass" if limits.meets(coldest) and limits.meets(warmest) else "fail"
-    return _condition(case, "temperature-range", cycle.index, text, limits, worst, verdict, why, uncertainty)
-
-
-def _span(sensor: Temperature, start_s: float, end_s: float) -> tuple[float, float] | None:
-    """Return the lowest and highest reading of a sensor during a cycle, its ends interpolated."""
-    good = np.isfinite(sensor.time_s) & np.isfinite(sensor.temperature_C)
-    time, value = sensor.time_s[good], sensor.temperature_C[good]
-    if time.size == 0:
-        return None
-    if min(np.min(np.abs(time - start_s)), np.min(np.abs(time - end_s))) > TEMPERATURE_STALE_S:
-        return None
-    inside = value[(time >= start_s) & (time <= end_s)]
-    readings = np.concatenate((inside, np.interp([start_s, end_s], time, value)))
-    return float(np.min(readings)), float(np.max(readings))
 
 
 def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
@@ -198,7 +132,7 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     known_branches = [branch for branch in branches if branch is not None]
     if len(known_branches) < len(branches):
         why = "too few samples for a speed"
-        return _condition(case, "speed-limit", cycle.index, text, limits, None, "inconclusive", why)
+        return condition_row(case, "speed-limit", cycle.index, text, limits, None, "inconclusive", why)
     (up, _), (down, _) = known_branches
     measured = max(up, down)
     # What noise alone adds to the largest of many slopes must not break a test run right at the limit.
@@ -206,7 +140,7 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     why = f"loading {up:.4g} mm/s, unloading {down:.4g} mm/s"
     if verdict == "pass" and not limits.meets(measured):
         why += "; above the limit by no more than the noise of the stroke"
-    return _condition(case, "speed-limit", cycle.index, text, limits, measured, verdict, why)
+    return condition_row(case, "speed-limit", cycle.index, text, limits, measured, verdict, why)
 
 
 def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementResult | None:
@@ -215,7 +149,7 @@ def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementR
     if limits.nothing:
         return None
     pause = max(0.0, result.cycle.start_s - before.cycle.end_s)
-    return _condition(
+    return condition_row(
         case,
         "pause-limit",
         result.cycle.index,
@@ -234,7 +168,7 @@ def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult |
         return None
     dwell = result.cycle.top.dwell_s
     why = f"{dwell:.2f} s at the upper turning point"
-    return _condition(
+    return condition_row(
         case,
         "immediate-unloading",
         result.cycle.index,
@@ -263,7 +197,7 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
         f"fully released before the cycle, and after the last (residual stroke at most {shown(largest)} mm)"
     )
     why = f"{stroke:.2f} mm and {force:.1f} kN {when}"
-    return _condition(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
+    return condition_row(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
 
 
 def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
@@ -283,7 +217,7 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
         why = f"{force:.0f} kN at {reached:.2f} mm{contact}"
         verdict: Verdict = "pass" if limits.meets(force) else "inconclusive"
         text = f"cycle to the proof load {proof.id} (at least {shown(proof.force_min_kN)} kN)"
-        return _condition(case, "full-stroke", result.cycle.index, text, limits, force, verdict, why)
+        return condition_row(case, "full-stroke", result.cycle.index, text, limits, force, verdict, why)
     least = _full_stroke_mm(case)
     cap = known(energy.force_cap_kN)
     capped = cap is not None and force >= cap
@@ -298,7 +232,7 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
     drawn = case.drawn.get(result.cycle.index)
     uncertainty = None if drawn is None else 2.0 * float(np.std(drawn["stroke_max_mm"]))
     verdict = "pass" if full else "inconclusive"
-    return _condition(
+    return condition_row(
         case, "full-stroke", result.cycle.index, text, limits, reached, verdict, why, uncertainty
     )
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from evaluation.requirements.readings import Readings
+from evaluation.thermometry import READING_INTERVAL_S
 from foundation.canonical import content_hash
 from foundation.errors import BadInput
 from foundation.kind import Kind
@@ -67,6 +68,8 @@ class Conditions(Settings):
     """Only for the reading ``rest = "exactly"``."""
     dwell_max_s: NotNegative
     residual_stroke_max_mm: NotNegative
+    reading_interval_max_s: Annotated[float, Field(gt=0)] = READING_INTERVAL_S
+    """How far readings of temperature may be from each other, and from start and end, to cover a cycle."""
     block_slope_ratio: Annotated[float, Field(gt=1)] = 3.0
     """Block contact: slope of the last 1 % of the stroke over that just before it, and over the secant's."""
 

@@ -108,6 +108,35 @@ def row(
     )
 
 
+def condition_row(
+    case: Case,
+    identity: str,
+    cycle: int | None,
+    text: str,
+    limits: Limits,
+    measured: float | None,
+    verdict: Verdict,
+    why: str,
+    uncertainty: float | None = None,
+) -> RequirementResult:
+    """Return the row of a condition; where the limit set leaves it open, inconclusive unless broken."""
+    if limits.unfilled and verdict != "fail":
+        verdict, why = "inconclusive", f"{why}; {unfilled_why(case)}"
+    return row(
+        case,
+        identity,
+        cycle,
+        text,
+        limits,
+        verdict,
+        why,
+        measured=measured,
+        clause=case.limits.conditions.clause,
+        condition=True,
+        uncertainty=uncertainty,
+    )
+
+
 def judged(
     case: Case,
     identity: str,

@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from evaluation import cycles, quantities, trends
+from evaluation import cycles, quantities, thermometry, trends
 from evaluation.document import CYCLE_QUANTITIES
 from evaluation.requirements import static
 from evaluation.requirements.checklist import asked_items
@@ -47,7 +47,7 @@ STATED = [
     f"over ±{100 * quantities.TANGENT_WINDOW:g} % of the range",
     f"parabola over {100 * quantities.SPEED_WINDOW:g} % of the branch",
     f"parabola over {100 * quantities.FORCE_WINDOW:g} % of each branch",
-    f"more than {quantities.TEMPERATURE_STALE_S:g} s away",
+    f"farther than {thermometry.READING_INTERVAL_S:g} s",
     f"more than {100 * quantities.TWO_SIDED:g} % of its largest",
     f"±{static.FORCE_HALF_WIDTH_MM:g} mm",
     f"{static.PRELOAD_FROM_MM:g} to {static.PRELOAD_TO_MM:g} mm",

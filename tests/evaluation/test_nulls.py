@@ -106,4 +106,5 @@ def test_cycles_without_a_reading_near_are_named() -> None:
     columns = Ellipse().columns(0.05, 20.0, 8.5)
     early = Temperature("temperature_1", np.arange(0.0, 60.0), np.full(60, 22.0))
     run = evaluate_run(make_record(*columns, temperatures=[early]), RunFacts("h", "harmonic"))
-    assert any(w.startswith("cycles ") and "no temperature: the sensors" in w for w in run.warnings)
+    text = "no highest temperature: temperature_1 has no reading from "
+    assert any(w.startswith("cycles ") and text in w for w in run.warnings)

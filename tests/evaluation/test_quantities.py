@@ -9,8 +9,8 @@ import pytest
 
 from evaluation.cycles import find_cycles
 from evaluation.loops import cut_loop
-from evaluation.quantities import consistency_warnings, evaluate_cycle, stored_energy_J, temperatures_of
-from evaluation.record import Temperature, make_record
+from evaluation.quantities import consistency_warnings, evaluate_cycle, stored_energy_J
+from evaluation.record import make_record
 from evaluation.results import CycleResult
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
@@ -214,16 +214,3 @@ def test_loop_meets_its_turning_points() -> None:
         assert np.all(np.diff(loop.time_s) >= 0.0)
         assert loop.time_s.size < 2500
         assert stored_energy_J(loop) > 0.0
-
-
-def test_temperatures() -> None:
-    at = np.arange(0.0, 100.0)
-    sensors = (
-        Temperature("temperature_1", at, 20.0 + 0.1 * at),
-        Temperature("temperature_2", at, 30.0 - 0.1 * at),
-        Temperature("temperature_3", at, np.full(100, 90.0), role="ambient"),
-    )
-    start, highest = temperatures_of(sensors, np.array([10.5, 500.0]), np.array([40.0, 510.0]))
-    assert start == pytest.approx([28.95, np.nan], nan_ok=True)
-    assert highest == pytest.approx([28.95, np.nan], nan_ok=True)
-    assert np.all(np.isnan(temperatures_of(sensors[2:], np.array([10.0]), np.array([20.0]))))

@@ -1,0 +1,64 @@
+"""The temperatures of cycles: at their start, and the highest one during them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.record import FloatArray, Temperature
+from evaluation.thermometry.coverage import READING_INTERVAL_S, covers, readings_of
+
+
+def temperatures_of(
+    temperatures: Sequence[Temperature],
+    start_s: FloatArray,
+    end_s: FloatArray,
+    interval_s: float = READING_INTERVAL_S,
+) -> tuple[FloatArray, FloatArray]:
+    """Return temperature at the start and highest one during cycles, over all sensors on the specimen [°C].
+
+    Parameters
+    ----------
+    temperatures : sequence of Temperature
+    start_s, end_s : arrays, shape (C,)
+        Of the cycles.
+    interval_s : float
+        How far readings may be from each other, and from start and end, to cover a cycle [s].
+
+    Returns
+    -------
+    (array, array)
+        Shape (C,) each. The first is NaN where no sensor on the specimen has a reading within
+        ``interval_s`` of the start, the second where none covers the cycle by itself. What a further sensor
+        reads in a cycle that it does not cover counts for the highest.
+    """
+    starts, highest = np.full(start_s.size, np.nan), np.full(start_s.size, np.nan)
+    covered = np.zeros(start_s.size, dtype=bool)
+    for sensor in temperatures:
+        time_s, value_C = readings_of(sensor)
+        if sensor.role != "specimen" or time_s.size == 0:
+            continue
+        at_start, at_end = np.interp(start_s, time_s, value_C), np.interp(end_s, time_s, value_C)
+        begins, ends = _near(time_s, start_s, interval_s), _near(time_s, end_s, interval_s)
+        starts = np.fmax(starts, np.where(begins, at_start, np.nan))
+        within = np.fmax(np.where(begins, at_start, np.nan), np.where(ends, at_end, np.nan))
+        first, last = np.searchsorted(time_s, start_s), np.searchsorted(time_s, end_s, side="right")
+        some = np.flatnonzero(last > first)
+        if some.size:
+            # Every other maximum is over what lies between two cycles, and is not asked for.
+            padded = np.append(value_C, -np.inf)
+            bounds = np.stack((first[some], last[some]), axis=1).ravel()
+            within[some] = np.fmax(within[some], np.maximum.reduceat(padded, bounds)[::2])
+        highest = np.fmax(highest, within)
+        covered |= covers(time_s, start_s, end_s, interval_s)
+    return starts, np.where(covered, highest, np.nan)
+
+
+def _near(time_s: FloatArray, moment_s: FloatArray, interval_s: float) -> NDArray[np.bool_]:
+    """Say which moments have a reading within ``interval_s``."""
+    after = np.searchsorted(time_s, moment_s)
+    before = np.abs(moment_s - time_s[np.maximum(after - 1, 0)])
+    behind = np.abs(time_s[np.minimum(after, time_s.size - 1)] - moment_s)
+    return np.asarray(np.minimum(before, behind) <= interval_s)
