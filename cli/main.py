@@ -42,12 +42,14 @@ COMMANDS = {
     "model": "Identify the spring's computational model, simulate, compare, hand it on.",
     "runs": "List recorded runs with their key facts, or find those that match.",
     "verify": "Check that run files are whole and unaltered.",
+    "validate": "Evaluate standard data sets with agreed values; write the record of it.",
 }
 
 SECTIONS = {
     "Start here": ("demo",),
     "Test": ("plan", "check", "run", "resume", "monitor", "stop", "note"),
     "Know what was measured": ("runs", "verify", "import", "evaluate", "compare", "skew", "report"),
+    "Know that the figures are right": ("validate",),
     "Hand the spring on": ("model",),
     "Without a stand": ("simulate-stand", "fault"),
 }

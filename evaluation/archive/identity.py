@@ -18,8 +18,8 @@ from foundation.canonical import content_hash
 
 ROOMS = ("evaluation", "recording", "foundation")
 """Rooms whose code makes the figures …"""
-_NOT_OF_FIGURES = ("evaluation/figures", "evaluation/report")
-"""… but for what only shows them."""
+_NOT_OF_FIGURES = ("evaluation/figures", "evaluation/report", "evaluation/validation")
+"""… but for what only shows or checks them."""
 LIBRARIES = ("numpy", "scipy", "h5py", "GTC", "orjson")
 """Libraries whose other version may give another last digit, or write it otherwise."""
 THREADS = "OPENBLAS_NUM_THREADS"

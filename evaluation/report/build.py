@@ -33,6 +33,7 @@ from evaluation.report.modelled import model_section
 from evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
 from evaluation.report.source import Source, runs_text
 from evaluation.report.tables import cycles_section, runs_section
+from evaluation.report.validated import software_section
 from evaluation.report.verdicts import requirements_section, verdict_line
 
 
@@ -74,6 +75,7 @@ def build_content(source: Source) -> Content:
         budgets_section(source),
         calibration,
         data_section(source),
+        software_section(source),
         opinions_section(source),
         statements_section(source),
     ]

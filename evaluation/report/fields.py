@@ -47,6 +47,8 @@ class ReportFields(Settings):
     """Who prescribed the decision rule: the standard, the customer, or the laboratory (7.8.6.1)."""
     opinions: _Lines = ()
     """Opinions and interpretations, kept apart from the results (7.8.7)."""
+    validation: str = ""
+    """The record of ``bufferstand validate`` (validation.json), relative to this file (7.11.2)."""
     customer_supplied: _Lines = ()
     """Data that the customer supplied, for which the laboratory does not answer."""
     amends: str = ""
@@ -97,6 +99,8 @@ def read_fields(path: Path) -> ReportFields:
         If it cannot be read or breaks the schema, or changes a report and does not say which or why.
     """
     fields = load_settings(path, ReportFields)
+    if fields.validation:
+        fields = fields.model_copy(update={"validation": str(path.parent / fields.validation)})
     if fields.amends and not fields.amendment_reason:
         raise BadInput(
             f"the report amends {fields.amends} and does not say why",

@@ -19,6 +19,7 @@ from evaluation.report.modelled import apply_model
 from evaluation.report.source import ReportRun, Source
 from evaluation.requirements.limit_set import LimitSet, find_limit_set, shipped_limit_set, shipped_names
 from evaluation.results import Options
+from evaluation.validation import load_validation
 from foundation.canonical import file_hash
 from foundation.errors import BadInput
 from recording.catalogue import run_files
@@ -144,6 +145,7 @@ def read_source(path: Path, document: Mapping[str, Any] | None = None, given: Gi
         limit_sets=_limit_sets(runs, given.limit_set),
         modelled=None if given.model is None else apply_model(given.model, runs),
         earlier=given.earlier,
+        validation=load_validation(Path(fields.validation)) if fields.validation else None,
     )
 
 

@@ -197,6 +197,8 @@ class Source:
     """A spring model beside the runs, where one was given."""
     earlier: Mapping[str, Any] | None = None
     """An earlier evaluation document of the same runs, to say what moved."""
+    validation: Mapping[str, Any] | None = None
+    """The validation record that the laboratory names (:mod:`evaluation.validation`), if any."""
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""
