@@ -161,6 +161,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "inspection": None if run.inspection is None else dict(run.inspection),
         "half_width_95": {name: measured.half_width_95 for name, measured in run.summary.values.items()},
         "budget": budget_entry(run.budget),
+        "shared_errors": None if run.shared_errors is None else run.shared_errors.entry(),
         **evidence_entry(run),
     }
 
@@ -215,6 +216,10 @@ def _trend(trend: Trend) -> Mapping[str, Any]:
         "intercept": trend.intercept,
         "slope_standard_uncertainty_per_Hz": trend.slope_u_per_Hz,
         "intercept_standard_uncertainty": trend.intercept_u,
+        "slope_half_width_95_per_Hz": trend.slope_half_width_95_per_Hz,
+        "intercept_half_width_95": trend.intercept_half_width_95,
         "confidence_band": list(trend.band),
+        "scatter_standard_uncertainty": trend.scatter_u,
+        "shared_errors": trend.shared,
         "warnings": list(trend.warnings),
     }

@@ -80,6 +80,26 @@ class Draws:
     thermometer: FloatArray
     overreach: FloatArray
 
+    def errors(self) -> dict[str, FloatArray]:
+        """Return the errors that a certificate covers, so that other runs may have them too, by name.
+
+        Neither noise nor overreach, which are each run's own; nor that of the thermometers, whose limit holds
+        at every temperature: an error at one says little of that at another.
+        """
+        force = ("force scale", "force zero", "force reversibility", "delay", "moving mass")
+        shapes = [
+            f"stroke shape {2.0 * SHAPE_LENGTH_MM / waves:g} mm {part}"
+            for waves in SHAPE_HALF_WAVES
+            for part in ("cosine", "sine")
+        ]
+        stroke = ("stroke scale", *shapes)
+        return {
+            **dict(zip(force, self.force.T[1:], strict=False)),  # no mass where none was corrected for
+            **dict(zip(stroke, self.stroke.T[1:], strict=True)),
+            "stroke zero": self.stroke_zero_mm,
+            "clock": self.time_base,
+        }
+
 
 def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
     """Return the uncertainty of the mean of independent draw wires; None when none states its accuracy."""

@@ -10,6 +10,7 @@ from typing import Any, cast, get_args
 
 import numpy as np
 
+from evaluation.across_runs.identity import Occasion, identity_of
 from evaluation.choices import ForceCell
 from evaluation.long_runs import Bounds, long_record, on_time, same_instants, thinned
 from evaluation.record import FloatArray, Record, Temperature, make_record
@@ -206,7 +207,9 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
             remedy="import it again",
         )
     channels = {name: c for stream in run.streams.values() for name, c in stream.channels.items()}
-    wires = [_stated(channels[name]) for name in used if name in channels]
+    there = [channels[name] for name in used if name in channels]
+    wires = [_stated(wire) for wire in there]
+    occasion = _occasion(run)
     return RunFacts(
         id=run.id,
         kind=cast("Kind", kind),
@@ -219,6 +222,9 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         problems=(*_import_findings(run), *_empty_wires(run, used)),
         force_uncertainty=_stated(channels["force"]) if "force" in channels else None,
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
+        force_identity=identity_of(channels["force"], occasion) if "force" in channels else None,
+        stroke_identities=tuple(identity_of(wire, occasion) for wire in there),
+        stand=occasion.stand,
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         moving_mass_kg=moving_mass_kg(run.metadata),
         moving_mass_accuracy_percent=_stand_number(run.metadata, "moving_mass_accuracy_percent"),
@@ -227,6 +233,15 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         impact_speed_km_h=_stated_number(run, "impact_speed_km_h"),
         impact_mass_t=_stated_number(run, "impact_mass_t"),
     )
+
+
+def _occasion(run: Run) -> Occasion:
+    """Return stand, and what the zeros were set for: the specimen in its campaign, or on its day."""
+    stand = ((run.metadata.get("stand") or {}).get("stand") or {}).get("id")
+    campaign = (run.metadata.get("campaign") or {}).get("id")
+    day = str(run.metadata["run"].get("started_utc") or "")[:10]
+    setting = f"{run.specimen.get('id') or 'specimen'} in {campaign or day}"
+    return Occasion(str(stand or ""), setting)
 
 
 def _import_findings(run: Run) -> tuple[str, ...]:

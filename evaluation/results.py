@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from evaluation.across_runs.identity import Basis, ChannelIdentity
+from evaluation.across_runs.shared import Chain, SharedErrors
 from evaluation.budget_lines import Budget
 from evaluation.choices import DRAWS, DecisionRule, ForceCell
 from evaluation.inertia import InertiaCorrection, MovingMass
@@ -47,6 +49,12 @@ class RunFacts:
     step: Mapping[str, Any] = field(default_factory=dict)
     force_uncertainty: ChannelUncertainty | None = None
     stroke_uncertainty: tuple[ChannelUncertainty, ...] = ()
+    force_identity: ChannelIdentity | None = None
+    """Whose errors those of the force channel are; None: nothing is known but what it states."""
+    stroke_identities: tuple[ChannelIdentity, ...] = ()
+    """One entry a draw wire, as ``stroke_uncertainty``; empty: nothing is known."""
+    stand: str = ""
+    """Id of the stand; empty where the record names none."""
     force_delay_s: float = 0.0
     """``delay_s`` of the force channel, as applied [s]."""
     moving_mass_kg: float | None = None
@@ -61,6 +69,19 @@ class RunFacts:
     """Mass of the wagon that ran up, as the laboratory states it [t]."""
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
+
+    @property
+    def chain(self) -> Chain | None:
+        """The channels and whose errors theirs are; None where the record states no uncertainty."""
+        if self.force_uncertainty is None or not self.stroke_uncertainty:
+            return None
+        return Chain(
+            self.force_uncertainty,
+            self.stroke_uncertainty,
+            self.force_identity,
+            self.stroke_identities,
+            self.stand,
+        )
 
     @property
     def moving_mass(self) -> MovingMass:
@@ -198,6 +219,8 @@ class RunEvaluation:
     inertia_correction: InertiaCorrection | None = None
     mean_loop: MeanLoop | None = None
     """The loop that stands for the run, for comparisons; None where no cycle is complete."""
+    shared_errors: SharedErrors | None = None
+    """What the means owe to errors that other runs have, too; None where nothing was propagated."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +228,9 @@ class Trend:
     """A quantity over frequency at constant prestress and amplitude: value = intercept + slope_per_Hz · f.
 
     ``amplitude_mm`` is None when it varies among the runs (confounded; ``warnings`` says so). The band is the
-    half-width of the 95 % confidence band of the line at each point; None below three points.
+    half-width of the 95 % confidence band of the line at each point. ``shared`` says on what it rests that
+    the runs have errors in common; None where a run states no uncertainty: slope and band have the scatter
+    of the points only then, from three points on, and are None below.
     """
 
     quantity: Literal["damping", "tangent_stiffness"]
@@ -222,3 +247,8 @@ class Trend:
     intercept_u: float | None
     band: tuple[float | None, ...]
     warnings: tuple[str, ...] = ()
+    slope_half_width_95_per_Hz: float | None = None
+    intercept_half_width_95: float | None = None
+    scatter_u: float | None = None
+    """Standard deviation of the points about the line beyond their stated uncertainties."""
+    shared: Basis | None = None

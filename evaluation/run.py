@@ -6,6 +6,7 @@ import gc
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
+from evaluation.across_runs.shared import SharedErrors, shared_errors
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
 from evaluation.budget_lines import Budget
 from evaluation.condense import condensed_for
@@ -118,6 +119,9 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         warnings += assumptions(facts, limits)
         case = Case(record, facts, complete, prepared, draws, drawn, limits, options, inspection)
         requirements = judge(case)
+    shared: SharedErrors | None = None
+    if draws is not None and facts.chain is not None:
+        shared = shared_errors(facts.chain, draws, mean.means()) if mean.drawn else None
     budget: tuple[Budget, ...] = ()
     if options.draws:
         from evaluation.budget import run_budget  # noqa: PLC0415 - GTC is slow to import
@@ -141,6 +145,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         draw_wires=wires,
         inertia_correction=inertia,
         mean_loop=mean_loop(record, results, used, loops),
+        shared_errors=shared,
     )
 
 

@@ -55,6 +55,10 @@ class MeanOfDraws:
         """Say whether every cycle that was drawn gave draws of a figure."""
         return self.drawn > 0 and self.counts.get(name) == self.drawn
 
+    def means(self) -> dict[str, FloatArray]:
+        """Return the deviations of the mean of every known figure, shape (N,), by name."""
+        return {name: own / self.drawn for name, own in self.sums.items() if self.known(name)}
+
     def noise_variance(self, name: str) -> float:
         """Return the variance that noise alone gives a figure of one cycle; 0 where one cycle was drawn."""
         if self.drawn < 2:

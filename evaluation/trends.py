@@ -1,12 +1,20 @@
-"""Damping and tangent stiffness over loading frequency (paper, Figs. 8a and 8b)."""
+"""Damping and tangent stiffness over loading frequency (paper, Figs. 8a and 8b).
+
+Runs of one stand have errors in common, and a late force turns the whole line: its slope and its band carry
+what the runs share (:mod:`evaluation.across_runs`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from evaluation.across_runs.identity import Basis
+from evaluation.across_runs.line import fit_line
+from evaluation.across_runs.runs import assumption, basis_of, figure_of
 from evaluation.grouping import grouped
 from evaluation.quantities import is_two_sided
 from evaluation.record import FloatArray
@@ -94,24 +102,9 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
     if len(points) < 2 or frequency[-1] < LEAST_FREQUENCY_RATIO * frequency[0]:
         return None
     values = np.array([_number(r, name) for r in points])
-    centre = float(np.mean(frequency))
-    spread = float(np.sum((frequency - centre) ** 2))
-    slope = float(np.sum((frequency - centre) * (values - np.mean(values)))) / spread
-    intercept = float(np.mean(values)) - slope * centre
-    slope_u = intercept_u = None
-    band: tuple[float | None, ...] = (None,) * len(points)
+    line = _shared_line(name, points, frequency) or _scattered_line(frequency, values)
     warnings = []
-    if len(points) > 2:
-        residual = values - intercept - slope * frequency
-        s = float(np.sqrt(np.sum(residual**2) / (len(points) - 2)))
-        slope_u = s / float(np.sqrt(spread))
-        intercept_u = s * float(np.sqrt(1.0 / len(points) + centre**2 / spread))
-        from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
-
-        factor = float(stdtrit(len(points) - 2, 0.5 * (1.0 + CONFIDENCE)))
-        width = factor * s * np.sqrt(1.0 / len(points) + (frequency - centre) ** 2 / spread)
-        band = tuple(float(w) for w in width)
-    else:
+    if len(points) == 2:
         warnings.append("two points only: a line fits them whatever it means")
     left_out = len(group) - len(known)
     if left_out:
@@ -130,6 +123,7 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
     uncertainty = tuple(r.summary.values[name].expanded_uncertainty for r in points)
     if any(value is None for value in uncertainty):
         warnings.append("no expanded uncertainty of some points: their runs say why")
+    warnings += line.warnings
     return Trend(
         quantity=quantity,
         prestress_mm=float(np.mean([_number(r, "prestress_mm") for r in points])),
@@ -139,12 +133,77 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         values=tuple(float(v) for v in values),
         expanded_uncertainty=uncertainty,
         temperature_C=temperatures,
-        slope_per_Hz=slope,
-        intercept=intercept,
-        slope_u_per_Hz=slope_u,
-        intercept_u=intercept_u,
-        band=band,
+        slope_per_Hz=line.slope.value,
+        intercept=line.intercept.value,
+        slope_u_per_Hz=line.slope.u,
+        intercept_u=line.intercept.u,
+        band=line.band,
         warnings=tuple(warnings),
+        slope_half_width_95_per_Hz=line.slope.half_width_95,
+        intercept_half_width_95=line.intercept.half_width_95,
+        scatter_u=line.scatter_u,
+        shared=line.shared,
+    )
+
+
+@dataclass(frozen=True)
+class _Known:
+    value: float
+    u: float | None = None
+    half_width_95: float | None = None
+
+
+@dataclass(frozen=True)
+class _Line:
+    slope: _Known
+    intercept: _Known
+    band: tuple[float | None, ...]
+    scatter_u: float | None
+    shared: Basis | None
+    warnings: tuple[str, ...] = ()
+
+
+def _shared_line(name: str, points: Sequence[RunEvaluation], frequency: FloatArray) -> _Line | None:
+    """Return the line with the errors that the runs share; None where one of them states no uncertainty."""
+    figures = [figure_of(run, name) for run in points]
+    known = [figure for figure in figures if figure is not None]
+    if len(known) < len(figures):
+        return None
+    line = fit_line(frequency.tolist(), known)
+    basis = basis_of(points)
+    return _Line(
+        _Known(line.slope.value, line.slope.u, line.slope.half_width_95),
+        _Known(line.intercept.value, line.intercept.u, line.intercept.half_width_95),
+        line.band,
+        line.scatter_u if line.degrees_of_freedom else None,
+        basis,
+        assumption(basis),
+    )
+
+
+def _scattered_line(frequency: FloatArray, values: FloatArray) -> _Line:
+    """Return the line of points without uncertainties: least squares, and their scatter from three on."""
+    count = frequency.size
+    centre = float(np.mean(frequency))
+    spread = float(np.sum((frequency - centre) ** 2))
+    slope = float(np.sum((frequency - centre) * (values - np.mean(values)))) / spread
+    intercept = float(np.mean(values)) - slope * centre
+    if count < 3:
+        return _Line(_Known(slope), _Known(intercept), (None,) * count, None, None)
+    s = float(np.sqrt(np.sum((values - intercept - slope * frequency) ** 2) / (count - 2)))
+    from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
+    factor = float(stdtrit(count - 2, 0.5 * (1.0 + CONFIDENCE)))
+    slope_u = s / float(np.sqrt(spread))
+    intercept_u = s * float(np.sqrt(1.0 / count + centre**2 / spread))
+    width = factor * s * np.sqrt(1.0 / count + (frequency - centre) ** 2 / spread)
+    return _Line(
+        _Known(slope, slope_u, factor * slope_u),
+        _Known(intercept, intercept_u, factor * intercept_u),
+        tuple(float(w) for w in width),
+        s,
+        None,
+        ("no uncertainty of slope and band but by scatter: errors that the runs share do not show in it",),
     )
 
 

@@ -102,7 +102,11 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
         wires = DrawWires(largest, at_s, None, None, None, limit, gone, warnings=(text,))
         return (
             replace(record, stroke_mm=record.stroke_mm + sign * difference),
-            replace(facts, stroke_uncertainty=(stated[other - 1],) if len(stated) == 2 else stated),
+            replace(
+                facts,
+                stroke_uncertainty=(stated[other - 1],) if len(stated) == 2 else stated,
+                stroke_identities=facts.stroke_identities[other - 1 : other],
+            ),
             wires,
         )
     line = _line(record.stroke_mm, difference)

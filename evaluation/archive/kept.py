@@ -18,6 +18,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
+from evaluation.across_runs.shared import shared_of
 from evaluation.document import LIGHT, run_entry
 from evaluation.mean_loop import MeanLoop
 from evaluation.results import Measured, RunEvaluation, RunFacts, Summary
@@ -103,6 +104,7 @@ class KeptRun:
             summary=Summary(tuple(facts["cycles_used"]), values),
             verdict=facts["verdict"],
             mean_loop=_loop(facts["loop"], self.loop),
+            shared_errors=shared_of(facts["shared_errors"]),
         )
 
 
@@ -143,6 +145,7 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation, loop: MeanLoop | None) 
         "requirements": dict(Counter(row.verdict for row in run.requirements)),
         "limit_set": None if limits is None else {"id": limits["id"], "sha256": limits["sha256"]},
         "warnings": len(run.warnings),
+        "shared_errors": entry["shared_errors"],
         "loop": None
         if loop is None
         else {

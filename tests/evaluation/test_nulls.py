@@ -22,6 +22,7 @@ REASONS = {
     "cycles": ("no energies nor other figures", "no damping", "no tangent", "no loss factor"),
     "summary": ("no summary", "no cycle found", "no expanded uncertaint", "no damping", "no loss factor"),
     "half_width_95": ("no summary", "no cycle found", "no expanded uncertaint", "no damping", "no loss"),
+    "shared_errors": ("no summary", "no cycle found", "no expanded uncertaint"),
     "skew_sensitivity": ("no summary", "no cycle found", "no closed form", "no change of damping"),
     "draw_wires": ("draw wires",),
     "impact.": ("not on record: impact_", "no cycle found"),

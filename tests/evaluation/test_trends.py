@@ -7,11 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from evaluation.across_runs import ChannelIdentity
 from evaluation.record import Temperature, make_record
 from evaluation.results import Measured, Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
 from evaluation.trends import find_trends
 from tests.evaluation.signals import STATED, Ellipse
+
+CERTIFIED = {
+    "force_identity": ChannelIdentity("cell", "cell, zeroed", "cell, filtered", "certificate"),
+    "stroke_identities": tuple(
+        ChannelIdentity(wire, f"{wire}, zeroed", f"{wire}, filtered", "certificate") for wire in ("w1", "w2")
+    ),
+}
 
 
 def run(
@@ -24,14 +32,16 @@ def run(
     temperature: float = 22.0,
     specimen: str = "A",
     mean_kN: float = 250.0,
+    facts: dict[str, object] | None = None,
 ) -> RunEvaluation:
     ellipse = Ellipse(mean_mm=prestress, amplitude_mm=amplitude, storage=storage, mean_kN=mean_kN)
     columns = ellipse.columns(frequency, 200.0 * frequency, 3.5)
     at = np.linspace(0.0, columns[0][-1], 20)
     sensor = Temperature("temperature_1", at, np.full(20, temperature))
     record = make_record(*columns, temperatures=[sensor])
-    facts = RunFacts(name, "harmonic", specimen={"id": specimen}, **STATED)  # type: ignore[arg-type]
-    return evaluate_run(record, facts, Options(draws=100))
+    known = {**STATED, **CERTIFIED} if facts is None else facts
+    whole = RunFacts(name, "harmonic", specimen={"id": specimen}, **known)  # type: ignore[arg-type]
+    return evaluate_run(record, whole, Options(draws=100))
 
 
 SWEEP = [run(f"r{f}", f, storage=4.0 + 0.3 * f) for f in (0.1, 0.5, 1.0, 2.0)]
@@ -56,8 +66,8 @@ def test_order_of_the_runs_does_not_matter() -> None:
 
 
 def test_band_against_textbook() -> None:
-    """Least squares of four points: band of the line from Student's t with two degrees of freedom."""
-    runs = [run(f"r{f}", f, storage=k) for f, k in ((0.5, 4.0), (1.0, 4.3), (1.5, 4.2), (2.0, 4.6))]
+    """Least squares of four points that state no uncertainty: Student's t with two degrees of freedom."""
+    runs = [run(f"r{f}", f, storage=k, facts={}) for f, k in ((0.5, 4.0), (1.0, 4.3), (1.5, 4.2), (2.0, 4.6))]
     trend = find_trends(runs)[1]
     f, y = np.array(trend.frequency_Hz), np.array(trend.values)
     slope, intercept = np.polyfit(f, y, 1)
@@ -66,6 +76,9 @@ def test_band_against_textbook() -> None:
     s = np.sqrt(np.sum((y - slope * f - intercept) ** 2) / 2.0)
     spread = np.sum((f - f.mean()) ** 2)
     assert trend.slope_u_per_Hz == pytest.approx(s / np.sqrt(spread))
+    assert trend.slope_half_width_95_per_Hz == pytest.approx(4.302653 * trend.slope_u_per_Hz, rel=1e-5)
+    assert trend.shared is None
+    assert any("share do not show" in w for w in trend.warnings)
     expected = 4.302653 * s * np.sqrt(0.25 + (f - f.mean()) ** 2 / spread)
     np.testing.assert_allclose(np.array(trend.band, dtype=float), expected, rtol=1e-5)
 
@@ -81,7 +94,10 @@ def test_groups() -> None:
     constant = [t for t in trends if t.amplitude_mm is not None]
     assert [t.runs for t in constant] == [("r0.1", "r0.5")] * 2
     assert all("two points only" in t.warnings[0] for t in constant)
-    assert all(t.band == (None, None) for t in constant)
+    assert all(width is not None and width > 0.0 for t in constant for width in t.band)
+    assert all(t.scatter_u is None for t in constant)
+    unknown = find_trends([run(f"r{f}", f, facts={}) for f in (0.5, 1.0)])
+    assert all((t.band, t.slope_u_per_Hz) == ((None, None), None) for t in unknown)
 
 
 def test_varying_amplitude_is_confounded() -> None:

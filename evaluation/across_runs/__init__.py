@@ -1,0 +1,23 @@
+"""What runs say together: errors that they share, and figures made of several runs."""
+
+from evaluation.across_runs.combine import Figure, Figures, Spread, coverage_factor_95
+from evaluation.across_runs.identity import ChannelIdentity, Occasion, identity_of
+from evaluation.across_runs.line import Line, fit_line
+from evaluation.across_runs.shared import Chain, SharedErrors, Source, shared_errors, shared_of
+
+__all__ = [
+    "Chain",
+    "ChannelIdentity",
+    "Figure",
+    "Figures",
+    "Line",
+    "Occasion",
+    "SharedErrors",
+    "Source",
+    "Spread",
+    "coverage_factor_95",
+    "fit_line",
+    "identity_of",
+    "shared_errors",
+    "shared_of",
+]

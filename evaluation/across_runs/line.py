@@ -1,0 +1,127 @@
+"""A straight line through figures of several runs, by generalised least squares.
+
+The covariance of the figures is that of their shared errors and of what each run has of its own. Runs that
+scatter about the line by more than that differ by something that nobody stated: a variance common to all is
+added then, as large as makes the scatter what is to be expected (Mandel and Paule, Analytical Chemistry 42
+(1970) 1194), and Student's t accounts for how little a few runs say of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.across_runs.combine import PROBABILITY, Figure, Figures
+from evaluation.record import FloatArray
+
+_HALVINGS = 60
+_LEAST_OWN = 1e-7
+"""Least uncertainty of its own that a figure has, as a share of it: two runs never agree to the last bit."""
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """A figure of the line with its standard uncertainty and the half-width that holds 95 %."""
+
+    value: float
+    u: float
+    half_width_95: float
+
+
+@dataclass(frozen=True)
+class Line:
+    """value = intercept + slope · x.
+
+    Attributes
+    ----------
+    slope, intercept : Uncertain
+    band : tuple of float
+        Half-width that holds 95 % of the line's value at each point.
+    scatter_u : float
+        Standard deviation of the runs about the line beyond their stated uncertainties; 0: they do not.
+    degrees_of_freedom : int
+        Those of the scatter: points less two.
+    """
+
+    slope: Uncertain
+    intercept: Uncertain
+    band: tuple[float, ...]
+    scatter_u: float
+    degrees_of_freedom: int
+
+
+def fit_line(x: Sequence[float], figures: Sequence[Figure]) -> Line:
+    """Fit a straight line.
+
+    Parameters
+    ----------
+    x : sequence of float
+        At least two different values.
+    figures : sequence of Figure
+        One a value of x.
+
+    Raises
+    ------
+    ValueError
+        If all x are the same.
+    """
+    at = np.asarray(x, dtype=np.float64)
+    if np.ptp(at) == 0.0:
+        raise ValueError("a line needs two different places")
+    joint = Figures.of(figures)
+    least = _LEAST_OWN * np.abs(joint.value)
+    joint = Figures(joint.value, joint.contribution, np.hypot(joint.own_u, least), joint.rectangular)
+    centre = float(np.mean(at))  # about which slope and mean are nearly independent
+    columns = np.column_stack((np.ones_like(at), at - centre))
+    free = at.size - 2
+    scatter = _scatter_variance(columns, joint) if free else 0.0
+    student = _student(free) if scatter > 0.0 else 0.0
+    inverse = np.linalg.inv(joint.covariance + scatter * np.eye(at.size))
+    operator = np.linalg.solve(columns.T @ inverse @ columns, columns.T @ inverse)
+    mean, slope = operator
+
+    def figure(weights: FloatArray) -> Uncertain:
+        of_scatter = math.sqrt(scatter * float(weights @ weights))
+        stated = joint.weighted(weights)
+        # Of one or two degrees of freedom the formula of Welch and Satterthwaite promises too much: 86 %.
+        half_width = math.hypot(stated.half_width_95, student * of_scatter)
+        return Uncertain(float(weights @ joint.value), math.hypot(stated.u, of_scatter), half_width)
+
+    return Line(
+        slope=figure(slope),
+        intercept=figure(mean - centre * slope),
+        band=tuple(figure(mean + (place - centre) * slope).half_width_95 for place in at.tolist()),
+        scatter_u=math.sqrt(scatter),
+        degrees_of_freedom=free,
+    )
+
+
+def _scatter_variance(columns: FloatArray, joint: Figures) -> float:
+    """Return the variance s² with which the residuals' χ² is what is expected, n - 2; 0 where it is less.
+
+    In an orthonormal basis of what no line can explain, s² adds to each eigenvalue of the covariance.
+    """
+    free = columns.shape[0] - columns.shape[1]
+    basis = np.linalg.qr(columns, mode="complete")[0][:, columns.shape[1] :]
+    values, vectors = np.linalg.eigh(basis.T @ joint.covariance @ basis)
+    squares = (vectors.T @ basis.T @ joint.value) ** 2
+
+    def chi2(variance: float) -> float:
+        return float(np.sum(squares / (values + variance)))
+
+    if chi2(0.0) <= free:
+        return 0.0
+    low, high = 0.0, float(np.sum(squares))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if chi2(middle) > free else (low, middle)
+    return 0.5 * (low + high)
+
+
+def _student(degrees_of_freedom: int) -> float:
+    from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
+    return float(stdtrit(degrees_of_freedom, 0.5 * (1.0 + PROBABILITY)))
