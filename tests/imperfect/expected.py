@@ -60,13 +60,8 @@ def conditions(scene: Scene, cycle: TrueCycle, zero_mm: float) -> dict[str, Cond
     """Return the conditions that govern a stroke."""
     out: dict[str, Condition] = {}
     low, high = cycle.temperature_C
-    readings = valid_readings(scene)
-    inside = (readings >= cycle.start_s - COVER_S) & (readings <= cycle.end_s + COVER_S)
-    edges = np.concatenate(
-        [[cycle.start_s], np.sort(readings[inside].clip(cycle.start_s, cycle.end_s)), [cycle.end_s]]
-    )
-    widest = _widest(readings, cycle.start_s, cycle.end_s) if len(edges) > 2 else np.inf
-    shown = "no" if widest > COVER_S * 1.15 else "yes" if widest < COVER_S * 0.85 else "perhaps"
+    widest = _widest(valid_readings(scene), cycle.start_s, cycle.end_s)
+    shown = "no" if widest > COVER_S + 0.3 else "yes" if widest < COVER_S - 0.3 else "perhaps"
     states = {_against(high, TEMPERATURE_C[1], SENSOR_C), _against(-low, -TEMPERATURE_C[0], SENSOR_C)}
     out["temperature-range"] = Condition(
         "broken" if "broken" in states else "near" if "near" in states else "ok", shown
@@ -117,12 +112,16 @@ def valid_readings(scene: Scene) -> np.ndarray:
 
 
 def _widest(readings: np.ndarray, start: float, end: float) -> float:
-    """Return the widest hole that touches the cycle; from its ends to the nearest reading on either side."""
+    """Return the widest hole in the readings of a cycle.
+
+    "None farther than 15 s from the next, start and end included" is read as holes between start, readings
+    and end, or between readings, the last before the start and the first after the end among them: the
+    smaller one counts.
+    """
     before, after = readings[readings <= start], readings[readings >= end]
     inner = readings[(readings > start) & (readings < end)]
-    marks = np.concatenate([before[-1:], inner, after[:1]])
-    holes = list(np.diff(marks))
-    nearest = readings[np.argmin(np.abs(readings - start))], readings[np.argmin(np.abs(readings - end))]
-    # a record may begin with the cycle: its first reading then counts for its start
-    holes += [abs(nearest[0] - start), abs(nearest[1] - end)]
-    return float(max(holes))
+    within = np.diff([start, *inner, end])
+    across = np.diff([before[-1] if len(before) else start, *inner, after[0] if len(after) else end])
+    if not len(readings):
+        return np.inf
+    return float(min(within.max(), across.max()))

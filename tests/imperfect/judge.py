@@ -8,7 +8,6 @@ is *needless*.
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass, field
 from typing import Any
@@ -41,6 +40,7 @@ ALARMS = {
     "sensor": r"power-on|disconnect",
     "lost": r"\blost\b|\bgaps?\b",
 }
+STANDING = re.compile(r"no (expanded|conformance|comparison|mean|highest|uncertainty)")
 Finding = tuple[str, str, str]  # category, what, detail
 
 
@@ -69,15 +69,7 @@ def judge(scene: Scene, document: dict[str, Any], said_at_import: list[str]) -> 
         j.say("crash", "no run in the document", str(document.get("failures"))[:300])
         return j
     run = document["runs"][0]
-    text = (
-        " ".join(said_at_import)
-        + " "
-        + json.dumps(
-            {key: run.get(key) for key in ("warnings", "plausibility", "steps", "contact", "first_contact")},
-            default=str,
-        )
-        + " ".join(str(r.get("why")) for r in run["requirements"])
-    )
+    text = said(run, said_at_import)
     disturbed = bool(scene.applied) and not all(a.harmless for a in scene.applied)
     free = any(a.figures == "free" for a in scene.applied)
     silent = _named(j, scene, text, disturbed=disturbed)
@@ -88,6 +80,23 @@ def judge(scene: Scene, document: dict[str, Any], said_at_import: list[str]) -> 
         if scene.motion.kind == "static":
             _requirements(j, scene, run, disturbed=disturbed)
     return j
+
+
+def said(run: dict[str, Any], at_import: list[str]) -> str:
+    """Return what import and evaluation say of this record, without what they say of every record."""
+    sentences = list(at_import) + [str(w) for w in run["warnings"]]
+    for key in ("plausibility", "contact", "first_contact"):
+        sentences += _texts(run.get(key))
+    sentences += [str(r["why"]) for r in run["requirements"] if r["verdict"] == "inconclusive"]
+    return "\n".join(s for s in sentences if not STANDING.match(s))
+
+
+def _texts(value: Any) -> list[str]:
+    if isinstance(value, str):
+        return [value]
+    if isinstance(value, dict):
+        return [f"{k}: {t}" for k, v in value.items() for t in _texts(v)]
+    return [t for v in value for t in _texts(v)] if isinstance(value, list) else []
 
 
 def _named(j: Judgement, scene: Scene, text: str, *, disturbed: bool) -> list[str]:
@@ -244,6 +253,7 @@ def _requirements(j: Judgement, scene: Scene, run: dict[str, Any], *, disturbed:
     by_number = {c.number: c for c in scene.cycles}
     zero_mm = sum(float(a.size.split()[0]) for a in scene.applied if a.name == "zero-off")
     whole_run = of_the_run(scene)
+    within = all(a.figures == "within" for a in scene.applied)
     for row in run["requirements"]:
         name, verdict, number = row["id"], row["verdict"], row["cycle"]
         label = f"{name} of stroke {number}" if number is not None else name
@@ -264,7 +274,7 @@ def _requirements(j: Judgement, scene: Scene, run: dict[str, Any], *, disturbed:
             continue
         cycle = by_number[number]
         governing = {**whole_run, **conditions(scene, cycle, zero_mm)}
-        _requirement(j, row, cycle, governing, label, detail, disturbed=disturbed)
+        _requirement(j, row, cycle, governing, label, detail, disturbed=disturbed, within=within)
 
 
 def _names(cycle: TrueCycle, scene: Scene, zero_mm: float) -> set[str]:
@@ -280,9 +290,20 @@ def _requirement(  # noqa: PLR0912
     detail: str,
     *,
     disturbed: bool,
+    within: bool,
 ) -> None:
     name, verdict = row["id"], row["verdict"]
     true = cycle.readings[name]
+    if within and None not in (true, row["measured"], row["expanded_uncertainty"]):
+        off, u = row["measured"] - true, row["expanded_uncertainty"]
+        if cycle.number == 1 + j.number % 3:
+            j.ratios.append((f"requirement {name}", off / u))
+        if abs(off) > 2.0 * u:
+            j.say(
+                "gross",
+                f"requirement {name}",
+                f"stroke {cycle.number}: {row['measured']:.6g} ± {u:.2g}, true {true:.6g}",
+            )
     others = {k: c for k, c in governing.items() if k != "full-stroke"}
     broken = [k for k, c in others.items() if c.state == "broken"]
     maybe = [k for k, c in others.items() if c.state == "near"]
