@@ -24,6 +24,7 @@ from evaluation.requirements.limit_set import shipped_limit_set
 from tests.evaluation.signals import StaticTest
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_content import FILLED
+from tests.evaluation_report.test_validated import validation_record
 
 PAGE = Path(__file__).parents[2] / "docs" / "report-checklist.md"
 COMPLETE = FILLED.model_copy(
@@ -70,7 +71,9 @@ def complete(source: Source) -> Source:
             evaluated["limit_set"] = limits.identity()
             evaluated["budget"] = budget_entry(StaticTest().evaluate(draws=200).budget)
         runs.append(dataclasses.replace(run, evaluated=evaluated))
-    return dataclasses.replace(source, fields=COMPLETE, runs=tuple(runs), limit_sets=(limits,))
+    return dataclasses.replace(
+        source, fields=COMPLETE, runs=tuple(runs), limit_sets=(limits,), validation=validation_record()
+    )
 
 
 @dataclass(frozen=True)

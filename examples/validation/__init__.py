@@ -1,0 +1,1 @@
+"""Other programs on the standard data sets of ``bufferstand validate`` (docs/validation.md)."""
