@@ -11,6 +11,8 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from evaluation.across_runs.identity import Occasion, identity_of
+from evaluation.channels.joined import are_apart, joined
+from evaluation.channels.rows import is_stamped
 from evaluation.choices import ForceCell
 from evaluation.long_runs import Bounds, long_record, on_time, same_instants, thinned
 from evaluation.record import FloatArray, Record, Temperature, make_record
@@ -127,10 +129,22 @@ def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tup
     if wires and run.stream_of(wires[0]).rows > bounds.whole_rows:
         record, problems = long_record(run, wires, bounds)
         return replace(record, temperatures=temperatures), problems
+    if are_apart(run, wires):
+        together = joined(run, wires)
+        record = make_record(
+            together.time_s,
+            together.stroke_mm,
+            together.force_kN,
+            wire_difference_mm=together.wire_difference_mm,
+            speed_mm_per_s=together.speed_mm_per_s,
+            temperatures=temperatures,
+        )
+        return record, together.problems
     stroke = run.series("stroke" if len(wires) > 1 else wires[0] if wires else "stroke")
     time_s = stroke.time_s
     stream = run.stream_of("stroke")
-    breaks = [row + 1 for row, _ in run.gaps(stream.name)]
+    gaps = [] if is_stamped(run.metadata, stream.name) else run.gaps(stream.name)
+    breaks = [row + 1 for row, _ in gaps]
     force_kN = _on_time(run, "force", time_s, breaks)
     speed = _on_time(run, "speed", time_s, breaks) if run.has("speed") else None
     record = make_record(
@@ -140,7 +154,7 @@ def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tup
         wire_difference_mm=_wire_difference_mm(run, time_s, breaks) if len(wires) > 1 else None,
         speed_mm_per_s=None if speed is None else to_inside(speed, "speed", run.series("speed").unit),
         temperatures=temperatures,
-        lost_before=[(row + 1, lost) for row, lost in run.gaps(stream.name)],
+        lost_before=[(row + 1, lost) for row, lost in gaps],
     )
     return record, ()
 

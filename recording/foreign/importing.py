@@ -25,7 +25,7 @@ from recording.foreign.columns import Column, map_columns
 from recording.foreign.mapping import mapping_facts
 from recording.foreign.opening import open_record
 from recording.foreign.record import ForeignRecord
-from recording.foreign.timebases import TimeBase, time_bases, value_findings
+from recording.foreign.timebases import TimeBase, rate_findings, time_bases, value_findings
 from recording.foreign.wanted import ImportOptions, Wanted, wanted_of
 from recording.metadata import FORMAT, FORMAT_VERSION, KINDS
 from recording.runfile import read_metadata, write_run
@@ -70,8 +70,9 @@ def import_file(path: Path, out: Path, options: ImportOptions | None = None) -> 
     for base in bases:
         findings += [f"{base.name}: {text}" if several else text for text in base.stamps.findings]
         findings += value_findings(base, record.row_word)
+    findings += rate_findings(bases)
     document["original"] |= {
-        "rows": len(bases[0].numbers.row),
+        "rows": max(len(base.numbers.row) for base in bases),
         "specimen_file": specimen_from,
         "findings": findings + _kind_findings(document["run"]),
     }

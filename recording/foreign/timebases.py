@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from foundation.errors import BadInput
 from recording.content import StreamContent
 from recording.foreign.columns import DATE_TIME, Column, quoted
+from recording.foreign.instants import has_own_instants
 from recording.foreign.record import Clock, Floats, ForeignRecord, Numbers
 from recording.foreign.stamps import Stamps, examine
 from recording.foreign.wanted import Wanted
 
 STREAM = "record"
-"""The stream of stroke and force; further time bases are ``record_2`` …"""
+"""The stream of the stroke; further time bases are ``record_2`` …"""
 _MOSTLY = 3.0
 
 
@@ -27,7 +28,7 @@ class TimeBase:
     Parameters
     ----------
     name : str
-        Of its stream in the run file.
+        Of its stream in the run file; empty while that is not settled.
     time_s : NDArray[float64]
         Time stamps [s], NaN where there is none; shape (n,).
     time_from : str
@@ -54,12 +55,12 @@ class TimeBase:
 
 
 def time_bases(record: ForeignRecord, columns: Sequence[Column], wanted: Wanted) -> list[TimeBase]:
-    """Return the channels by their time bases, that of stroke and force first.
+    """Return the channels by their time bases, that of the stroke first, that of the force next.
 
     Raises
     ------
     BadInput
-        If a channel cannot be read, stroke and force are not on one base, or have no time, or two.
+        If a channel cannot be read, stroke and force have no time in common, or one has none, or two.
     """
     time = next((column for column in columns if column.name == "time"), None)
     clock = None
@@ -68,29 +69,100 @@ def time_bases(record: ForeignRecord, columns: Sequence[Column], wanted: Wanted)
     _check_rate(wanted.sample_rate_Hz, time, record)
     numbers = record.read([column.position for column in columns], clock)
     by_name = {column.name: column.position for column in columns}
-    main = _common_base(numbers, by_name, record)
+    main = next(item for item in numbers if by_name["stroke_1"] in item.columns)
     if time is not None:
         numbers, main = _with_time(numbers, main, time, record)
-    bases = [_base(STREAM, main, columns, time, wanted, record)]
-    for item in numbers:
-        if item is not main and (set(item.columns) - {time.position if time else None}):
-            name = f"{STREAM}_{len(bases) + 1}"
-            bases.append(_base(name, item, columns, time, wanted, record))
-    return bases
+    of_channels = [item for item in numbers if set(item.columns) - {time.position if time else None}]
+    bases = [_base(item, columns, time, wanted, record) for item in of_channels]
+    _check_common_clock(bases, by_name, record)
+    parts = [part for base in bases for part in by_instants(base, record.row_word)]
+    parts.sort(key=_order)
+    names = [STREAM, *(f"{STREAM}_{number}" for number in range(2, len(parts) + 1))]
+    return [replace(part, name=name) for part, name in zip(parts, names, strict=True)]
 
 
-def _common_base(numbers: Sequence[Numbers], by_name: Mapping[str, int], record: ForeignRecord) -> Numbers:
-    """Return the base that holds force and all strokes."""
-    of_force = next(item for item in numbers if by_name["force"] in item.columns)
-    for name in ("stroke_1", "stroke_2"):
-        if name in by_name and by_name[name] not in of_force.columns:
-            raise BadInput(
-                f"{name} and force were not sampled at the same instants",
-                file=record.path,
-                place=f"{record.where(by_name[name])} and {record.where(by_name['force'])}",
-                remedy="export them on one time base from the program that recorded them",
-            )
-    return of_force
+def _order(base: TimeBase) -> tuple[bool, bool]:
+    names = {column.name for column in base.columns}
+    return "stroke_1" not in names, "force" not in names
+
+
+def _check_common_clock(bases: Sequence[TimeBase], by_name: Mapping[str, int], record: ForeignRecord) -> None:
+    """Refuse stroke and force that are stamped by different clocks, or counted each by itself."""
+    of_stroke = _base_of(bases, "stroke_1")
+    for name in ("force", "stroke_2"):
+        if name not in by_name:
+            continue
+        own = _base_of(bases, name)
+        if own is of_stroke or (own.time_from == of_stroke.time_from and own.numbers.time_s is not None):
+            continue
+        raise BadInput(
+            f"stroke_1 and {name} have no clock in common "
+            f"(time from {of_stroke.time_from}, and from {own.time_from})",
+            file=record.path,
+            place=f"{record.where(by_name['stroke_1'])} and {record.where(by_name[name])}",
+            remedy="export them with the time of each, or on one time base",
+        )
+
+
+def _base_of(bases: Sequence[TimeBase], channel: str) -> TimeBase:
+    return next(base for base in bases if any(column.name == channel for column in base.columns))
+
+
+def by_instants(base: TimeBase, word: str) -> list[TimeBase]:
+    """Return a time base apart by the rows in which its channels were read, where these differ.
+
+    A channel that is read in some of the rows only (:func:`recording.foreign.instants.has_own_instants`)
+    keeps these rows and their stamps; the others stay with all rows.
+
+    Parameters
+    ----------
+    base : TimeBase
+    word : str
+        What a row is called in messages.
+    """
+    groups: list[tuple[NDArray[np.bool_] | None, list[Column]]] = [(None, [])]
+    for column in base.columns:
+        filled = ~np.isnan(base.numbers.columns[column.position])
+        if filled.all() or not has_own_instants(base.time_s, filled):
+            groups[0][1].append(column)
+            continue
+        for rows, members in groups[1:]:
+            if rows is not None and np.array_equal(rows, filled):
+                members.append(column)
+                break
+        else:
+            groups.append((filled, [column]))
+    return [
+        replace(base, columns=members) if rows is None else _of_rows(base, rows, members, word)
+        for rows, members in groups
+        if members
+    ]
+
+
+def _of_rows(base: TimeBase, filled: NDArray[np.bool_], members: Sequence[Column], word: str) -> TimeBase:
+    """Return some channels of a base in the rows in which they were read."""
+    rows = np.flatnonzero(filled)
+    numbers = replace(
+        base.numbers,
+        columns={c.position: base.numbers.columns[c.position][rows] for c in members},
+        row=base.numbers.row[rows],
+        time_s=None if base.numbers.time_s is None else base.numbers.time_s[rows],
+        breaks=sorted({int(at) for at in np.searchsorted(rows, base.numbers.breaks)} - {0, rows.size}),
+    )
+    time_s = base.time_s[rows]
+    # Counted on at a sample rate, the time hides what interruptions there were.
+    stamps = examine(time_s, numbers.row, word, numbers.breaks, list(numbers.columns.values()))
+    names = " and ".join(column.name for column in members)
+    rate = "" if stamps.rate_Hz is None else f", {stamps.rate_Hz:.4g} Hz"
+    read = f"{names}: read in {rows.size} of {filled.size} {word}s{rate}"
+    said = f"{read}; the blanks between are no missing readings"
+    return replace(
+        base,
+        time_s=time_s,
+        numbers=numbers,
+        columns=members,
+        stamps=replace(stamps, findings=(said, *stamps.findings)),
+    )
 
 
 def _with_time(
@@ -124,7 +196,6 @@ def _with_time(
 
 
 def _base(
-    name: str,
     numbers: Numbers,
     columns: Sequence[Column],
     time: Column | None,
@@ -136,8 +207,8 @@ def _base(
     if in_base and time is not None:
         numbers = _one_block(numbers, time, wanted.reading.block, record)
         time_s = _stamps_s(numbers.columns[time.position], time)
-        stamps = examine(time_s, numbers.row, record.row_word)
-        return TimeBase(name, time_s, "column", stamps, numbers, members)
+        stamps = examine(time_s, numbers.row, record.row_word, values=_values(numbers, members))
+        return TimeBase("", time_s, "column", stamps, numbers, members)
     numbers = _one_block(numbers, None, wanted.reading.block, record)
     if numbers.time_s is not None:
         if wanted.sample_rate_Hz is not None:
@@ -147,15 +218,21 @@ def _base(
                 place=record.where(members[0].position),
                 remedy="leave out the sample rate",
             )
-        stamps = examine(numbers.time_s, numbers.row, record.row_word, numbers.breaks)
-        return TimeBase(name, numbers.time_s, numbers.time_from, stamps, numbers, members)
+        stamps = examine(
+            numbers.time_s, numbers.row, record.row_word, numbers.breaks, _values(numbers, members)
+        )
+        return TimeBase("", numbers.time_s, numbers.time_from, stamps, numbers, members)
     if wanted.sample_rate_Hz is None:
         raise _no_time(record, members[0] if record.row_word == "sample" else None)
     rate = wanted.sample_rate_Hz
     time_s = np.arange(len(numbers.row)) / rate
     segments = examine(time_s, numbers.row, record.row_word, numbers.breaks).segments
     findings = _interruptions(numbers, record.row_word)
-    return TimeBase(name, time_s, "sample rate", Stamps(rate, segments, findings), numbers, members)
+    return TimeBase("", time_s, "sample rate", Stamps(rate, segments, findings), numbers, members)
+
+
+def _values(numbers: Numbers, members: Sequence[Column]) -> list[Floats]:
+    return [numbers.columns[column.position] for column in members]
 
 
 def _stamps_s(numbers: Floats, time: Column) -> Floats:
@@ -229,6 +306,18 @@ def _no_time(record: ForeignRecord, channel: Column | None) -> BadInput:
         remedy="say --sample-rate HZ, or which it is by --column time=HEADER; the headers are "
         f"{quoted(record.headers)}",
     )
+
+
+def rate_findings(bases: Sequence[TimeBase]) -> list[str]:
+    """Return at which rates stroke and force were read, where each was read at instants of its own."""
+    said = [
+        f"{column.name} at {base.stamps.rate_Hz:.4g} Hz"
+        for base in bases
+        for column in base.columns
+        if column.quantity in ("stroke", "force") and base.stamps.rate_Hz is not None
+    ]
+    streams = {base.name for base in bases for c in base.columns if c.quantity in ("stroke", "force")}
+    return [f"each at its own instants: {', '.join(said)}"] if len(streams) > 1 else []
 
 
 def value_findings(base: TimeBase, word: str) -> list[str]:

@@ -176,12 +176,33 @@ def test_tdms_channels_that_cannot_be_used(tmp_path: Path) -> None:
     assert "group “G”, channel “force”: its samples are no numbers" in refused(tdms(tmp_path, texts))
     spectrum = [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN | {"wf_xunit_string": "Hz"})]
     assert "it runs over “Hz”, not over time" in refused(tdms(tmp_path, spectrum))
-    rates = [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN | {"wf_increment": 0.02})]
-    assert "stroke_1 and force were not sampled at the same instants" in refused(tdms(tmp_path, rates))
     unit = [channel("stroke", RAMP, WAVE), channel("force", RAMP, {"wf_increment": 0.01})]
     assert "group “G”, channel “force”: this column has no unit" in refused(tdms(tmp_path, unit))
     rated = tdms(tmp_path, [channel("stroke", RAMP, WAVE), channel("force", RAMP, KN)])
     assert "the record has its own time (waveform" in refused(rated, sample_rate_hz=10.0)
+
+
+def test_tdms_channels_of_different_rates_keep_their_own_instants(tmp_path: Path) -> None:
+    rates = [channel("force", RAMP, KN | {"wf_increment": 0.02}), channel("stroke", RAMP, WAVE)]
+    run, warnings = read(tdms(tmp_path, rates))
+    assert {name: list(stream.channels) for name, stream in run.streams.items()} == {
+        "record": ["stroke_1"],
+        "record_2": ["force"],
+    }
+    assert run.series("stroke").time_s.tolist() == (0.01 * np.arange(50)).tolist()
+    assert run.series("force").time_s.tolist() == (0.02 * np.arange(50)).tolist()
+    assert warnings == ("each at its own instants: stroke_1 at 100 Hz, force at 50 Hz",)
+
+
+def test_tdms_stroke_and_force_by_different_clocks_are_refused(tmp_path: Path) -> None:
+    """One group has a channel of times, the other a waveform: where one's time is 0, nothing says."""
+    segment = [
+        channel("stroke", RAMP, {"unit_string": "mm"}),
+        channel("time", RAMP, {"unit_string": "s"}),
+        channel("force", RAMP, KN | {"wf_increment": 0.02}, group="H"),
+    ]
+    message = refused(tdms(tmp_path, segment))
+    assert "no clock in common (time from column, and from waveform (wf_increment))" in message
 
 
 @pytest.mark.parametrize("share", [pytest.param(0.1, marks=pytest.mark.long), 0.8])
@@ -278,9 +299,10 @@ def test_mdf_signals_each_in_a_group_of_its_own(tmp_path: Path) -> None:
     shifted = [[signal("stroke", RAMP, "mm")], [signal("force", RAMP, "kN", 0.02)]]
     other = tmp_path / "other"
     other.mkdir()
-    message = refused(mdf(other / "record.mf4", *shifted))
-    assert "stroke_1 and force were not sampled at the same instants" in message
-    assert "group “Python (1)”, channel “stroke” and group “Python (2)”, channel “force”" in message
+    run, warnings = read(mdf(other / "record.mf4", *shifted))
+    assert [list(stream.channels) for stream in run.streams.values()] == [["stroke_1"], ["force"]]
+    assert run.series("force").time_s.tolist() == (0.02 * np.arange(50)).tolist()
+    assert warnings == ("each at its own instants: stroke_1 at 100 Hz, force at 50 Hz",)
 
 
 def master_in(unit: str, path: Path, step: float) -> Path:

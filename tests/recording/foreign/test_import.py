@@ -284,7 +284,7 @@ def test_an_empty_column_is_said(tmp_path: Path) -> None:
 
 def test_gaps_repeated_and_backward_stamps_are_kept(tmp_path: Path) -> None:
     times = [0, 1, 2, 3, 6, 7, 8, 8, 9, 8.5, 10, 11, 12]
-    run, warnings = warned(simple(tmp_path, *(f"{time},1,2" for time in times)))
+    run, warnings = warned(simple(tmp_path, *(f"{time},{row},2" for row, time in enumerate(times))))
     assert run.series("force").time_s.tolist() == times
     assert [row for row, _ in run.gaps("record")] == [3, 6, 8]
     assert run.gaps("record")[0] == (3, 2)

@@ -1,0 +1,131 @@
+"""One channel at the instants of another: by a spline through its readings, and how far that may be off.
+
+Between the readings of a slower channel the truth is not on record. What may lie there is judged by the
+readings themselves: what every second one of them gives differs from what all give by at least as much as
+that differs from the truth. (Halving the step leaves 1/16 of a cubic spline's error on a curve, 1/2 of that
+at a corner.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.splines import moved
+
+FloatArray = NDArray[np.float64]
+
+LONG = 1.5
+"""A step longer than so many of both its neighbours is a hole: nothing is interpolated across it."""
+_LEAST = 4
+_LEAST_HALVED = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Brought:
+    """A channel at other instants.
+
+    Attributes
+    ----------
+    value : array, shape (M,)
+        NaN where its readings do not reach, or have a hole.
+    halved : array, shape (M,)
+        What every second reading gives, less ``value``; 0 where that is NaN.
+    """
+
+    value: FloatArray
+    halved: FloatArray
+
+
+def usable(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the readings that are numbers, at instants that rise strictly."""
+    good = np.isfinite(at_s) & np.isfinite(value)
+    if not good.all():
+        at_s, value = at_s[good], value[good]
+    if at_s.size and not np.all(np.diff(at_s) > 0.0):
+        before = np.maximum.accumulate(np.concatenate(([-np.inf], at_s[:-1])))
+        rising = at_s > before
+        at_s, value = at_s[rising], value[rising]
+    return at_s, value
+
+
+def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:
+    """Return a channel at other instants, by cubic splines over each stretch without a hole.
+
+    Parameters
+    ----------
+    at_s, value : arrays, shape (N,)
+        Readings (:func:`usable`).
+    wanted_s : array, shape (M,)
+
+    Returns
+    -------
+    Brought
+        Beyond its ends, a stretch reaches by no more than 1.5 steps of the faster one of both.
+    """
+    brought = Brought(np.full(wanted_s.size, np.nan), np.zeros(wanted_s.size))
+    if at_s.size < _LEAST or not wanted_s.size:
+        return brought
+    reach_s = LONG * min(usual_step_s(at_s), usual_step_s(wanted_s))
+    edges = [0, *holes(at_s).tolist(), at_s.size]
+    for first, last in pairwise(edges):
+        if last - first < _LEAST:
+            continue
+        own_s, known = at_s[first:last], value[first:last]
+        near = (wanted_s >= own_s[0] - reach_s) & (wanted_s <= own_s[-1] + reach_s)
+        wanted = wanted_s[near]
+        found = moved(own_s, known, wanted)
+        brought.value[near] = found
+        brought.halved[near] = _halved(own_s, known, wanted) - found
+    return brought
+
+
+def holes(at_s: FloatArray) -> NDArray[np.intp]:
+    """Return the readings that follow a step longer than 1.5 times the longer one of its neighbours."""
+    step = np.diff(at_s)
+    beside = np.concatenate(([-np.inf], step, [-np.inf]))
+    return np.flatnonzero(step > LONG * np.maximum(beside[:-2], beside[2:])) + 1
+
+
+def usual_step_s(at_s: FloatArray) -> float:
+    """Return the median step of instants [s]; infinity for a single one."""
+    return float(np.median(np.diff(at_s))) if at_s.size > 1 else float("inf")
+
+
+def too_coarse(slow_s: FloatArray, fast_s: FloatArray, fast: FloatArray, limit: float) -> NDArray[np.bool_]:
+    """Say between which readings of a slow channel more happens than they can show.
+
+    There the faster channel leaves the straight line between its values at both readings by more than a
+    limit. (Of a sine of n readings a cycle, by up to π² / 4 n² of its range.)
+
+    Parameters
+    ----------
+    slow_s : array, shape (N,)
+    fast_s, fast : arrays, shape (M,)
+        Readings (:func:`usable`) of the faster channel.
+    limit : float
+        In its unit.
+
+    Returns
+    -------
+    array of bool, shape (N - 1,)
+    """
+    coarse = np.zeros(max(slow_s.size - 1, 0), dtype=bool)
+    if slow_s.size < 2 or not fast_s.size:
+        return coarse
+    line = np.interp(fast_s, slow_s, np.interp(slow_s, fast_s, fast))
+    within = np.searchsorted(slow_s, fast_s, side="right") - 1
+    far = (np.abs(fast - line) > limit) & (within >= 0) & (within < coarse.size)
+    coarse[within[far]] = True
+    return coarse
+
+
+def _halved(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray:
+    """Return what every second reading gives; where they are few, straight lines between them."""
+    second = np.unique(np.append(np.arange(0, at_s.size, 2), at_s.size - 1))
+    if at_s.size < _LEAST_HALVED:
+        return np.asarray(np.interp(wanted_s, at_s[second], value[second]), dtype=np.float64)
+    return moved(at_s[second], value[second], wanted_s)
