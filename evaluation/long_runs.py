@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.channels.rows import is_stamped
 from evaluation.condense import block_means, block_starts
 from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
 from evaluation.record import Record, check_usable
@@ -72,7 +73,8 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     columns = 3 + (len(wires) > 1) + run.has("speed")
     blocks = _Blocks(size, columns, stream.rows)
     first, low_mm, high_mm = 0, np.inf, -np.inf
-    gaps = np.array(run.gaps(stream.name), dtype=np.int64).reshape(-1, 2)
+    known = [] if is_stamped(run.metadata, stream.name) else run.gaps(stream.name)
+    gaps = np.array(known, dtype=np.int64).reshape(-1, 2)
     for piece in _pieces(run, wires, gaps[:, 0] + 1, bounds.piece_rows):
         last = first + piece.shape[1]
         own = gaps[(gaps[:, 0] + 1 >= first) & (gaps[:, 0] + 1 < last)]

@@ -66,11 +66,10 @@ def are_apart(run: Run, wires: Sequence[str]) -> bool:
         return False
     if len({run.stream_of(name).name for name in names}) > 1:
         return True
-    for name in names:
-        series = run.series(name)
-        if without_blanks(series.time_s, series.value)[0] is not series.time_s:
-            return True
-    return bool(np.any(np.diff(series.time_s) == 0.0))
+    series = [run.series(name) for name in names]
+    if any(without_blanks(each.time_s, each.value)[0] is not each.time_s for each in series):
+        return True
+    return not readings_of(series[0].time_s, [each.value for each in series]).are_all
 
 
 def joined(run: Run, wires: Sequence[str]) -> Joined:
@@ -96,7 +95,8 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         stroke, difference = 0.5 * (base.value + two), base.value - two
     force, problems = _force_at(run, readings["force"], _Readings(base.time_s, stroke))
     speed = _at(readings["speed"], base.time_s) if "speed" in readings else None
-    common = _common(base.time_s, force)
+    apart = not same_instants(readings["force"].time_s, base.time_s)
+    common = _common(base.time_s, force) if apart else slice(0, base.time_s.size)
     begin, end = float(base.time_s[common.start]), float(base.time_s[common.stop - 1])
     left_s = max(begin - float(base.time_s[0]), float(base.time_s[-1]) - end)
     if left_s > _STEPS_LEFT * max(usual_step_s(base.time_s), usual_step_s(readings["force"].time_s)):

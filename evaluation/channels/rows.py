@@ -39,6 +39,11 @@ class Rows:
     kept: NDArray[np.bool_] | None = None
     later_s: FloatArray | None = None
 
+    @property
+    def are_all(self) -> bool:
+        """Whether each row is one reading, taken when it is stamped."""
+        return self.kept is None and self.later_s is None
+
     def time_s(self, stamps_s: FloatArray) -> FloatArray:
         """Return when the readings were taken, shape (kept,)."""
         own = self.of(stamps_s)
