@@ -186,6 +186,7 @@ def _requirement(row: RequirementResult) -> dict[str, Any]:
         "standard": row.standard,
         "edition": row.edition,
         "clause": row.clause,
+        "source": row.source,
         "id": row.id,
         "cycle": row.cycle,
         "condition": row.condition,

@@ -87,11 +87,28 @@ def temperature_warnings(
     return warnings
 
 
+def _references(rows: Sequence[RequirementResult]) -> list[str]:
+    """Say of which standard no edition or clause is on record."""
+    warnings = []
+    for standard in dict.fromkeys(row.standard for row in rows):
+        own = [row for row in rows if row.standard == standard]
+        without = list(dict.fromkeys(row.id for row in own if row.clause is None))
+        every = len(without) == len({row.id for row in own})
+        missing = ["edition"] * any(row.edition is None for row in own)
+        missing += ["clause" if every else f"clause for {', '.join(without)}"] * bool(without)
+        if missing:
+            warnings.append(
+                f"no {' and no '.join(missing)} of {standard} on record: the limit set has its numbers from "
+                "another source (source of each requirement); a statement of conformity by it is a draft"
+            )
+    return warnings
+
+
 def _requirements(rows: Sequence[RequirementResult]) -> list[str]:
     def names(chosen: Sequence[RequirementResult]) -> str:
         return ", ".join(dict.fromkeys(row.id for row in chosen))
 
-    warnings = []
+    warnings = _references(rows)
     if unmeasured := [row for row in rows if row.measured is None]:
         warnings.append(f"no measured value of {names(unmeasured)}: the requirement says why")
     measured = [row for row in rows if row.measured is not None]

@@ -177,7 +177,7 @@ class RequirementResult:
     """One requirement or condition judged (contracts § 4). ``cycle`` is None where it concerns the run."""
 
     standard: str
-    edition: str
+    edition: str | None
     id: str
     cycle: int | None
     requirement: str
@@ -191,7 +191,10 @@ class RequirementResult:
     why: str
     condition: bool = False
     """True for a condition of the test, False for a requirement on the specimen."""
-    clause: str = ""
+    clause: str | None = None
+    """Of the standard's own text; None where the text was not at hand."""
+    source: str = ""
+    """Where limits and wording were taken from."""
     stroke_mm: float | None = None
     """Where a force window stands, by the limit set [mm]; 0: the preload. None for all other rows."""
 

@@ -31,6 +31,7 @@ from evaluation.report.identification import (
 )
 from evaluation.report.modelled import model_section
 from evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
+from evaluation.report.references import missing_references
 from evaluation.report.source import Source, runs_text
 from evaluation.report.tables import cycles_section, runs_section
 from evaluation.report.validated import software_section
@@ -84,7 +85,10 @@ def build_content(source: Source) -> Content:
         title="Test report: static and dynamic characteristics",
         subtitle=_subtitle(source),
         notices=(*reevaluation_notice(changes), *notices_of(source)),
-        missing=missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
+        missing=(
+            *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
+            *missing_references(source),
+        ),
         head=head(source, software),
         sections=tuple(section for section in sections if section is not None),
         ended=max(ends).isoformat() if ends else "",

@@ -32,6 +32,7 @@ from evaluation.report.identification import (
     overdue,
 )
 from evaluation.report.numbers import fixed
+from evaluation.report.references import missing_references
 from evaluation.report.sides import Sides, conditions_of
 from evaluation.report.tables import runs_section
 
@@ -82,7 +83,10 @@ def build_comparison(sides: Sides) -> Content:
         title="Test report: comparison of specimens",
         subtitle=" · ".join(f"{side.letter}: {side.name}" for side in sides.sides),
         notices=notices_of(whole),
-        missing=missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
+        missing=(
+            *missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
+            *missing_references(whole),
+        ),
         head=head(whole, software),
         sections=tuple(section for section in sections if section is not None),
         ended=max(ends).isoformat() if ends else "",

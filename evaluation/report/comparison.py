@@ -12,6 +12,7 @@ from evaluation.figures.loops import Loop
 from evaluation.report.conformity import conformity_section
 from evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
 from evaluation.report.numbers import fixed, measured_cell, significant, usable
+from evaluation.report.references import draft_texts
 from evaluation.report.samples import at_strokes, loop_of
 from evaluation.report.sides import Condition, Sides, alone
 from evaluation.report.source import ReportRun, runs_text
@@ -338,6 +339,7 @@ def _conformities(sides: Sides) -> list[Section]:
             for block in (section.blocks if section is not None else ())
             if isinstance(block, Table)
         ]
+    drafts = draft_texts(r for side in sides.sides for run in side.source.runs for r in run.requirements)
     verdicts = [
         (side, run) for side in sides.sides for run in side.source.runs if run.evaluated.get("verdict")
     ]
@@ -357,4 +359,10 @@ def _conformities(sides: Sides) -> list[Section]:
             for side, run in verdicts
         ),
     )
-    return [Section("conformity", "Statement of conformity by clause", (table, *blocks))]
+    return [
+        Section(
+            "conformity",
+            "Statement of conformity by clause",
+            (*([Texts(drafts)] if drafts else ()), table, *blocks),
+        )
+    ]

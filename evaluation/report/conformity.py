@@ -8,6 +8,7 @@ from typing import Any
 
 from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone
 from evaluation.report.numbers import limits_text, significant, usable
+from evaluation.report.references import draft_texts, is_draft, reference_text
 from evaluation.report.source import ReportRun, Source, runs_text
 from evaluation.report.verdicts import grouped_points, is_condition, name_of, worst
 from evaluation.requirements.limit_set import LimitSet
@@ -53,11 +54,12 @@ def conformity_section(source: Source) -> Section | None:
     for run in source.runs:
         for requirement in run.requirements:
             limits = tuple(requirement.get(key) for key in ("lower_limit", "upper_limit"))
-            key = (requirement["standard"], _clause(requirement), requirement["id"], *limits)
+            key = (reference_text(requirement), requirement["id"], *limits)
             stated.setdefault(key, _Stated(requirement)).add(run, requirement)
     if not stated:
         return None
-    blocks: list[Table | Texts] = []
+    drafts = draft_texts(one.requirement for one in stated.values())
+    blocks: list[Table | Texts] = [Texts(drafts)] if drafts else []
     for conditions, words in ((False, "requirements on the specimen"), (True, "conditions of the test")):
         chosen = [one for one in stated.values() if is_condition(one.requirement) is conditions]
         if chosen:
@@ -66,15 +68,11 @@ def conformity_section(source: Source) -> Section | None:
     return Section("conformity", "Statement of conformity by clause", tuple(blocks))
 
 
-def _clause(requirement: Mapping[str, Any]) -> str:
-    return str(requirement.get("clause") or "")
-
-
 def _table(words: str, stated: Sequence[_Stated]) -> Table:
     return Table(
         f"Conformity: {words}",
         (
-            Column("Standard, clause"),
+            Column("Standard, clause or source"),
             Column("Requirement"),
             Column("Permitted"),
             Column("Unit"),
@@ -82,7 +80,7 @@ def _table(words: str, stated: Sequence[_Stated]) -> Table:
             Column("Of runs (cycles)"),
             Column("Statement"),
         ),
-        tuple(_row(one) for one in sorted(stated, key=lambda one: _clause(one.requirement))),
+        tuple(_row(one) for one in sorted(stated, key=lambda one: reference_text(one.requirement))),
     )
 
 
@@ -90,14 +88,15 @@ def _row(one: _Stated) -> tuple[Cell, ...]:
     requirement = one.requirement
     unit = str(requirement.get("unit") or "")
     text, tone = _STATEMENTS[worst(one.verdicts)]
+    draft = ", draft" if is_draft(requirement) else ""
     return (
-        Cell(", ".join(part for part in (str(requirement["standard"]), _clause(requirement)) if part)),
+        Cell(reference_text(requirement)),
         Cell(name_of(requirement)),
         Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
         Cell("–" if unit in {"", "1"} else unit),
         _range(one.values),
         Cell("; ".join(_of(number, cycles) for number, cycles in one.runs.items())),
-        Cell(text, tone),
+        Cell(text + draft, tone),
     )
 
 
@@ -149,8 +148,10 @@ def _parts_without_a_run(source: Source, limits: LimitSet) -> list[str]:
     if limits.covers("static") and "static" not in kinds:
         parts.append(f"Static characteristic of {of}: this report has no static run.")
     if limits.covers("impact") and "impact" not in kinds:
-        clause = f", {limits.impact.clause}" if limits.impact.clause else ""
-        parts.append(f"Impact test of {of}{clause}: this report has no record of an impact.")
+        clause, _ = limits.reference(limits.impact)
+        parts.append(
+            f"Impact test of {of}{f', {clause}' if clause else ''}: this report has no record of an impact."
+        )
     applied = {_proof_load(run) for run in source.runs if run.kind == "proof"}
     absent = [load for load in (limits.proof.load if limits.proof else ()) if load.id not in applied]
     if absent:

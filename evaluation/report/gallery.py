@@ -91,9 +91,9 @@ def _static_pictures(source: Source) -> list[Unnumbered]:
 
 
 def _source_of_windows(run: ReportRun) -> str:
-    """Return standard and clause that the force windows are from."""
+    """Return standard and clause, or the source, that the force windows are from."""
     sources = dict.fromkeys(
-        ", ".join(str(r[key]) for key in ("standard", "clause") if r.get(key))
+        ", ".join(str(part) for part in (r["standard"], r.get("clause") or r.get("source")) if part)
         for r in run.requirements
         if usable(r.get("stroke_mm")) is not None
     )

@@ -17,6 +17,10 @@ _SHEET = (
     ("Source of the numbers", "source"),
     ("Date", "date"),
 )
+_NOT_ON_RECORD = {
+    "edition": "not on record: the source of the numbers does not say of which edition they are",
+    "clause": "not on record for the whole set; what is known stands beside each requirement",
+}
 _RESULTS = {
     "in-order": Cell("✓ in order", "good"),
     "defect": Cell("✗ defect", "bad"),
@@ -40,7 +44,7 @@ def _key(facts: Mapping[str, Any]) -> str:
 
 def _sheet(limits: Mapping[str, Any], numbers: list[int]) -> Sheet:
     facts = [("Applied to", Cell(runs_text(numbers)))]
-    facts += [(name, _given(limits.get(key))) for name, key in _SHEET]
+    facts += [(name, _given(limits.get(key), _NOT_ON_RECORD.get(key, _NOT_STATED))) for name, key in _SHEET]
     facts.append(("SHA-256", Cell(str(limits["sha256"]), "code") if limits.get("sha256") else _given(None)))
     readings = limits.get("readings") or {}
     if readings:
@@ -51,8 +55,8 @@ def _sheet(limits: Mapping[str, Any], numbers: list[int]) -> Sheet:
     return Sheet(f"Limit set {limits.get('id') or DASH}", tuple(facts))
 
 
-def _given(value: object) -> Cell:
-    return Cell(str(value)) if value else Cell(DASH, "missing", _NOT_STATED)
+def _given(value: object, why: str = _NOT_STATED) -> Cell:
+    return Cell(str(value)) if value else Cell(DASH, "missing", why)
 
 
 def inspection_blocks(source: Source) -> list[Sheet | Table]:

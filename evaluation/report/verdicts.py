@@ -132,7 +132,9 @@ def requirements_section(source: Source) -> Section | None:
         return None
     judged = [requirement for run in source.runs for requirement in run.requirements]
     standards = dict.fromkeys(str(r["standard"]) for r in judged)
-    editions = dict.fromkeys(f"{r['standard']}, edition: {r.get('edition') or 'not stated'}." for r in judged)
+    editions = dict.fromkeys(
+        f"{r['standard']}, edition: {r.get('edition') or 'not on record'}." for r in judged
+    )
     sets = limit_set_sheets(source)
     blocks = (*(sets or (Texts(tuple(editions)),)), *tables, *inspection_blocks(source))
     return Section("requirements", f"Requirements of {', '.join(standards)}", blocks)

@@ -39,9 +39,9 @@ def _speed(case: Case) -> RequirementResult | None:
     if limits.unfilled:
         verdict, why = "inconclusive", f"{why}; {unfilled_why(case)}"
     text = f"impact speed at most {shown(case.limits.impact.speed_max_km_h)} km/h"
-    clause = case.limits.impact.clause
+    cited = case.limits.impact
     return row(
-        case, "impact-speed", None, text, limits, verdict, why, measured=speed, clause=clause, condition=True
+        case, "impact-speed", None, text, limits, verdict, why, measured=speed, cited=cited, condition=True
     )
 
 
@@ -51,7 +51,7 @@ def _energies(case: Case) -> list[RequirementResult]:
         why = "no complete cycle on record"
         least = case.limits.impact.stored_min_J.get(str(category), "none")
         return [
-            row(case, identity, None, text, limits, "inconclusive", why, clause=case.limits.impact.clause)
+            row(case, identity, None, text, limits, "inconclusive", why, cited=case.limits.impact)
             for identity, text, limits in (
                 ("stored-energy-category", "stored energy of the category", Limits.of(least, "none", "J")),
                 (
@@ -82,12 +82,10 @@ def _stored(case: Case, result: CycleResult, category: object) -> RequirementRes
         why = "no stored energy" if stored is None else f"the limit set has no category {category}"
         if category is None:
             why = "the specimen's category is not on record"
-        return row(
-            case, identity, index, text, limits, "inconclusive", why, measured=stored, clause=impact.clause
-        )
+        return row(case, identity, index, text, limits, "inconclusive", why, measured=stored, cited=impact)
     energies = None if drawn is None else drawn["stored_energy_J"]
     text = f"stored energy of category {category}"
-    return judged(case, identity, index, text, limits, stored, energies, impact.clause)
+    return judged(case, identity, index, text, limits, stored, energies, impact)
 
 
 def _ratio(case: Case, result: CycleResult) -> RequirementResult:
@@ -99,6 +97,6 @@ def _ratio(case: Case, result: CycleResult) -> RequirementResult:
     text = f"absorbed over stored energy at least {impact.ratio_min}"
     if ratio is None:
         why = "the stored energy is not positive"
-        return row(case, identity, index, text, limits, "inconclusive", why, clause=impact.clause)
+        return row(case, identity, index, text, limits, "inconclusive", why, cited=impact)
     drawn = drawn_ratio(case.drawn.get(index))
-    return judged(case, identity, index, text, limits, ratio, drawn, impact.clause)
+    return judged(case, identity, index, text, limits, ratio, drawn, impact)

@@ -29,6 +29,11 @@ Limit = float | Open
 Positive = Annotated[float, Field(gt=0)] | Open
 NotNegative = Annotated[float, Field(ge=0)] | Open
 Count = Annotated[int, Field(ge=1)] | Open
+CONDITION_IDS = (
+    "cycle-count", "rest-after-assembly", "temperature-range", "speed-limit", "pause-limit",
+    "immediate-unloading", "full-release", "full-stroke",
+)  # fmt: skip
+"""Conditions of the static test."""
 Identifier = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$")]
 
 
@@ -44,6 +49,17 @@ def known(limit: Limit) -> float | None:
     return None if isinstance(limit, str) else limit
 
 
+class Cited(Settings):
+    """Where a requirement stands: a clause of the standard's own text, or the source that it was taken from.
+
+    ``clause`` is left empty where that text was not at hand; ``source`` says then which it was.
+    What a section leaves empty is that of the set.
+    """
+
+    clause: str = ""
+    source: str = ""
+
+
 class Applies(Settings):
     """Which specimens a set is for; ``elastic_systems`` empty: all of them."""
 
@@ -53,10 +69,11 @@ class Applies(Settings):
     elastic_systems: Names = ()
 
 
-class Conditions(Settings):
+class Conditions(Cited):
     """Conditions of the static test."""
 
-    clause: str = ""
+    sources: dict[str, str] = Field(default_factory=dict)
+    """By id of a condition: its source, where that is another than the section's."""
     temperature_min_C: Limit
     temperature_max_C: Limit
     speed_max_mm_per_s: Positive
@@ -74,20 +91,18 @@ class Conditions(Settings):
     """Block contact: slope of the last 1 % of the stroke over that just before it, and over the secant's."""
 
 
-class ForceWindow(Settings):
+class ForceWindow(Cited):
     """A window of the force on the loading branch at a stroke; stroke 0 is the preload."""
 
     id: Identifier
-    clause: str = ""
     stroke_mm: NotNegative
     lower_kN: Limit = "none"
     upper_kN: Limit = "none"
 
 
-class EnergyLimits(Settings):
+class EnergyLimits(Cited):
     """Energies of the static test."""
 
-    clause: str = ""
     stored_min_J: Limit
     force_cap_kN: Positive
     ratio_first_min: Limit
@@ -96,10 +111,9 @@ class EnergyLimits(Settings):
     """Keys of these limits that the source prints with “greater than”."""
 
 
-class ImpactLimits(Settings):
+class ImpactLimits(Cited):
     """Energies of the impact test, by category."""
 
-    clause: str = ""
     stored_min_J: dict[str, Limit]
     ratio_min: Limit
     speed_max_km_h: Positive = "none"
@@ -108,12 +122,11 @@ class ImpactLimits(Settings):
     """Categories, or ``ratio_min``, that the source prints with “greater than”."""
 
 
-class ProofLoad(Settings):
+class ProofLoad(Cited):
     """A load that the specimen must bear; the record names it as ``[test] proof_load``."""
 
     id: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$")]
     text: str
-    clause: str = ""
     force_min_kN: Positive
     permanent_deformation_max_mm: NotNegative
     cycles_min: Count = "none"
@@ -128,10 +141,9 @@ class ProofLoads(Settings):
     load: Annotated[tuple[ProofLoad, ...], BeforeValidator(_as_tuple)]
 
 
-class Maintenance(Settings):
+class Maintenance(Cited):
     """The check of a ring spring at overhaul: preload, and lengths as the spring is held at a force."""
 
-    clause: str = ""
     hold_force_kN: float = Field(gt=0)
     preload_min_kN: Limit
     preload_max_kN: Limit
@@ -143,12 +155,11 @@ class Maintenance(Settings):
     final_length_max_mm: Limit
 
 
-class InspectionItem(Settings):
+class InspectionItem(Cited):
     """Something that the inspector looks at."""
 
     id: Identifier
     text: str
-    clause: str = ""
 
 
 _NO_CONDITIONS = Conditions(
@@ -173,8 +184,10 @@ class LimitSet(Settings):
 
     id: str = Field(min_length=1)
     standard: str = Field(min_length=1)
-    edition: str = Field(min_length=1)
-    clause: str = Field(min_length=1)
+    edition: str = ""
+    """Empty where it is not known which edition the numbers are of."""
+    clause: str = ""
+    """For every section that states none of its own; empty where the text of the standard was not at hand."""
     date: Day
     source: str = Field(min_length=1)
     note: str = ""
@@ -202,6 +215,11 @@ class LimitSet(Settings):
             least, most = known(lower), known(upper)
             if least is not None and most is not None and least > most:
                 raise ValueError(f"{what}: the lower limit {least:g} is above the upper one {most:g}")
+        for name in self.conditions.sources:
+            if name not in CONDITION_IDS:
+                raise ValueError(
+                    f"conditions.sources: no condition “{name}”; one of {', '.join(CONDITION_IDS)}"
+                )
         if self.readings.static_extent == "proof-load" and self.proof_load("F1") is None:
             raise ValueError("readings.static_extent is proof-load, but the set has no proof.load F1")
         return self
@@ -217,6 +235,20 @@ class LimitSet(Settings):
                 unit = "kN" if name == "preload" else "mm"
                 lower, upper = (getattr(maintenance, f"{name}_{end}_{unit}") for end in ("min", "max"))
                 yield f"maintenance.{name}", lower, upper
+
+    def reference(self, cited: Cited | None = None, condition: str = "") -> tuple[str | None, str]:
+        """Return clause and source of a requirement; the clause is None where none is on record.
+
+        Parameters
+        ----------
+        cited : Cited, optional
+            The section that states it.
+        condition : str
+            Id of a condition of the static test.
+        """
+        own = cited or Cited()
+        source = self.conditions.sources.get(condition) or own.source or self.source
+        return own.clause or self.clause or None, source
 
     @property
     def sha256(self) -> str:
@@ -237,8 +269,8 @@ class LimitSet(Settings):
         return {
             "id": self.id,
             "standard": self.standard,
-            "edition": self.edition,
-            "clause": self.clause,
+            "edition": self.edition or None,
+            "clause": self.clause or None,
             "date": self.date.isoformat(),
             "source": self.source,
             "sha256": self.sha256,

@@ -12,7 +12,7 @@ from math import hypot
 import numpy as np
 
 from evaluation.requirements.checklist import judge_item
-from evaluation.requirements.limit_set import ForceWindow, Limit, Maintenance, known
+from evaluation.requirements.limit_set import Cited, ForceWindow, Limit, Maintenance, known
 from evaluation.requirements.rows import Case, Limits, judged, row
 from evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
 from evaluation.requirements.static import preload
@@ -54,6 +54,7 @@ def _preload(case: Case, limits: Maintenance) -> RequirementResult:
     window = ForceWindow(
         id="preload",
         clause=limits.clause,
+        source=limits.source,
         stroke_mm=0.0,
         lower_kN=limits.preload_min_kN,
         upper_kN=limits.preload_max_kN,
@@ -62,11 +63,11 @@ def _preload(case: Case, limits: Maintenance) -> RequirementResult:
         return replace(preload(case, case.cycles[0].cycle.index, window), stroke_mm=0.0)
     bounds = Limits.of(limits.preload_min_kN, limits.preload_max_kN, "kN")
     why = "no complete cycle on record"
-    return row(case, "preload", None, "preload", bounds, "not-tested", why, clause=limits.clause)
+    return row(case, "preload", None, "preload", bounds, "not-tested", why, cited=limits)
 
 
-def _clause(case: Case) -> str:
-    return case.limits.maintenance.clause if case.limits.maintenance else ""
+def _cited(case: Case) -> Cited:
+    return case.limits.maintenance or Cited()
 
 
 def _hand_uncertainty_mm(case: Case) -> float | None:
@@ -80,7 +81,7 @@ def _by_hand(
     limits, text = Limits.of(lower, upper, "mm"), identity.replace("-", " ")
     if length_mm is None:
         why = f"no {text} in an inspector's file for this specimen"
-        return row(case, identity, None, text, limits, "not-tested", why, clause=_clause(case))
+        return row(case, identity, None, text, limits, "not-tested", why, cited=_cited(case))
     return judged(
         case,
         identity,
@@ -89,7 +90,7 @@ def _by_hand(
         limits,
         length_mm,
         None,
-        _clause(case),
+        _cited(case),
         uncertainty=_hand_uncertainty_mm(case),
     )
 
@@ -130,9 +131,9 @@ def _held(case: Case, limits: Maintenance, assembled_mm: float | None) -> Requir
             if held is None
             else (f"stroke {held[0]:.2f} mm at that force, but no assembled length in an inspector's file")
         )
-        return row(case, identity, None, text, bounds, "not-tested", why, clause=limits.clause)
+        return row(case, identity, None, text, bounds, "not-tested", why, cited=limits)
     stroke, slope = held
     uncertainty = _held_uncertainty_mm(case, limits.hold_force_kN, stroke, slope)
     length = assembled_mm - stroke
-    result = judged(case, identity, None, text, bounds, length, None, limits.clause, uncertainty=uncertainty)
+    result = judged(case, identity, None, text, bounds, length, None, limits, uncertainty=uncertainty)
     return replace(result, why=f"{result.why}; {assembled_mm:.2f} mm less {stroke:.2f} mm of stroke")

@@ -113,9 +113,7 @@ def _force(case: Case, load: ProofLoad) -> RequirementResult:
     reached = weakest if repeated else peak_force_kN(case.record.force_kN)
     if reached is None:
         why = "no force on record"
-        return row(
-            case, identity, None, text, limits, "inconclusive", why, clause=load.clause, condition=True
-        )
+        return row(case, identity, None, text, limits, "inconclusive", why, cited=load, condition=True)
     result = judged(
         case,
         identity,
@@ -124,7 +122,7 @@ def _force(case: Case, load: ProofLoad) -> RequirementResult:
         limits,
         reached,
         None,
-        load.clause,
+        load,
         uncertainty=force_expanded_kN(case.facts, reached),
         condition=True,
     )
@@ -141,7 +139,7 @@ def _cycles(case: Case, load: ProofLoad) -> RequirementResult | None:
     text = f"{load.id}: {shown(load.cycles_min)} load cycles"
     count = float(len(case.cycles))
     result = judged(
-        case, "load-cycles", None, text, limits, count, None, load.clause, uncertainty=0.0, condition=True
+        case, "load-cycles", None, text, limits, count, None, load, uncertainty=0.0, condition=True
     )
     why = f"{count:.0f} complete cycles on record; {result.why}"
     if result.verdict == "fail":
@@ -160,8 +158,8 @@ def _deformation(case: Case, load: ProofLoad) -> RequirementResult | None:
     if relief.before_mm is None or relief.after_mm is None:
         when = "before" if relief.before_mm is None else "after"
         why = f"the record shows no relieved specimen {when} the load ({proof.relief_force_max_kN:g} kN)"
-        return row(case, identity, None, text, limits, "inconclusive", why, clause=load.clause)
+        return row(case, identity, None, text, limits, "inconclusive", why, cited=load)
     residual = relief.after_mm - relief.before_mm
     uncertainty = stroke_difference_expanded_mm(case.facts, residual)
-    result = judged(case, identity, None, text, limits, residual, None, load.clause, uncertainty=uncertainty)
+    result = judged(case, identity, None, text, limits, residual, None, load, uncertainty=uncertainty)
     return replace(result, why=f"{result.why}; {residual:.2f} mm, {relief.after_s:.1f} s after relief")

@@ -11,7 +11,7 @@ from evaluation.error_model import Draws
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import conformance_probability, decide
 from evaluation.requirements.inspection import Inspection
-from evaluation.requirements.limit_set import Limit, LimitSet, known
+from evaluation.requirements.limit_set import Cited, Limit, LimitSet, known
 from evaluation.results import CycleResult, Options, RequirementResult, RunFacts, Verdict
 from evaluation.uncertainty import CyclePropagation, expanded
 
@@ -83,15 +83,16 @@ def row(
     why: str,
     *,
     measured: float | None = None,
-    clause: str = "",
+    cited: Cited | None = None,
     condition: bool = False,
     uncertainty: float | None = None,
     probability: float | None = None,
 ) -> RequirementResult:
-    """Return one row with the identity of the limit set."""
+    """Return one row with the identity of the limit set; ``cited`` is the section that states it."""
+    clause, source = case.limits.reference(cited, identity)
     return RequirementResult(
         standard=case.limits.standard,
-        edition=case.limits.edition,
+        edition=case.limits.edition or None,
         id=identity,
         cycle=cycle,
         requirement=text,
@@ -105,6 +106,7 @@ def row(
         why=why,
         condition=condition,
         clause=clause,
+        source=source,
     )
 
 
@@ -131,7 +133,7 @@ def condition_row(
         verdict,
         why,
         measured=measured,
-        clause=case.limits.conditions.clause,
+        cited=case.limits.conditions,
         condition=True,
         uncertainty=uncertainty,
     )
@@ -145,7 +147,7 @@ def judged(
     limits: Limits,
     measured: float,
     drawn: FloatArray | None,
-    clause: str,
+    cited: Cited,
     *,
     uncertainty: float | None = None,
     condition: bool = False,
@@ -179,7 +181,7 @@ def judged(
         verdict,
         why,
         measured=measured,
-        clause=clause,
+        cited=cited,
         condition=condition,
         uncertainty=uncertainty,
         probability=probability,

@@ -74,10 +74,10 @@ def _window(case: Case, result: CycleResult, window: ForceWindow) -> Requirement
     top, stroke_mm = result.cycle.stroke_max_mm, known(window.stroke_mm)
     if stroke_mm is None:
         why = unfilled_why(case)
-        return row(case, window.id, index, text, limits, "not-tested", why, clause=window.clause)
+        return row(case, window.id, index, text, limits, "not-tested", why, cited=window)
     if stroke_mm > top + REACH_MM:
         why = f"the stroke ended at {top:.2f} mm"
-        return row(case, window.id, index, text, limits, "not-tested", why, clause=window.clause)
+        return row(case, window.id, index, text, limits, "not-tested", why, cited=window)
     return _read_force(case, result, window, stroke_mm)
 
 
@@ -91,10 +91,8 @@ def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm:
     reading = prepared.fit(stroke_mm, first, last, 2)
     if reading is None:
         why = f"too few samples about {stroke_mm:g} mm"
-        return row(case, window.id, index, text, limits, "inconclusive", why, clause=window.clause)
-    verdict = judged(
-        case, window.id, index, text, limits, reading.force_kN, _drawn(case, reading), window.clause
-    )
+        return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
+    verdict = judged(case, window.id, index, text, limits, reading.force_kN, _drawn(case, reading), window)
     contact_mm = block_contact(prepared.loop, case.limits.conditions.block_slope_ratio)
     if contact_mm is None or contact_mm >= last:
         return verdict
@@ -123,10 +121,8 @@ def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
     )
     if reading is None:
         why = "too few samples on the first millimetres of the loading branch"
-        return row(case, window.id, index, text, limits, "inconclusive", why, clause=window.clause)
-    result = judged(
-        case, window.id, index, text, limits, reading.force_kN, _drawn(case, reading), window.clause
-    )
+        return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
+    result = judged(case, window.id, index, text, limits, reading.force_kN, _drawn(case, reading), window)
     other = near if extrapolated else line
     if other is None:
         return result
@@ -197,7 +193,7 @@ def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult |
         least,
         stored,
         energies,
-        limits.clause,
+        limits,
     )
     if cut_mm is not None:
         verdict = replace(verdict, why=f"{verdict.why}; counted to {cut_mm:.2f} mm")
@@ -225,13 +221,9 @@ def _ratio(case: Case, result: CycleResult, position: int, short: bool) -> Requi
     stored, absorbed, _ = _capped_energies(case, result)
     if stored <= 0.0:
         why = "the stored energy is not positive"
-        return row(
-            case, "absorbed-energy-ratio", index, text, limits, "inconclusive", why, clause=energy.clause
-        )
+        return row(case, "absorbed-energy-ratio", index, text, limits, "inconclusive", why, cited=energy)
     drawn = drawn_ratio(case.drawn.get(index))
-    verdict = judged(
-        case, "absorbed-energy-ratio", index, text, limits, absorbed / stored, drawn, energy.clause
-    )
+    verdict = judged(case, "absorbed-energy-ratio", index, text, limits, absorbed / stored, drawn, energy)
     if energy.force_cap_kN == "fill-in" and verdict.verdict != "inconclusive":
         verdict = replace(verdict, verdict="inconclusive", why=unfilled_why(case))
     if not short or limits.unfilled:

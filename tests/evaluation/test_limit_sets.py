@@ -46,8 +46,9 @@ def test_every_shipped_set_states_what_it_is(name: str) -> None:
     limits = find_limit_set(name)
     assert limits.id == name
     identity = limits.identity()
-    for key in ("id", "standard", "edition", "clause", "source", "date"):
+    for key in ("id", "standard", "source", "date"):
         assert identity[key]
+    assert identity["clause"] is None, "no text of a standard was at hand"
     assert len(identity["sha256"]) == 64
 
 
@@ -102,6 +103,25 @@ def test_refusals(tmp_path: Path) -> None:
         own.write_text(text.replace(old, new), encoding="utf-8")
         with pytest.raises(BadInput, match=message):
             load_limit_set(own)
+
+
+def test_clause_is_the_section_s_else_the_set_s_and_the_source_too() -> None:
+    own = SHIPPED.model_copy(
+        update={"clause": "6", "energy": SHIPPED.energy.model_copy(update={"clause": "6.3"})}
+    )
+    assert own.reference(own.energy) == ("6.3", SHIPPED.energy.source)
+    assert own.reference(own.force[0])[0] == "6"
+    assert SHIPPED.reference(SHIPPED.force[0])[0] is None
+    assert SHIPPED.reference() == (None, SHIPPED.source)
+    assert "the number is this set's own" in SHIPPED.reference(SHIPPED.conditions, "full-release")[1]
+    assert SHIPPED.reference(SHIPPED.conditions, "speed-limit")[1] == SHIPPED.conditions.source
+
+
+def test_a_source_of_no_condition_is_refused(tmp_path: Path) -> None:
+    text = (FOLDER / "en15551-105mm.toml").read_text(encoding="utf-8")
+    (tmp_path / "own.toml").write_text(text.replace("full-release =", "full-relief ="), encoding="utf-8")
+    with pytest.raises(BadInput, match="conditions.sources: no condition “full-relief”; one of cycle-count"):
+        load_limit_set(tmp_path / "own.toml")
 
 
 # ── limits that are not filled in ──────────────────────────────────────────────────────────────────────────

@@ -29,8 +29,12 @@ def write_set(folder: Path) -> Path:
     """Write a limit set of a laboratory: another standard, a window whose id does not say where it stands."""
     text = SHIPPED.read_text()
     text = text.replace('id = "en15551-105mm"', 'id = "lab-7"').replace('"EN 15551"', '"LAB 7"')
-    text = text.replace('id = "force-at-60mm"\nclause = "Table 3"', 'id = "middle-force"\nclause = "Table 3"')
-    text = text.replace("stroke_mm = 60.0", "stroke_mm = 61.5").replace('"Table 3"', '"Annex Q"')
+    text = text.replace('id = "force-at-60mm"', 'id = "middle-force"').replace(
+        'edition = ""', 'edition = "2026-07"'
+    )
+    text = text.replace("stroke_mm = 60.0", "stroke_mm = 61.5")
+    text = re.sub(r'\nsource = "paper .*, Table 3"', '\nclause = "Annex Q"', text)
+    text = text.replace("date = 2026", 'clause = "Annex P"\ndate = 2026')
     text += '\n[[inspection]]\nid = "cracks"\ntext = "no cracks in the housing"\n'
     file = folder / "lab.toml"
     file.write_text(text)
@@ -62,13 +66,30 @@ def test_the_report_is_judged_by_the_given_set_and_states_it(
     for text in (limits.id, limits.standard, limits.edition, limits.clause, limits.source, limits.sha256):
         assert text in html
     assert "2026-01-15" in html
-    assert "EN 15551, Table 3" not in html
+    assert "EN 15551, " not in html
+    assert "not on record" not in html
+    assert "what is missing is the" not in html
     assert "permitted ranges of LAB 7, Annex Q" in html
     assert "At 61.5 mm: pass." in html, "the position is the set's, the id says nothing of it"
     assert "Guard band (ILAC-G8:09/2019, w = U)" in html
     assert "90 kg" in html
     for text in ("A. Inspector", "no cracks in the housing", "✓ in order", "seen with a lamp"):
         assert text in html
+
+
+def test_by_a_set_without_edition_and_clauses_the_statement_is_a_draft(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done, html = run_report(tmp_path, monkeypatch)
+    assert done.exit_code == 0, done.output
+    text = re.sub(r"<[^>]+>", "", html)
+    assert "Draft of a statement of conformity" in text
+    assert "edition of EN 15551 and the clauses of EN 15551 for what it requires: state them in" in text
+    assert (
+        "clause not on record (source: paper “Stiffness characteristics of railway buffers”, Table 3)" in text
+    )
+    assert "✓ met, draft" in text
+    assert not re.search(r"EN 15551, (Table|section|equation)", text)
 
 
 def test_an_inspection_of_another_specimen_is_said_to_be_unused(tmp_path: Path) -> None:
