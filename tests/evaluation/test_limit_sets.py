@@ -120,7 +120,7 @@ def test_clause_is_the_section_s_else_the_set_s_and_the_source_too() -> None:
 def test_a_source_of_no_condition_is_refused(tmp_path: Path) -> None:
     text = (FOLDER / "en15551-105mm.toml").read_text(encoding="utf-8")
     (tmp_path / "own.toml").write_text(text.replace("full-release =", "full-relief ="), encoding="utf-8")
-    with pytest.raises(BadInput, match="conditions.sources: no condition “full-relief”; one of cycle-count"):
+    with pytest.raises(BadInput, match=r"conditions\.sources: no condition “full-relief”; one of"):
         load_limit_set(tmp_path / "own.toml")
 
 
