@@ -26,7 +26,7 @@ COLUMNS = [
 
 def show_evaluation(document: Mapping[str, Any], *, warnings: bool = True) -> None:
     """Print a line a run, what each judged run met or not, what the figures hang on, then the warnings."""
-    show_table(COLUMNS, [_row(entry) for entry in document["runs"]])
+    show_table(COLUMNS, [row for entry in document["runs"] for row in _rows(entry)])
     for entry in document["runs"]:
         if entry["requirements"]:
             _show_requirements(entry)
@@ -46,8 +46,21 @@ def show_together(document: Mapping[str, Any]) -> None:
         _show_temperatures(comparison)
 
 
-def _row(entry: Mapping[str, Any]) -> tuple[str, ...]:
-    summary, cycles = entry["summary"], entry["cycles"]
+def _rows(entry: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """Return the row of a run, or one for each of its steps."""
+    name, cycles, verdict = entry["run"]["id"], entry["cycles"], entry["verdict"] or "—"
+    if not entry["steps"]:
+        return [_row(name, entry["summary"], cycles, verdict)]
+    rows = []
+    for step in entry["steps"]:
+        own = [cycle for cycle in cycles if cycle["index"] in step["cycles"]]
+        rows.append(_row(f"{name}#{step['index']}", step["summary"], own, verdict))
+    return rows
+
+
+def _row(
+    name: str, summary: Mapping[str, Any], cycles: Sequence[Mapping[str, Any]], verdict: str
+) -> tuple[str, ...]:
 
     def mean(name: str, digits: int) -> str:
         return figure((summary.get(name) or {}).get("value"), digits)
@@ -55,7 +68,7 @@ def _row(entry: Mapping[str, Any]) -> tuple[str, ...]:
     expanded = (summary.get("damping") or {}).get("expanded_uncertainty")
     reached = [cycle["temperature_C"]["max"] for cycle in cycles]
     return (
-        entry["run"]["id"],
+        name,
         f"{len(summary['cycles_used'])} of {len(cycles)}",
         f"{mean('prestress_mm', 2)} ± {mean('amplitude_mm', 2)}" if summary["cycles_used"] else "—",
         mean("frequency_Hz", 3),
@@ -64,7 +77,7 @@ def _row(entry: Mapping[str, Any]) -> tuple[str, ...]:
         mean("damping", 3) + (f" ± {expanded:.3f}" if expanded is not None else ""),
         mean("tangent_stiffness_kN_per_mm", 2),
         figure(max((value for value in reached if value is not None), default=None), 1),
-        entry["verdict"] or "—",
+        verdict,
     )
 
 
@@ -126,7 +139,8 @@ def _per_kelvin(change: Mapping[str, Any]) -> str:
 
 def _show_evidence(runs: Sequence[Mapping[str, Any]]) -> None:
     """Print what 1 ms of skew would change, how the draw wires agree, and the inertia correction."""
-    concerned = [entry for entry in runs if entry["skew_sensitivity"] or entry["draw_wires"]]
+    parts = [part for entry in runs for part in _parts(entry)]
+    concerned = [entry for entry in parts if entry["skew_sensitivity"] or entry["draw_wires"]]
     if not concerned:
         return
     click.echo("\nwhat the figures hang on: 1 ms more of delay_s at the force; the draw wires; inertia")
@@ -136,7 +150,7 @@ def _show_evidence(runs: Sequence[Mapping[str, Any]]) -> None:
          ("inertia", "whole")],
         [
             (
-                entry["run"]["id"],
+                entry["name"],
                 *_skew(entry, "absorbed_energy_J", 2),
                 *_skew(entry, "damping", 4),
                 *(
@@ -148,6 +162,14 @@ def _show_evidence(runs: Sequence[Mapping[str, Any]]) -> None:
             for entry in concerned
         ],
     )  # fmt: skip
+
+
+def _parts(entry: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return what the figures of a run hang on, or those of each of its steps."""
+    name = entry["run"]["id"]
+    if not entry["steps"]:
+        return [{**entry, "name": name}]
+    return [{**entry, **step, "name": f"{name}#{step['index']}"} for step in entry["steps"]]
 
 
 def _skew(entry: Mapping[str, Any], name: str, digits: int) -> tuple[str, str]:

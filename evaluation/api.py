@@ -42,6 +42,7 @@ __all__ = [
     "open_run",
     "requirements",
     "runs",
+    "summaries",
 ]
 
 Paths = str | Path | Sequence[str | Path]
@@ -157,6 +158,46 @@ def requirements(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
             for requirement in entry["requirements"]
         ]
     )
+
+
+def summaries(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+    """Return a row a run with the means that stand for it; of a run with several steps a row a step.
+
+    Parameters
+    ----------
+    evaluation : dict, path, or sequence of paths
+        What :func:`evaluate` gave; or runs, which are evaluated first.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``run``, ``part`` (number of the step; missing where the run is one), ``start_s``, ``end_s``
+        (of the step), ``cycles_used`` (how many), the means by their names, ``U(…)`` of each.
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate`.
+    """
+    document = evaluation if isinstance(evaluation, dict) else evaluate(evaluation)
+    rows: list[dict[str, Any]] = []
+    for entry in document["runs"]:
+        for part in entry["steps"] or [{"summary": entry["summary"]}]:
+            means = {name: mean for name, mean in part["summary"].items() if name != "cycles_used"}
+            rows.append(
+                {
+                    "run": entry["run"]["id"],
+                    "part": part.get("index"),
+                    "start_s": part.get("start_s"),
+                    "end_s": part.get("end_s"),
+                    "cycles_used": len(part["summary"]["cycles_used"]),
+                    **{name: mean["value"] for name, mean in means.items()},
+                    **{f"U({name})": mean["expanded_uncertainty"] for name, mean in means.items()},
+                }
+            )
+    table = pd.DataFrame(rows)
+    texts = {"run": "object", "part": "Int64", "cycles_used": "int64"}
+    return table.astype({name: texts.get(name, "float64") for name in table.columns})
 
 
 def loops(path: str | Path) -> pd.DataFrame:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from evaluation.budget_lines import budget_entry
-from evaluation.evidence import comparison_entries, evidence_entry
+from evaluation.evidence import comparison_entries, evidence_entry, plain
 from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import (
@@ -21,9 +21,11 @@ from evaluation.results import (
     RequirementResult,
     RunEvaluation,
     RunFacts,
+    StepResult,
     Summary,
     Trend,
 )
+from evaluation.steps import points_of
 from evaluation.trends import find_trends
 from recording.catalogue import run_files
 
@@ -88,10 +90,11 @@ def assemble(parts: Iterable[tuple[dict[str, Any], RunEvaluation]]) -> dict[str,
 
 
 def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
-    """Return ``trends`` and ``temperature_comparisons`` of the document."""
+    """Return ``trends`` and ``temperature_comparisons`` of the document; each step of a run is a point."""
+    points = [point for run in runs for point in points_of(run)]
     return {
-        "trends": [_trend(trend) for trend in find_trends(runs)],
-        "temperature_comparisons": comparison_entries(runs),
+        "trends": [_trend(trend) for trend in find_trends(points)],
+        "temperature_comparisons": comparison_entries(points),
     }
 
 
@@ -143,26 +146,49 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
             "specimen": dict(facts.specimen),
         },
         "cycles": [_cycle(result) for result in run.cycles],
-        "summary": {
-            "cycles_used": list(run.summary.cycles_used),
-            **{
-                name: {
-                    "value": measured.value,
-                    "expanded_uncertainty": measured.expanded_uncertainty,
-                    "coverage_factor": measured.coverage_factor,
-                }
-                for name, measured in run.summary.values.items()
-            },
-        },
+        "summary": None if run.steps else _summary(run.summary),
+        "steps": [_step(step) for step in run.steps],
         "requirements": [_requirement(row) for row in run.requirements],
         "verdict": run.verdict,
         "warnings": list(run.warnings),
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
         "inspection": None if run.inspection is None else dict(run.inspection),
-        "half_width_95": {name: measured.half_width_95 for name, measured in run.summary.values.items()},
+        "half_width_95": None if run.steps else _half_widths(run.summary),
         "budget": budget_entry(run.budget),
         "shared_errors": None if run.shared_errors is None else run.shared_errors.entry(),
         **evidence_entry(run),
+    }
+
+
+def _summary(summary: Summary) -> dict[str, Any]:
+    return {
+        "cycles_used": list(summary.cycles_used),
+        **{
+            name: {
+                "value": measured.value,
+                "expanded_uncertainty": measured.expanded_uncertainty,
+                "coverage_factor": measured.coverage_factor,
+            }
+            for name, measured in summary.values.items()
+        },
+    }
+
+
+def _half_widths(summary: Summary) -> dict[str, float | None]:
+    return {name: measured.half_width_95 for name, measured in summary.values.items()}
+
+
+def _step(step: StepResult) -> dict[str, Any]:
+    return {
+        "index": step.index,
+        "start_s": step.start_s,
+        "end_s": step.end_s,
+        "cycles": list(step.cycles),
+        "summary": _summary(step.summary),
+        "half_width_95": _half_widths(step.summary),
+        "budget": budget_entry(step.budget),
+        "skew_sensitivity": plain(step.skew_sensitivity),
+        "shared_errors": None if step.shared_errors is None else step.shared_errors.entry(),
     }
 
 

@@ -20,9 +20,9 @@ def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
     if wires is not None:
         del wires["warnings"]
     return {
-        "skew_sensitivity": _plain(run.skew_sensitivity),
+        "skew_sensitivity": plain(run.skew_sensitivity),
         "draw_wires": wires,
-        "inertia_correction": _plain(run.inertia_correction),
+        "inertia_correction": plain(run.inertia_correction),
         "impact": _impact(run),
     }
 
@@ -42,6 +42,8 @@ def _impact(run: RunEvaluation) -> dict[str, float | None] | None:
 def skew_effect(run: RunEvaluation) -> dict[str, Any]:
     """Return what 1 ms of skew changes in a run: in units, and as a share of the run's own figures.
 
+    Of a run with several steps each has its own: :func:`evaluation.steps.points_of`.
+
     The share is None where it would be more than 1: of an elastic reference, which has nothing to lose.
     """
     values = run.summary.values
@@ -49,7 +51,7 @@ def skew_effect(run: RunEvaluation) -> dict[str, Any]:
         "run": run.facts.id,
         "path": run.facts.path,
         "frequency_Hz": values["frequency_Hz"].value,
-        **(_plain(run.skew_sensitivity) or {}),
+        **(plain(run.skew_sensitivity) or {}),
     }
     for name, key in (("absorbed_energy_J", "absorbed_energy"), ("damping", "damping")):
         changed, own = entry[f"{name}_per_ms"]["by_shifting"], values[name].value
@@ -65,11 +67,11 @@ def _share(changed: float | None, own: float | None) -> float | None:
 
 def comparison_entries(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
     """Return ``temperature_comparisons`` of the runs."""
-    return [_plain(comparison) for comparison in compare_temperatures(runs)]
+    return [plain(comparison) for comparison in compare_temperatures(runs)]
 
 
-def _plain(facts: Any) -> Any:
-    """Return a dataclass as what JSON holds: dictionaries and lists."""
+def plain(facts: Any) -> Any:
+    """Return a dataclass as what JSON holds: dictionaries and lists; None stays None."""
     if facts is None:
         return None
     return _listed(asdict(facts))

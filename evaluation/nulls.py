@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from evaluation.alignment import SkewSensitivity
 from evaluation.record import Temperature
 from evaluation.results import CycleResult, RequirementResult, Summary
+from evaluation.steps.sum_up import SummedUp
 from evaluation.thermometry import why_no_temperature
 from evaluation.wires import DrawWires
 
@@ -15,9 +16,8 @@ _FEW_SAMPLES = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s", "s
 
 def missing_warnings(
     results: Sequence[CycleResult],
-    summary: Summary,
+    whole: SummedUp,
     requirements: Sequence[RequirementResult],
-    skew: SkewSensitivity,
     wires: DrawWires | None,
     numbered: Callable[[Sequence[int]], str],
 ) -> list[str]:
@@ -25,7 +25,7 @@ def missing_warnings(
 
     Parameters
     ----------
-    results, summary, requirements, skew, wires
+    results, whole, requirements, wires
         What was found in the run.
     numbered : callable
         Puts numbers of cycles in words.
@@ -35,22 +35,32 @@ def missing_warnings(
         lacking = [r.cycle.index for r in results if r.cycle.complete and getattr(r.quantities, name) is None]
         if lacking:
             warnings.append(f"{numbered(lacking)}: no {name}: too few samples")
-    used = set(summary.cycles_used)
-    chosen = [r for r in results if r.cycle.index in used]
-    for name in (name for name, measured in summary.values.items() if measured.value is None):
-        lacking = [r.cycle.index for r in chosen if getattr(r.quantities, name) is None]
-        if lacking and len(lacking) < len(chosen):
-            warnings.append(f"no mean of {name}: {numbered(lacking)} has none")
+    for place, summary, skew in _summaries(whole):
+        used = set(summary.cycles_used)
+        chosen = [r for r in results if r.cycle.index in used]
+        for name in (name for name, measured in summary.values.items() if measured.value is None):
+            lacking = [r.cycle.index for r in chosen if getattr(r.quantities, name) is None]
+            if lacking and len(lacking) < len(chosen):
+                warnings.append(f"{place}no mean of {name}: {numbered(lacking)} has none")
+        if skew is None or not skew.cycles:
+            continue
+        if skew.form == "none":
+            warnings.append(
+                f"{place}no closed form for what 1 ms of skew changes: the run is neither harmonic nor static"
+            )
+        if skew.damping_per_ms["by_shifting"] is None:
+            warnings.append(f"{place}no change of damping by skew: the stored energy is not positive")
     warnings += _requirements(requirements)
-    if skew.cycles and skew.form == "none":
-        warnings.append(
-            "no closed form for what 1 ms of skew changes: the run is neither harmonic nor static"
-        )
-    if skew.cycles and skew.damping_per_ms["by_shifting"] is None:
-        warnings.append("no change of damping by skew: the stored energy is not positive")
     if wires is None:
         warnings.append("no comparison of draw wires: the record has one stroke channel")
     return warnings
+
+
+def _summaries(whole: SummedUp) -> list[tuple[str, Summary, SkewSensitivity | None]]:
+    """Return summary and effect of skew of the run, or of each of its steps, with words for which."""
+    if not whole.steps:
+        return [("", whole.summary, whole.skew_sensitivity)]
+    return [(f"step {step.index}: ", step.summary, step.skew_sensitivity) for step in whole.steps]
 
 
 def temperature_warnings(

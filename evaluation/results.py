@@ -172,6 +172,25 @@ class Summary:
     values: Mapping[str, Measured]
 
 
+@dataclass(frozen=True, eq=False)
+class StepResult:
+    """A step of a run that has several: cycles that belong together, and what stands for them.
+
+    ``cycles`` are all complete ones of the step, ``summary.cycles_used`` those that it is the mean of;
+    ``start_s`` and ``end_s`` are the ends of the first and the last of them [s].
+    """
+
+    index: int
+    start_s: float
+    end_s: float
+    cycles: tuple[int, ...]
+    summary: Summary
+    budget: tuple[Budget, ...] = ()
+    skew_sensitivity: SkewSensitivity | None = None
+    mean_loop: MeanLoop | None = None
+    shared_errors: SharedErrors | None = None
+
+
 @dataclass(frozen=True)
 class RequirementResult:
     """One requirement or condition judged (contracts § 4). ``cycle`` is None where it concerns the run."""
@@ -224,6 +243,8 @@ class RunEvaluation:
     """The loop that stands for the run, for comparisons; None where no cycle is complete."""
     shared_errors: SharedErrors | None = None
     """What the means owe to errors that other runs have, too; None where nothing was propagated."""
+    steps: tuple[StepResult, ...] = ()
+    """Of a run with several steps each one; ``summary`` is without values then. Empty for all other runs."""
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,12 @@ import gc
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from evaluation.across_runs.shared import SharedErrors, shared_errors
-from evaluation.alignment import SkewSensitivity, skew_sensitivity
-from evaluation.budget_lines import Budget
 from evaluation.condense import condensed_for
 from evaluation.cycles import find_with_harmonics
 from evaluation.defects import describe
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.inertia import correct_inertia
 from evaluation.loops import CutLoops
-from evaluation.mean_loop import mean_loop
 from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.propagations import Propagations
 from evaluation.quantities import evaluate_cycles
@@ -25,8 +21,10 @@ from evaluation.requirements.inspection import inspection_of
 from evaluation.requirements.judge import assumptions, is_judged, judge, why_not_judged
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
-from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts, Summary
-from evaluation.summary import MeanOfDraws, cycles_used, summarise
+from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts
+from evaluation.steps import Division, divide
+from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
+from evaluation.summary import MeanOfDraws
 from evaluation.uncertain_results import with_uncertainty
 from evaluation.wires import check_wires
 
@@ -95,22 +93,26 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
-    used = cycles_used(facts.kind, results)
-    mean = MeanOfDraws()
+    division = divide(facts.kind, results, _numbered)
+    tallies = [MeanOfDraws() for _ in division.parts]
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
     if draws is not None:
+        parts = [(part.used, tally) for part, tally in zip(division.parts, tallies, strict=True)]
         results, drawn = with_uncertainty(
-            results, prepared, draws, used, mean, record.temperatures, keep=is_judged(facts, limits)
+            results, prepared, draws, parts, record.temperatures, keep=is_judged(facts, limits)
         )
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ())]
-    warnings += _record_warnings(record, facts, results, used)
+    warnings += _record_warnings(record, facts, results, division)
     if complete:
         warnings += missing_facts(*stated) if options.draws else [_NOT_DRAWN]
     warnings += _cycle_warnings(results)
 
-    summary = summarise(results, used, mean)
-    warnings += _off_plan(facts, summary)
+    whole = sum_up(
+        Evaluated(record, facts, results, loops, prepared, tallies, draws, bool(options.draws), added),
+        division,
+    )
+    warnings += _off_plan(facts, whole)
     requirements: list[RequirementResult] = []
     inspection = inspection_of(facts, options.inspections)
     if unfit := why_not_judged(facts, limits):
@@ -119,59 +121,43 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         warnings += assumptions(facts, limits)
         case = Case(record, facts, complete, prepared, draws, drawn, limits, options, inspection)
         requirements = judge(case)
-    shared: SharedErrors | None = None
-    if draws is not None and facts.chain is not None:
-        shared = shared_errors(facts.chain, draws, mean.means()) if mean.drawn else None
-    budget: tuple[Budget, ...] = ()
-    if options.draws:
-        from evaluation.budget import run_budget  # noqa: PLC0415 - GTC is slow to import
-
-        budget = run_budget(*stated, prepared, summary, added)
-    skew = _skew_sensitivity(record, facts, results, used)
     warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
-    warnings += missing_warnings(results, summary, requirements, skew, wires, _numbered)
+    warnings += missing_warnings(results, whole, requirements, wires, _numbered)
     return RunEvaluation(
         facts=facts,
         record=record,
         cycles=tuple(results),
-        summary=summary,
+        summary=whole.summary,
         requirements=tuple(requirements),
         verdict=run_verdict(requirements),
         warnings=tuple(dict.fromkeys(warnings)),
         limit_set=limits.identity() if requirements else None,
         inspection=inspection.record() if inspection and requirements else None,
-        budget=budget,
-        skew_sensitivity=skew,
+        budget=whole.budget,
+        skew_sensitivity=whole.skew_sensitivity,
         draw_wires=wires,
         inertia_correction=inertia,
-        mean_loop=mean_loop(record, results, used, loops),
-        shared_errors=shared,
-    )
-
-
-def _skew_sensitivity(
-    record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
-) -> SkewSensitivity:
-    wanted = set(used)
-    chosen = [result for result in results if result.cycle.index in wanted]
-    return skew_sensitivity(
-        record,
-        [result.cycle for result in chosen],
-        periodic=facts.kind in ("static", "harmonic"),
-        storage_stiffness_kN_per_mm=[result.quantities.storage_stiffness_kN_per_mm for result in chosen],
+        mean_loop=whole.mean_loop,
+        steps=whole.steps,
+        shared_errors=whole.shared_errors,
     )
 
 
 def _record_warnings(
-    record: Record, facts: RunFacts, results: Sequence[CycleResult], used: Sequence[int]
+    record: Record, facts: RunFacts, results: Sequence[CycleResult], division: Division
 ) -> list[str]:
     warnings = []
     if record.defects:
         warnings.append(f"not integrated across: {describe(record.defects, _MOST_DEFECTS)}")
     if not results:
         warnings.append("no cycle found: the stroke does not turn, or moves no more than its noise")
-    elif not used:
+    elif not division.parts and not division.why:
         warnings.append("no summary: no cycle is complete and steady")
+    elif division.several:
+        each = "; ".join(f"{n}: {_numbered(part.cycles)}" for n, part in enumerate(division.parts, 1))
+        text = f"it has {len(division.parts)} steps, each with a summary of its own ({each})"
+        warnings.append(f"no summary of the run: {text}")
+    warnings += division.why
     if facts.status not in ("complete", "imported"):
         warnings.append(f"the run is not whole: its status is {facts.status}")
     if facts.kind == "impact":
@@ -214,16 +200,18 @@ def _numbered(numbers: Sequence[int]) -> str:
     return ("cycle " if len(numbers) == 1 else "cycles ") + ", ".join(texts)
 
 
-def _off_plan(facts: RunFacts, summary: Summary) -> list[str]:
+def _off_plan(facts: RunFacts, whole: SummedUp) -> list[str]:
     """Return a warning for every figure in which a harmonic run is not the step that was planned."""
     if facts.kind != "harmonic":
         return []
+    summaries = {f"step {step.index} of ": step.summary for step in whole.steps} or {"": whole.summary}
     warnings = []
-    for name, (share, least) in _PLAN_TOLERANCE.items():
-        planned, measured = facts.step.get(name), summary.values[name].value
-        if not isinstance(planned, int | float) or measured is None:
-            continue
-        if abs(measured - planned) > max(share * abs(planned), least):
-            text = f"the run is not its step: {name} is {measured:.4g}, planned was {planned:.4g}"
-            warnings.append(text)
+    for part, summary in summaries.items():
+        for name, (share, least) in _PLAN_TOLERANCE.items():
+            planned, measured = facts.step.get(name), summary.values[name].value
+            if not isinstance(planned, int | float) or measured is None:
+                continue
+            if abs(measured - planned) > max(share * abs(planned), least):
+                text = f"{part}the run is not its step: {name} is {measured:.4g}, planned was {planned:.4g}"
+                warnings.append(text)
     return warnings

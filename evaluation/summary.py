@@ -10,21 +10,11 @@ import numpy as np
 from evaluation.record import FloatArray
 from evaluation.results import CycleResult, Measured, Quantities, Summary
 from evaluation.uncertainty import COVERAGE, NORMAL_95, half_width_95
-from foundation.kind import Kind
 
 SUMMARY_NAMES = Quantities._fields
 """Every figure of a cycle is averaged."""
 LEAST_SCATTER = 3
 """The scatter between cycles counts from so many on."""
-
-
-def cycles_used(kind: Kind, cycles: Sequence[CycleResult]) -> tuple[int, ...]:
-    """Return the numbers of the cycles that represent a run: complete ones that are steady.
-
-    An impact or a proof load is a single event: there, complete ones.
-    """
-    single = kind in ("impact", "proof")
-    return tuple(c.cycle.index for c in cycles if c.cycle.complete and (single or c.cycle.steady))
 
 
 @dataclass
@@ -137,7 +127,7 @@ def _beyond_noise(numbers: Sequence[float], noise: _Noise) -> float:
     found = float(np.var(numbers, ddof=1))
     excess = max(0.0, found - noise.between)
     share = noise.of_mean / noise.between if noise.between > 0.0 else 1.0 / len(numbers)
-    return float(np.sqrt(excess * share))
+    return float(np.sqrt(excess * min(share, 1.0)))
 
 
 def _frequency_beyond_noise(chosen: Sequence[CycleResult], noise: _Noise) -> float:
@@ -149,7 +139,8 @@ def _frequency_beyond_noise(chosen: Sequence[CycleResult], noise: _Noise) -> flo
     if not np.all(variance > 0.0):
         return _beyond_noise(each.tolist(), noise)
     ratio = float(np.mean((each - np.average(each, weights=1.0 / variance)) ** 2 / variance))
-    return float(np.sqrt(noise.of_mean * max(0.0, ratio - 1.0)))
+    # Where their noise differs much, those of little noise make the ratio, those of much the other factor.
+    return min(float(np.sqrt(noise.of_mean * max(0.0, ratio - 1.0))), float(np.std(each, ddof=1)))
 
 
 def _duration_variance(result: CycleResult) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +15,9 @@ from evaluation.summary import MeanOfDraws
 from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded
 
 MOST_DRAWN = 24
-"""Of a run's steady cycles, which repeat each other, at most so many are drawn, evenly spread."""
+"""Of a run's steady cycles, which repeat each other, at most so many are drawn, evenly spread; …"""
+LEAST_DRAWN = 8
+"""… of a run with several steps as many in all, but so many of each, where it has them."""
 _WHY_NOT = {
     "damping": "some draws of the stored energy are not positive",
     "loss_factor": "some draws of the storage stiffness are not positive",
@@ -29,8 +31,7 @@ def with_uncertainty(
     results: Sequence[CycleResult],
     prepared: Mapping[int, CyclePropagation],
     draws: Draws,
-    used: Sequence[int],
-    mean: MeanOfDraws,
+    parts: Sequence[tuple[Sequence[int], MeanOfDraws]],
     temperatures: Sequence[Temperature],
     *,
     keep: bool,
@@ -43,9 +44,8 @@ def with_uncertainty(
     prepared : mapping of int to CyclePropagation
         Loops of the complete cycles.
     draws : Draws
-    used : sequence of int
-        Cycles that the summary is the mean of; their draws go to ``mean``.
-    mean : MeanOfDraws
+    parts : sequence of (sequence of int, MeanOfDraws)
+        Cycles that the summary of each step is the mean of, and where their draws go.
     temperatures : sequence of Temperature
     keep : bool
         Draw every cycle, and return its draws.
@@ -55,9 +55,9 @@ def with_uncertainty(
     Steady cycles beyond :data:`MOST_DRAWN` have the relative uncertainty of the nearest one that was drawn. A
     figure whose uncertainty cannot be had is None there, with a warning of the cycle.
     """
-    steady = [r.cycle.index for r in results if r.cycle.steady]
-    drawn_steady = steady if keep else _spread(steady)
-    left_out = set(steady) - set(drawn_steady)
+    tally = {index: mean for used, mean in parts for index in used}
+    like = _alike([r.cycle.index for r in results if r.cycle.steady], [used for used, _ in parts], keep=keep)
+    left_out = {index for index, drawn in like.items() if index not in drawn}
     kept: dict[int, Mapping[str, FloatArray]] = {}
     known: dict[int, CycleResult] = {}
     for result in results:
@@ -67,28 +67,44 @@ def with_uncertainty(
         if index in prepared:
             drawn = cycle_draws(draws, prepared[index])
             drawn = {**drawn, **further_draws(draws, prepared[index], result, temperatures)}
-            if index in used:
-                mean.add(drawn)
+            if index in tally:
+                tally[index].add(drawn)
             if keep:
                 kept[index] = drawn
         else:
             drawn = {**stroke_draws(draws, result.cycle), **temperature_draws(draws, result, temperatures)}
         known[index] = _with_missing(result, {name: expanded(values) for name, values in drawn.items()})
     completed = [
-        known[r.cycle.index] if r.cycle.index in known else _like(r, known[_nearest(drawn_steady, r)])
+        known[r.cycle.index] if r.cycle.index in known else _like(r, known[_nearest(like[r.cycle.index], r)])
         for r in results
     ]
     return completed, kept
 
 
-def _spread(indices: Sequence[int]) -> list[int]:
-    if len(indices) <= MOST_DRAWN:
+def _alike(steady: Sequence[int], parts: Sequence[Sequence[int]], *, keep: bool) -> dict[int, frozenset[int]]:
+    """Return, of each steady cycle, the cycles of its step that are drawn: it is one of these, or like one.
+
+    Steady cycles of no step make a group of their own.
+    """
+    alike: dict[int, frozenset[int]] = {}
+    wanted = set(steady)
+    groups = [[index for index in part if index in wanted] for part in parts]
+    groups.append(sorted(wanted.difference(*groups)))
+    most = max(LEAST_DRAWN, MOST_DRAWN // max(1, len(parts)))
+    for group in groups:
+        drawn = frozenset(group if keep else _spread(group, most))
+        alike.update(dict.fromkeys(group, drawn))
+    return alike
+
+
+def _spread(indices: Sequence[int], most: int) -> list[int]:
+    if len(indices) <= most:
         return list(indices)
-    return [indices[i] for i in np.unique(np.linspace(0, len(indices) - 1, MOST_DRAWN).round().astype(int))]
+    return [indices[i] for i in np.unique(np.linspace(0, len(indices) - 1, most).round().astype(int))]
 
 
-def _nearest(drawn: Sequence[int], result: CycleResult) -> int:
-    return min(drawn, key=lambda index: abs(index - result.cycle.index))
+def _nearest(drawn: Collection[int], result: CycleResult) -> int:
+    return min(sorted(drawn), key=lambda index: abs(index - result.cycle.index))
 
 
 def _like(result: CycleResult, other: CycleResult) -> CycleResult:

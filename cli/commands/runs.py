@@ -39,7 +39,8 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
     """List recorded runs with their key facts; PATH is a run file or a folder of them.
 
     --where takes comparisons of names with values, joined by and, or, not. Of results (damping, verdict …)
-    it asks the evaluation with default settings; what is not known yet is evaluated first.
+    it asks the evaluation with default settings; what is not known yet is evaluated first. Of a run with
+    several steps each is listed that matches (FILE#STEP).
 
     What cannot be read is named and does not hide the others; exit status 2 if nothing can be.
     """
@@ -58,16 +59,18 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
     results = _results(query, sound, place)
     found: list[Found] = []
     for run in sound:
-        facts = {**recorded_facts(run), **results.get(readable(run.path), {})}
-        if query is None or query.matches(facts):
-            found.append((run, facts))
+        recorded = recorded_facts(run)
+        for own in results.get(readable(run.path), [{}]):  # one, or one a step
+            facts = {**recorded, **own}
+            if query is None or query.matches(facts):
+                found.append((run, facts))
     asked = _result_names(query)
     if json_file is not None:
         write_json(_document(where, found, listed, asked), json_file)
     if json_file != "-":
         _show(path, found, asked)
         if query is not None:
-            click.echo(f"\n{len(found)} of {len(sound)} runs match")
+            click.echo(f"\n{len({run.path for run, _ in found})} of {len(sound)} runs match")
     _say_what_is_wrong(path, listed)
     return ExitStatus.DONE
 
@@ -109,8 +112,8 @@ def _result_names(query: Query | None) -> list[str]:
 
 def _results(
     query: Query | None, runs: Sequence[RunFacts], place: Path | None
-) -> Mapping[str, Mapping[str, Any]]:
-    """Return the results of runs by their file (readable), if the query asks for any."""
+) -> Mapping[str, Sequence[Mapping[str, Any]]]:
+    """Return the results of runs by their file (readable), of each step its own, if they are asked for."""
     if not _result_names(query) or not runs:
         return {}
     from cli.archive_view import progress_bar
@@ -149,7 +152,13 @@ def _document(
     return {
         "schema": "bufferstand/runs/1",
         "where": where,
-        "runs": [{name: facts.get(name) for name in (*recorded, *asked)} for _, facts in found],
+        "runs": [
+            {
+                **{name: facts.get(name) for name in (*recorded, *asked)},
+                **({"part": facts["part"]} if "part" in facts else {}),
+            }
+            for _, facts in found
+        ],
         "problems": [
             {"path": readable(run.path), "problem": run.problem} for run in listed if run.problem is not None
         ],
@@ -172,7 +181,8 @@ def _show(path: Path, found: Sequence[Found], asked: Sequence[str]) -> None:
         ],
         [
             (
-                readable(run.path.relative_to(path) if path.is_dir() else run.path.name),
+                readable(run.path.relative_to(path) if path.is_dir() else run.path.name)
+                + (f"#{facts['part']}" if facts.get("part") else ""),
                 run.kind,
                 run.status,
                 (run.started_utc or "—")[:19].replace("T", " "),

@@ -54,12 +54,14 @@ def command(
     from evaluation.load import load_run
     from evaluation.results import Options
     from evaluation.skew import measure_skew
+    from evaluation.steps import points_of
     from recording.catalogue import run_files
 
     files = run_files(paths)
     measured = measure_skew([load_run(path) for path in files], reference_loss=reference_loss)
     shown = run_files([*files, *effect_on])
-    effects = [skew_effect(evaluate_file(path, Options(draws=_DRAWS))) for path in shown]
+    evaluated = [evaluate_file(path, Options(draws=_DRAWS)) for path in shown]
+    effects = [skew_effect(point) for run in evaluated for point in points_of(run)]
     if json_file is not None:
         write_json(
             {"skew": {**asdict(measured), "warnings": list(measured.warnings)}, "effect_of_1_ms": effects},

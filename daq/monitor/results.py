@@ -57,7 +57,8 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
             for e in run.events
         ]
         entry, _ = evaluate_entry(path)
-        content["summary"] = {name: entry["summary"][name] for name in SHOWN if entry["summary"].get(name)}
+        summary = entry["summary"] or {}
+        content["summary"] = {name: summary[name] for name in SHOWN if summary.get(name)}
         content["verdict"], content["warnings"] = entry["verdict"], entry["warnings"]
         content["requirements"] = entry["requirements"]
         content["cycles"] = len(entry["cycles"])

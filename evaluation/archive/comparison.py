@@ -295,19 +295,30 @@ def _made_with(old: Entry, new: Entry) -> dict[str, tuple[Any, Any]]:
 
 def _moves(old: Entry, new: Entry, *, cycles: bool) -> Iterator[Move]:
     same = _same_content(old, new)
-    before, after = old["summary"], new["summary"]
-    for name in dict.fromkeys((*before, *after)):
-        if name not in _NOT_FIGURES:
-            a, b = before.get(name) or {}, after.get(name) or {}
-            yield from _moved(
-                _id(new), name, None, (a.get("value"), b.get("value")),
-                (a.get("expanded_uncertainty"), b.get("expanded_uncertainty")), same_content=same,
-            )  # fmt: skip
-    used = [set(summary.get("cycles_used") or ()) for summary in (before, after)]
+    summaries = [_summaries(entry) for entry in (old, new)]
+    for part in dict.fromkeys((*summaries[0], *summaries[1])):
+        before, after = (known.get(part) or {} for known in summaries)
+        for name in dict.fromkeys((*before, *after)):
+            if name not in _NOT_FIGURES:
+                a, b = before.get(name) or {}, after.get(name) or {}
+                yield from _moved(
+                    f"{_id(new)}{part}", name, None, (a.get("value"), b.get("value")),
+                    (a.get("expanded_uncertainty"), b.get("expanded_uncertainty")), same_content=same,
+                )  # fmt: skip
+    used = [
+        {index for summary in known.values() for index in summary.get("cycles_used") or ()}
+        for known in summaries
+    ]
     for index in sorted(used[0] ^ used[1]):
         yield Move(_id(new), "used", index, float(index in used[0]), float(index in used[1]), None)
     if cycles:
         yield from _cycle_moves(old, new, same_content=same)
+
+
+def _summaries(entry: Entry) -> dict[str, Mapping[str, Any]]:
+    """Return the summaries of a run by what is added to its id: nothing, or #1, #2 … of its steps."""
+    steps = entry.get("steps") or ()
+    return {f"#{step['index']}": step["summary"] for step in steps} or {"": entry["summary"] or {}}
 
 
 def _cycle_moves(old: Entry, new: Entry, *, same_content: bool) -> Iterator[Move]:

@@ -27,13 +27,23 @@ FIELDS: Mapping[str, Field] = _fields()
 """Every name that a query may use; those with a unit also without it."""
 
 
-def result_facts(run: KeptRun) -> dict[str, Any]:
-    """Return what its evaluation says of a run, by the names in :data:`RESULTS`."""
-    means = run.facts["means"]
-    values = {f"measured_{n}" if n in PLANNED else n: means[n][0] for n in SUMMARY_NAMES if n in means}
-    return {"verdict": run.facts["verdict"], **values}
+def result_facts(run: KeptRun) -> list[dict[str, Any]]:
+    """Return what its evaluation says of a run, by the names in :data:`RESULTS`.
+
+    One set of facts; of a run with several steps one each, and ``part`` is the number of the step then (else
+    None).
+    """
+    facts = run.facts
+    return [
+        {"verdict": facts["verdict"], "part": part.get("index"), **_means(part["means"])}
+        for part in facts["steps"] or [{"means": facts["means"]}]
+    ]
 
 
-def results_by_path(runs: Sequence[KeptRun]) -> dict[str, dict[str, Any]]:
+def _means(means: Mapping[str, Sequence[float | None]]) -> dict[str, float | None]:
+    return {f"measured_{n}" if n in PLANNED else n: means[n][0] for n in SUMMARY_NAMES if n in means}
+
+
+def results_by_path(runs: Sequence[KeptRun]) -> dict[str, list[dict[str, Any]]]:
     """Return the results of runs by their file, as :func:`foundation.names.readable` writes it."""
     return {run.path: result_facts(run) for run in runs}

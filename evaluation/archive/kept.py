@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from evaluation.across_runs.shared import shared_of
 from evaluation.document import LIGHT, run_entry
 from evaluation.mean_loop import MeanLoop
-from evaluation.results import Measured, RunEvaluation, RunFacts, Summary
+from evaluation.results import Measured, RunEvaluation, RunFacts, StepResult, Summary
 from evaluation.table import NUMBERS, cycle_numbers, cycle_rows
 
 _HEAD = '{"run":{'
@@ -51,7 +51,8 @@ class KeptRun:
     cycles : bytes
         Numbers of the table of cycles, float64, shape (C, len(NUMBERS)).
     loop : bytes
-        Mean loop: strokes and forces of both branches, float64, shape (3, M); empty where there is none.
+        Mean loops of the run, or of each of its steps: strokes and forces of both branches, float64, shape
+        (3, M) one after the other; empty where there is none.
     entry : bytes
         Entry of the evaluation document but for the path, compressed JSON; empty where it was not asked for.
     rows : str
@@ -91,7 +92,8 @@ class KeptRun:
     def light(self) -> RunEvaluation:
         """Return the result without samples and cycles, from which trends and comparisons are made."""
         facts = self.facts
-        values = {name: Measured(value, U, half_width_95=half) for name, (value, U, half) in _means(facts)}
+        steps = facts["steps"]
+        loops = _curves(self.loop, [facts, *steps])
         return replace(
             LIGHT,
             facts=RunFacts(
@@ -101,9 +103,21 @@ class KeptRun:
                 sha256=facts["sha256"],
                 specimen=facts["specimen"],
             ),
-            summary=Summary(tuple(facts["cycles_used"]), values),
+            summary=_summary(facts),
             verdict=facts["verdict"],
-            mean_loop=_loop(facts["loop"], self.loop),
+            mean_loop=_loop(facts["loop"], loops[0]),
+            steps=tuple(
+                StepResult(
+                    index=step["index"],
+                    start_s=step["start_s"],
+                    end_s=step["end_s"],
+                    cycles=tuple(step["cycles"]),
+                    summary=_summary(step),
+                    mean_loop=_loop(step["loop"], curves),
+                    shared_errors=shared_of(step["shared_errors"]),
+                )
+                for step, curves in zip(steps, loops[1:], strict=True)
+            ),
             shared_errors=shared_of(facts["shared_errors"]),
         )
 
@@ -114,12 +128,14 @@ def keep(run: RunEvaluation) -> KeptRun:
     of_run = {key: value for key, value in entry["run"].items() if key != "path"}
     text = _json({**entry, "run": of_run})
     assert text.startswith(_HEAD.encode())
-    loop = run.mean_loop if run.mean_loop is not None and run.mean_loop.temperature_C is not None else None
-    curves = b"" if loop is None else np.stack((loop.stroke_mm, loop.loading_kN, loop.unloading_kN)).tobytes()
+    loops = [_worth_keeping(loop) for loop in (run.mean_loop, *(step.mean_loop for step in run.steps))]
+    curves = b"".join(
+        np.stack((loop.stroke_mm, loop.loading_kN, loop.unloading_kN)).tobytes() for loop in loops if loop
+    )
     numbers = cycle_numbers(entry)
     return KeptRun(
         path=run.facts.path,
-        text=_json(_facts(entry, run, loop)).decode(),
+        text=_json(_facts(entry, run)).decode(),
         cycles=numbers.tobytes(),
         loop=curves,
         entry=zlib.compress(text, _QUICK),
@@ -127,7 +143,12 @@ def keep(run: RunEvaluation) -> KeptRun:
     )
 
 
-def _facts(entry: Mapping[str, Any], run: RunEvaluation, loop: MeanLoop | None) -> dict[str, Any]:
+def _worth_keeping(loop: MeanLoop | None) -> MeanLoop | None:
+    """Return a loop that can be compared with others: one whose temperature is known."""
+    return loop if loop is not None and loop.temperature_C is not None else None
+
+
+def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
     limits = entry["limit_set"]
     return {
         "id": run.facts.id,
@@ -137,35 +158,63 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation, loop: MeanLoop | None) 
         "started": None if run.facts.started is None else run.facts.started.isoformat(),
         "status": run.facts.status,
         "cycles": len(run.cycles),
-        "cycles_used": list(run.summary.cycles_used),
-        "means": {
-            n: (m.value, m.expanded_uncertainty, m.half_width_95) for n, m in run.summary.values.items()
-        },
+        **_of_summary(run.summary, run.mean_loop),
+        "steps": [
+            {
+                "index": step.index,
+                "start_s": step.start_s,
+                "end_s": step.end_s,
+                "cycles": list(step.cycles),
+                **_of_summary(step.summary, step.mean_loop),
+                "shared_errors": None if step.shared_errors is None else step.shared_errors.entry(),
+            }
+            for step in run.steps
+        ],
         "verdict": run.verdict,
         "requirements": dict(Counter(row.verdict for row in run.requirements)),
         "limit_set": None if limits is None else {"id": limits["id"], "sha256": limits["sha256"]},
         "warnings": len(run.warnings),
         "shared_errors": entry["shared_errors"],
+    }
+
+
+def _of_summary(summary: Summary, loop: MeanLoop | None) -> dict[str, Any]:
+    """Return what is kept of the figures that stand for a run or a step."""
+    kept = _worth_keeping(loop)
+    return {
+        "cycles_used": list(summary.cycles_used),
+        "means": {n: (m.value, m.expanded_uncertainty, m.half_width_95) for n, m in summary.values.items()},
         "loop": None
-        if loop is None
+        if kept is None
         else {
-            "cycles": list(loop.cycles),
-            "temperature_C": loop.temperature_C,
-            "temperature_accuracy_C": loop.temperature_accuracy_C,
-            "means": dict(loop.means),
-            "expanded_uncertainties": dict(loop.expanded_uncertainties),
+            "cycles": list(kept.cycles),
+            "temperature_C": kept.temperature_C,
+            "temperature_accuracy_C": kept.temperature_accuracy_C,
+            "means": dict(kept.means),
+            "expanded_uncertainties": dict(kept.expanded_uncertainties),
         },
     }
 
 
-def _means(facts: Mapping[str, Any]) -> list[tuple[str, tuple[float | None, float | None, float | None]]]:
-    return [(name, (value, U, half)) for name, (value, U, half) in facts["means"].items()]
+def _summary(facts: Mapping[str, Any]) -> Summary:
+    means = facts["means"].items()
+    values = {name: Measured(value, U, half_width_95=half) for name, (value, U, half) in means}
+    return Summary(tuple(facts["cycles_used"]), values)
 
 
-def _loop(facts: Mapping[str, Any] | None, curves: bytes) -> MeanLoop | None:
-    if facts is None:
+def _curves(kept: bytes, parts: Sequence[Mapping[str, Any]]) -> list[NDArray[np.float64] | None]:
+    """Return the curves of run and steps, shape (3, M) each; None of one whose loop was not kept."""
+    there = [part["loop"] is not None for part in parts]
+    if not any(there):
+        return [None] * len(parts)
+    loops = iter(np.frombuffer(kept, dtype="<f8").reshape(sum(there), 3, -1))
+    return [next(loops) if own else None for own in there]
+
+
+def _loop(facts: Mapping[str, Any] | None, curves: NDArray[np.float64] | None) -> MeanLoop | None:
+    if facts is None or curves is None:
         return None
-    stroke, loading, unloading = np.frombuffer(curves, dtype="<f8").reshape(3, -1)
+    stroke, loading, unloading = curves
     return MeanLoop(
         cycles=tuple(facts["cycles"]),
         stroke_mm=stroke,

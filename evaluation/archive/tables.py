@@ -47,18 +47,23 @@ def _of_run(evaluation: ArchiveEvaluation) -> OfRun:
 def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
     """Return the table with a row a run, and one a file that could not be evaluated (``problem``).
 
+    The row of a run with several steps has no means; a row for each of its steps follows, with the means of
+    that step. ``part`` is the number of the step there, and empty in the rows of runs; what belongs to the
+    run as a whole (verdict, warnings, requirements) stands in the row of the run alone.
+
     Columns: ``run``, ``path``, ``kind``, ``specimen``, ``started``, ``status``, ``verdict``, ``cycles``,
     ``cycles_used``, the means by their names in the summary, ``U(…)`` of each, ``warnings``, the number of
-    requirements of each verdict, ``limit_set``, ``problem``, ``sha256``, ``settings_sha256``, ``version``.
+    requirements of each verdict, ``limit_set``, ``problem``, ``sha256``, ``settings_sha256``, ``version``,
+    ``part``.
     """
     import pandas as pd  # noqa: PLC0415
 
-    rows: list[dict[str, Any]] = [_run_row(run) for run in evaluation.runs]
+    rows: list[dict[str, Any]] = [row for run in evaluation.runs for row in (_run_row(run), *_step_rows(run))]
     rows += [{"path": failure.path, "problem": failure.problem} for failure in evaluation.failures]
     trace = {"settings_sha256": evaluation.settings.sha256, "version": evaluation.software.text}
     table = pd.DataFrame([row | trace for row in rows], columns=list(RUN_COLUMNS))
     numbers = [*SUMMARY_NAMES, *(f"U({name})" for name in SUMMARY_NAMES)]
-    counts = ["cycles", "cycles_used", "warnings", *_VERDICT_COLUMNS.values()]
+    counts = ["part", "cycles", "cycles_used", "warnings", *_VERDICT_COLUMNS.values()]
     return table.astype(dict.fromkeys(numbers, "float64") | dict.fromkeys(counts, "Int64"))
 
 
@@ -74,13 +79,12 @@ RUN_COLUMNS = (
     *(f"U({name})" for name in SUMMARY_NAMES),
     "warnings",
     *_VERDICT_COLUMNS.values(),
-    *("limit_set", "problem", "sha256", "settings_sha256", "version"),
+    *("limit_set", "problem", "sha256", "settings_sha256", "version", "part"),
 )
 
 
-def _run_row(run: KeptRun) -> dict[str, Any]:
+def _identity(run: KeptRun) -> dict[str, Any]:
     facts = run.facts
-    judged = facts["requirements"]
     return {
         "run": facts["id"],
         "path": run.path,
@@ -88,15 +92,36 @@ def _run_row(run: KeptRun) -> dict[str, Any]:
         "specimen": facts["specimen"].get("id"),
         "started": facts["started"],
         "status": facts["status"],
+        "sha256": facts["sha256"],
+    }
+
+
+def _means(part: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "cycles_used": len(part["cycles_used"]),
+        **{name: mean[0] for name, mean in part["means"].items()},
+        **{f"U({name})": mean[1] for name, mean in part["means"].items()},
+    }
+
+
+def _step_rows(run: KeptRun) -> list[dict[str, Any]]:
+    return [
+        {**_identity(run), "part": step["index"], "cycles": len(step["cycles"]), **_means(step)}
+        for step in run.facts["steps"]
+    ]
+
+
+def _run_row(run: KeptRun) -> dict[str, Any]:
+    facts = run.facts
+    judged = facts["requirements"]
+    return {
+        **_identity(run),
         "verdict": facts["verdict"],
         "cycles": facts["cycles"],
-        "cycles_used": len(facts["cycles_used"]),
-        **{name: mean[0] for name, mean in facts["means"].items()},
-        **{f"U({name})": mean[1] for name, mean in facts["means"].items()},
+        **_means(facts),
         "warnings": facts["warnings"],
         **{column: judged.get(verdict, 0) for verdict, column in _VERDICT_COLUMNS.items()},
         "limit_set": None if facts["limit_set"] is None else facts["limit_set"]["id"],
-        "sha256": facts["sha256"],
     }
 
 

@@ -187,7 +187,7 @@ def _steps(sides: Sides, conditions: Sequence[Condition]) -> Table:
                 *(
                     Cell(DASH, "missing", "this step was not run on it")
                     if run is None
-                    else Cell(str(run.number), "number")
+                    else Cell(run.label, "number")
                     for run in condition.runs
                 ),
                 *(_temperature_cell(run) for run in condition.runs),
@@ -325,7 +325,7 @@ def _without(sides: Sides, conditions: Sequence[Condition]) -> list[str]:
     left = alone(sides, conditions)
     if not left:
         return []
-    named = runs_text(run.number for run in left)
+    named = runs_text({run.number for run in left})
     return [f"{named[:1].upper()}{named[1:]}: a step that none of the others has run; not compared."]
 
 

@@ -83,7 +83,7 @@ def _loops_picture(sides: Sides, condition: Condition, conditions: int) -> Unnum
         loops.append(loop)
         warm = start_C(run)
         labels.append(
-            f"{side.letter} (run {run.number}" + ("" if warm is None else f", {fixed(warm, 1)} °C") + ")"
+            f"{side.letter} (run {run.label}" + ("" if warm is None else f", {fixed(warm, 1)} °C") + ")"
         )
         rows.append(_numbers(side.letter, run, loop))
     if len(loops) < 2:
@@ -116,7 +116,7 @@ def _numbers(letter: str, run: ReportRun, loop: Loop) -> tuple[Cell, ...]:
     cycle = run.shown_cycle() or {}
     return (
         Cell(letter),
-        Cell(str(run.number), "number"),
+        Cell(run.label, "number"),
         Cell(str(loop.cycle), "number"),
         quantity_cell("stroke_max_mm", float(np.nanmax(loop.stroke_mm)), ""),
         Cell(significant(float(np.nanmax(loop.force_kN))), "number"),

@@ -97,7 +97,7 @@ def conditions_of(sides: Sides) -> list[Condition]:
     """
     found: list[list[ReportRun | None]] = []
     for place, side in enumerate(sides.sides):
-        for run in side.source.runs:
+        for run in (part for whole in side.source.runs for part in whole.parts):
             fitting = next((c for c in found if c[place] is None and _same(_any(c), run)), None)
             if fitting is None:
                 fitting = [None] * len(sides.sides)
@@ -109,8 +109,8 @@ def conditions_of(sides: Sides) -> list[Condition]:
 
 def alone(sides: Sides, conditions: Sequence[Condition]) -> list[ReportRun]:
     """Return the runs that no other side has a counterpart of."""
-    paired = {run.number for condition in conditions for run in condition.runs if run is not None}
-    return [run for run in sides.whole.runs if run.number not in paired]
+    paired = {run.label for condition in conditions for run in condition.runs if run is not None}
+    return [part for run in sides.whole.runs for part in run.parts if part.label not in paired]
 
 
 def _any(runs: Sequence[ReportRun | None]) -> ReportRun:

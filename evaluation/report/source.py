@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +41,8 @@ class ReportRun:
         Its samples; None when they cannot be used, and ``problem`` says why.
     problem : str
         Why there are no samples.
+    part : int or None
+        Number of a step, where this is one of the steps of a run (:attr:`parts`).
     """
 
     number: int
@@ -51,6 +53,23 @@ class ReportRun:
     evaluated: Mapping[str, Any]
     record: Record | None
     problem: str = ""
+    part: int | None = None
+
+    @property
+    def label(self) -> str:
+        """Its number in the report, and that of the step: ``3``, ``3#2``."""
+        return str(self.number) + ("" if self.part is None else f"#{self.part}")
+
+    @property
+    def parts(self) -> tuple[ReportRun, ...]:
+        """The run itself; or, where its record has several steps, each with its own cycles and results."""
+        parts = []
+        for step in self.evaluated.get("steps") or ():
+            own = [cycle for cycle in self.cycles if cycle["index"] in step["cycles"]]
+            parts.append(
+                replace(self, part=step["index"], evaluated={**self.evaluated, **step, "cycles": own})
+            )
+        return tuple(parts) or (self,)
 
     @property
     def id(self) -> str:
@@ -143,8 +162,11 @@ class ReportRun:
         return value
 
     def nominal(self, name: str) -> float | None:
-        """Return what was required of a step (``prestress_mm`` …), or the mean of what was measured."""
-        required = usable(self.fact("step", name))
+        """Return what was required of a step (``prestress_mm`` …), or the mean of what was measured.
+
+        Of a run whose record has several steps, each is what was measured.
+        """
+        required = usable(self.fact("step", name)) if self.part is None else None
         return required if required is not None else self.result(name)
 
     def result(self, name: str) -> float | None:

@@ -86,10 +86,15 @@ def runs_section(source: Source) -> Section:
             Column("Temperature start → max.", "°C"),
             Column("Verdict"),
         ),
-        tuple(_result(run) for run in source.runs),
+        tuple(_result(part) for run in source.runs for part in run.parts),
         note="Means over the cycles used; U = k u with coverage factor k = 2. The tangent stiffness is the "
         "slope of the loading branch at the cycle’s mean stroke. Prestress is the mean stroke, amplitude "
-        "half the range.",
+        "half the range."
+        + (
+            " 1#2 is the second step of run 1, whose record has several."
+            if any(run.part is not None for each in source.runs for run in each.parts)
+            else ""
+        ),
     )
     return Section("runs", "Runs", (done, results))
 
@@ -108,7 +113,7 @@ def _done(run: ReportRun) -> tuple[Cell, ...]:
         Cell(DASH, "missing", run.problem or "no usable samples")
         if run.record is None
         else Cell(duration_text(run.duration_s), "number"),
-        Cell(f"{complete} / {len(run.cycles_used)}", "number"),
+        Cell(f"{complete} / {sum(len(part.cycles_used) for part in run.parts)}", "number"),
         Cell(ended, "bad" if ended in {"failed", "stopped"} else "text"),
     )
 
@@ -118,7 +123,7 @@ def _result(run: ReportRun) -> tuple[Cell, ...]:
     nothing = _no_record(run) or (
         "no complete cycle in the run" if shown is None else "no cycle of the run is complete and steady"
     )
-    cells = [Cell(str(run.number), "number")]
+    cells = [Cell(run.label, "number")]
     for name in ("prestress_mm", "amplitude_mm", "frequency_Hz", "force_max_kN"):
         why = why_missing(run, shown, name) if shown is not None and run.cycles_used else nothing
         cells.append(quantity_cell(name, run.result(name), why))
@@ -202,7 +207,8 @@ def cycles_section(source: Source) -> Section:
 def _printed(run: ReportRun) -> list[Mapping[str, Any]]:
     if run.kind != "harmonic" or len(run.cycles) <= MOST_HARMONIC_CYCLES:
         return run.cycles
-    last = max(run.cycles_used, default=run.cycles[-1]["index"])
+    used = [index for part in run.parts for index in part.cycles_used]
+    last = max(used, default=run.cycles[-1]["index"])
     upto = [cycle for cycle in run.cycles if cycle["index"] <= last]
     return upto[-MOST_HARMONIC_CYCLES:]
 
@@ -211,7 +217,7 @@ def cycle_head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, Cell, Ce
     """Return the cells that name a cycle: its run, its number, and whether the results are from it."""
     if not cycle.get("complete"):
         state = "incomplete"
-    elif cycle["index"] in run.cycles_used:
+    elif any(cycle["index"] in part.cycles_used for part in run.parts):
         state = "used"
     else:
         state = "steady" if cycle.get("steady") else "settling"

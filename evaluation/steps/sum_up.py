@@ -1,0 +1,109 @@
+"""The figures that stand for a run, or for each of its steps: summary, budget, mean loop, effect of skew."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from evaluation.across_runs.shared import SharedErrors, shared_errors
+from evaluation.alignment import SkewSensitivity, skew_sensitivity
+from evaluation.budget_lines import Budget
+from evaluation.error_model import Draws
+from evaluation.inertia import InertiaForce
+from evaluation.loops import CutLoops
+from evaluation.mean_loop import MeanLoop, mean_loop
+from evaluation.record import Record
+from evaluation.results import CycleResult, RunFacts, StepResult, Summary
+from evaluation.steps.divide import Division
+from evaluation.summary import MeanOfDraws, summarise
+from evaluation.uncertainty import CyclePropagation
+
+
+@dataclass(frozen=True, eq=False)
+class SummedUp:
+    """What stands for a run. Of a run with several steps only ``steps`` does, and the rest is empty."""
+
+    summary: Summary
+    budget: tuple[Budget, ...] = ()
+    skew_sensitivity: SkewSensitivity | None = None
+    mean_loop: MeanLoop | None = None
+    shared_errors: SharedErrors | None = None
+    steps: tuple[StepResult, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluated:
+    """A run whose cycles are evaluated, and what its figures were propagated with.
+
+    ``draws`` are the errors that were drawn (None: none could be), ``tallies`` what they make of the figures
+    of each step of the division, in their order. ``budgets``: whether uncertainties were asked for.
+    """
+
+    record: Record
+    facts: RunFacts
+    results: Sequence[CycleResult]
+    loops: CutLoops
+    prepared: Mapping[int, CyclePropagation]
+    tallies: Sequence[MeanOfDraws]
+    draws: Draws | None
+    budgets: bool
+    added: InertiaForce | None = None
+
+
+def sum_up(run: Evaluated, division: Division) -> SummedUp:
+    """Return what stands for a run, or for each of its steps.
+
+    Parameters
+    ----------
+    run : Evaluated
+    division : Division
+    """
+    if not division.several:
+        whole = _summed(run, division.used, run.tallies[0] if run.tallies else MeanOfDraws())
+        # Where no cycle is steady, the complete ones make the loop; cycles of a sweep are not alike.
+        return replace(whole, mean_loop=None) if division.loose and not division.parts else whole
+    by_number = {result.cycle.index: result.cycle for result in run.results}
+    steps = []
+    for number, (part, tally) in enumerate(zip(division.parts, run.tallies, strict=True), 1):
+        own = _summed(run, part.used, tally)
+        steps.append(
+            StepResult(
+                index=number,
+                start_s=by_number[part.cycles[0]].start_s,
+                end_s=by_number[part.cycles[-1]].end_s,
+                cycles=part.cycles,
+                summary=own.summary,
+                budget=own.budget,
+                skew_sensitivity=own.skew_sensitivity,
+                mean_loop=own.mean_loop,
+                shared_errors=own.shared_errors,
+            )
+        )
+    return SummedUp(summarise((), (), MeanOfDraws()), steps=tuple(steps))
+
+
+def _summed(run: Evaluated, used: tuple[int, ...], tally: MeanOfDraws) -> SummedUp:
+    summary = summarise(run.results, used, tally)
+    budget: tuple[Budget, ...] = ()
+    if run.budgets:
+        from evaluation.budget import run_budget  # noqa: PLC0415 - GTC is slow to import
+
+        stated = run.facts.force_uncertainty, run.facts.stroke_uncertainty
+        budget = run_budget(*stated, run.prepared, summary, run.added)
+    shared = None
+    if run.draws is not None and run.facts.chain is not None and tally.drawn:
+        shared = shared_errors(run.facts.chain, run.draws, tally.means())
+    return SummedUp(
+        summary, budget, _skew(run, used), mean_loop(run.record, run.results, used, run.loops), shared
+    )
+
+
+def _skew(run: Evaluated, used: Sequence[int]) -> SkewSensitivity:
+    wanted = set(used)
+    chosen = [result for result in run.results if result.cycle.index in wanted]
+    return skew_sensitivity(
+        run.record,
+        [result.cycle for result in chosen],
+        periodic=run.facts.kind in ("static", "harmonic"),
+        storage_stiffness_kN_per_mm=[result.quantities.storage_stiffness_kN_per_mm for result in chosen],
+    )
