@@ -13,6 +13,7 @@ import numpy as np
 from evaluation.across_runs.identity import Occasion, identity_of
 from evaluation.channels.joined import are_apart, joined
 from evaluation.channels.rows import is_stamped
+from evaluation.channels.sensors import said, true_readings
 from evaluation.choices import ForceCell
 from evaluation.long_runs import Bounds, long_record, on_time, same_instants, thinned
 from evaluation.record import FloatArray, Record, Temperature, make_record
@@ -63,7 +64,14 @@ def _read(run: Run, bounds: Bounds) -> tuple[Record, RunFacts]:
             raise _explained(run, error, bounds) from None
         problem = f"nothing to evaluate: the run holds no samples (status {run.status}) {run.reason}".rstrip()
         record, problems = Record(_EMPTY, _EMPTY, _EMPTY), (problem,)
-    return record, replace(facts, problems=(*facts.problems, *problems))
+    faults = [text for sensor in record.temperatures for text in _faults_of(sensor)]
+    return record, replace(facts, problems=(*facts.problems, *problems, *faults))
+
+
+def _faults_of(sensor: Temperature) -> list[str]:
+    name = f"{sensor.name} ({sensor.place})" if sensor.place else sensor.name
+    faulty = sum(len(fault.times_s) for fault in sensor.faults)
+    return said(name, sensor.faults, int(np.count_nonzero(np.isfinite(sensor.temperature_C))) + faulty)
 
 
 def _explained(run: Run, error: BadInput, bounds: Bounds) -> BadInput:
@@ -193,14 +201,17 @@ def _temperatures(run: Run, bounds: Bounds) -> tuple[Temperature, ...]:
                 series = thinned(run, channel.name, bounds)
             else:
                 series = run.series(channel.name)
+            shown_C = to_inside(series.value, "temperature", series.unit)
+            true, faults = true_readings(series.time_s, shown_C)
             found.append(
                 Temperature(
                     name=channel.name,
-                    time_s=series.time_s,
-                    temperature_C=to_inside(series.value, "temperature", series.unit),
+                    time_s=series.time_s[true] if faults else series.time_s,
+                    temperature_C=shown_C[true] if faults else shown_C,
                     role="ambient" if roles.get(channel.name) == "ambient" else "specimen",
                     place=channel.place,
                     accuracy_C=channel.uncertainty.zero,
+                    faults=faults,
                 )
             )
     return tuple(found)

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evaluation.channels.sensors import SensorFault
 from evaluation.defects import Cleaner, Defect
 from foundation.errors import BadInput
 
@@ -27,6 +28,8 @@ class Temperature:
     place: str = ""
     accuracy_C: float | None = None
     """Limit of the sensor's error, where it is known."""
+    faults: tuple[SensorFault, ...] = ()
+    """What it showed besides that is no reading; it is not among ``temperature_C``."""
 
 
 @dataclass(frozen=True, eq=False)
