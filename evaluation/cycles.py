@@ -1,7 +1,8 @@
 """Finding the cycles of a run from its stroke alone, wherever they are and however they begin.
 
 Criteria (docs/evaluation.md): a cycle is *complete* when both its lower turning points are turns of the
-motion, or rests of the specimen to which the stroke returns, and no break of the record lies inside. It is
+motion, or rests of the specimen to which the stroke returns, and no break of the record lies inside (those
+that are bridged, :mod:`evaluation.gaps`, are none). It is
 *steady* when it closes and repeats a neighbour: turning points, frequency and distortion of the stroke.
 """
 
@@ -65,7 +66,7 @@ def find_with_harmonics(
         return (), np.zeros(0, dtype=np.complex128)
     turns = _fit_turns(record, index, sampling)
     triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
-    why = _incomplete(record, triples)
+    why, broken = _incomplete(record, triples)
     whole = np.array([not reasons for reasons in why])
     ends = np.array([(a.leave_s, c.time_s, a.leave_mm, c.stroke_mm) for a, _, c in triples]).reshape(-1, 4)
     start_s, end_s, low, end = ends.T
@@ -77,7 +78,8 @@ def find_with_harmonics(
     known = [None if np.isnan(d) else d for d in distortion.tolist()]
     repeated = (whole & _repeats(triples, whole, distortion)).tolist()
     cycles = [
-        Cycle(i + 1, *triples[i], not why[i], repeated[i], known[i], why[i]) for i in range(len(triples))
+        Cycle(i + 1, *triples[i], not why[i], repeated[i], known[i], why[i], not broken[i])
+        for i in range(len(triples))
     ]
     return _judge_steady(cycles), found.first_harmonic()
 
@@ -116,15 +118,14 @@ Triple = tuple[TurningPoint, TurningPoint, TurningPoint]
 _FITTED = ("polynomial", "lines")
 
 
-def _incomplete(record: Record, triples: Sequence[Triple]) -> list[tuple[str, ...]]:
-    """Return why each cycle is not complete; nothing where it is."""
+def _incomplete(record: Record, triples: Sequence[Triple]) -> tuple[list[tuple[str, ...]], list[bool]]:
+    """Return why each cycle is not complete, nothing where it is; and which of them a break goes through."""
     time_s = record.time_s
     spans = np.array([(start.leave_s, end.time_s) for start, _, end in triples]).reshape(-1, 2)
     # The first and last sample that each touches, the neighbours outside included.
     first = np.maximum(0, np.searchsorted(time_s, spans[:, 0], side="right") - 1)
     last = np.minimum(time_s.size - 1, np.searchsorted(time_s, spans[:, 1], side="left"))
-    breaks = np.array(record.breaks, dtype=np.intp)
-    broken = np.searchsorted(breaks, last, side="right") > np.searchsorted(breaks, first, side="right")
+    broken = _broken(record, triples, first, last)
     few = last - first + 1 < _LEAST_SAMPLES
     inner = _branch_samples(time_s, triples)
     bare = np.any(inner < _LEAST_BRANCH, axis=0)
@@ -134,16 +135,31 @@ def _incomplete(record: Record, triples: Sequence[Triple]) -> list[tuple[str, ..
         if start.method in _FITTED and top.method in _FITTED and end.method in _FITTED and not odd[row]:
             reasons.append(())
             continue
-        why = _not_closed(start, top, end)
+        why = [] if broken[row] else _not_closed(start, top, end)
         if broken[row]:
-            inside = [d for d in record.defects if d.end_s > start.leave_s and d.start_s < end.time_s]
-            why.append("the record is broken in it: " + (describe(inside) or "samples are missing"))
+            inside = [d for d in record.defects if d.end_s >= start.leave_s and d.start_s <= end.time_s]
+            missing = describe(inside) or "samples are missing"
+            why.append(f"what is not on record of it is too long to be bounded: {missing}")
         if few[row]:
             why.append(f"it has fewer than {_LEAST_SAMPLES} samples")
         elif bare[row]:
             why += _bare_branches(inner[:, row].tolist())
         reasons.append(tuple(why))
-    return reasons
+    return reasons, broken.tolist()
+
+
+def _broken(
+    record: Record, triples: Sequence[Triple], first: NDArray[np.intp], last: NDArray[np.intp]
+) -> NDArray[np.bool_]:
+    """Say which cycles a break goes through, from their first to their last sample, or cuts off at an end."""
+    if not record.breaks:
+        return np.zeros(len(triples), dtype=bool)
+    breaks = np.array(record.breaks, dtype=np.intp)
+    begins, ends = (np.array([t[end].method == "cut" for t in triples]).astype(np.intp) for end in (0, 2))
+    return np.asarray(
+        np.searchsorted(breaks, last + ends, side="right")
+        > np.searchsorted(breaks, first - begins, side="right")
+    )
 
 
 def _branch_samples(time_s: FloatArray, triples: Sequence[Triple]) -> NDArray[np.intp]:

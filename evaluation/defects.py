@@ -1,4 +1,4 @@
-"""Defective samples of a record: which leave, and what place each leaves behind that nothing may cross."""
+"""Defective samples of a record: which leave, and what place each leaves behind that is not on record."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan"]
+DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan", "doubled"]
 
 _GAP_STEPS = 1.5
 """A step longer than this many usual steps is a gap (a missing sample makes 2)."""
@@ -28,12 +28,21 @@ _TEXTS = ("no number (NaN)", "repeated time stamp", "backward time stamp")
 
 @dataclass(frozen=True)
 class Defect:
-    """One place where the record must not be integrated across: from ``start_s`` to ``end_s``."""
+    """One place, from ``start_s`` to ``end_s``, where something is not on record.
+
+    ``samples`` left there (0: it is a step of time). ``doubled`` rows, which repeat others, hide nothing.
+    """
 
     kind: DefectKind
     start_s: float
     end_s: float
     text: str
+    samples: int = 0
+
+
+def gap(start_s: float, end_s: float) -> Defect:
+    """Return a step of time that is longer than those around it."""
+    return Defect("gap", start_s, end_s, f"gap of {end_s - start_s:.4g} s after {start_s:.6g} s")
 
 
 def describe(defects: Sequence[Defect], most: int = 3) -> str:
@@ -56,7 +65,7 @@ class _Dropped:
         start = first_kept_s if self.start_s is None else self.start_s
         end = last_kept_s if self.end_s is None else self.end_s
         what = _TEXTS[self.reason] + (f" in {self.samples} samples" if self.samples > 1 else "")
-        return Defect(_KINDS[self.reason], start, end, f"{what} at {start:.6g} s")
+        return Defect(_KINDS[self.reason], start, end, f"{what} at {start:.6g} s", self.samples)
 
 
 class Cleaner:
@@ -72,6 +81,8 @@ class Cleaner:
         self._limit_s = longest_usual_step_s
         self.kept = 0
         """Samples that stayed so far."""
+        self.even = True
+        """Whether all steps between them are alike."""
         self._latest_s = -np.inf
         self._first_kept_s = self._last_kept_s = np.nan
         self._broken = False  # whether a sample was dropped since the last one that stayed
@@ -80,6 +91,10 @@ class Cleaner:
         self._endless: list[_Dropped] = []
         self._touching: _Dropped | None = None
         self._between: list[Defect] = []
+        self._last_kept = (np.nan, np.nan, np.nan)
+        self.doubled = 0
+        """Rows that repeated others so far."""
+        self._doubled_s = (np.nan, np.nan)  # when the first and the last of them were
 
     def take(
         self,
@@ -119,6 +134,8 @@ class Cleaner:
             kept, broken = self._drop(time_s, stroke_mm, force_kN)
             size = kept.size
             shortest_s, longest_s = step_limits(time_s[kept])
+        if size:
+            self._last_kept = _last_of(kept, time_s, stroke_mm, force_kN)
         lost = [(0, samples) for samples in self._lost]
         for at, samples in lost_before:
             lost.append((at if isinstance(kept, slice) else int(np.searchsorted(kept, at)), samples))
@@ -132,6 +149,10 @@ class Cleaner:
     def defects(self) -> tuple[Defect, ...]:
         """Return all defects of the samples taken, in order of time."""
         found = [group.defect(self._first_kept_s, self._last_kept_s) for group in self._dropped]
+        if self.doubled:
+            first, last = self._doubled_s
+            what = f"{self.doubled} doubled rows, the first at {first:.6g} s"
+            found.append(Defect("doubled", first, last, what, self.doubled))
         return tuple(sorted((*found, *self._between), key=lambda defect: defect.start_s))
 
     def _drop(
@@ -144,9 +165,27 @@ class Cleaner:
         before, self._latest_s = latest[:-1], float(latest[-1])
         keep = finite & (np.where(np.isfinite(time), time, np.inf) > before)
         kept, dropped = np.flatnonzero(keep), np.flatnonzero(~keep)
+        dropped = dropped[~self._repeats(np.stack((time, stroke, force)), kept, dropped)]
         reason = np.where(~finite[dropped], 0, np.where(time[dropped] == before[dropped], 1, 2))
         self._note(time, kept, dropped, reason)
         return kept, np.searchsorted(kept, dropped).tolist()
+
+    def _repeats(
+        self, rows: FloatArray, kept: NDArray[np.intp], dropped: NDArray[np.intp]
+    ) -> NDArray[np.bool_]:
+        """Say which of the dropped samples, columns of ``rows``, repeat one that stays; and count them."""
+        known = np.concatenate((np.array(self._last_kept)[:, None], rows[:, kept]), axis=1)
+        if not dropped.size or not known.size:
+            return np.zeros(dropped.size, dtype=bool)
+        first = int(np.isnan(known[0, 0]))
+        place = first + np.searchsorted(known[0, first:], rows[0, dropped])
+        same = np.all(known[:, np.minimum(place, known.shape[1] - 1)] == rows[:, dropped], axis=0)
+        if same.any():
+            moments = rows[0, dropped[same]]
+            begin_s = self._doubled_s[0] if self.doubled else float(moments[0])
+            self._doubled_s = (begin_s, float(moments[-1]))
+            self.doubled += int(np.count_nonzero(same))
+        return np.asarray(same)
 
     def _note(
         self, time: FloatArray, kept: NDArray[np.intp], dropped: NDArray[np.intp], reason: NDArray[np.intp]
@@ -195,6 +234,7 @@ class Cleaner:
     ) -> NDArray[np.intp]:
         """Return the breaks between kept samples, and note what the steps between them are."""
         limit_s = self._limit_s
+        self.even &= longest_s <= _EVEN * shortest_s
         if limit_s is None:
             limit_s = _longest_usual_step_s(time, shortest_s, longest_s)
         steps = _longer_steps(time, limit_s) if longest_s > limit_s else set()
@@ -215,10 +255,16 @@ class Cleaner:
                 known.add(at)
         for at in sorted(steps - known):
             a, b = around(at)
-            self._between.append(Defect("gap", a, b, f"gap of {b - a:.4g} s after {a:.6g} s"))
+            self._between.append(gap(a, b))
         self._last_kept_s = float(time[-1])
         self.kept += time.size
         return np.array(sorted(at for at in known | steps if at >= least), dtype=np.intp)
+
+
+def _last_of(kept: NDArray[np.intp] | slice, *columns: FloatArray) -> tuple[float, float, float]:
+    at = -1 if isinstance(kept, slice) else int(kept[-1])
+    time, stroke, force = (float(column[at]) for column in columns)
+    return time, stroke, force
 
 
 def usual_limit_s(median_s: float, high_s: float) -> float:

@@ -26,6 +26,7 @@ the figures of the reference budget (standards.md 3) are reproduced source by so
 TIME_BASE_LIMIT = 1e-4
 """Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is
 no part of any energy; on frequency and speeds it is negligible beside the rest, and counted all the same."""
+_UNRECORDED = 1
 FORCE_TERMS = 5
 """Force as recorded, scale, zero, reversal, skew (order of :attr:`Draws.force`); then inertia, if any."""
 STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
@@ -70,6 +71,8 @@ class Draws:
         -1 or 1. A largest reading is too large, and by how much is known on average. An interval about it
         holds the truth as often as one for an error of that size and either sign. It has one sign in all
         cycles, and does not average out.
+    unrecorded : array, shape (N,)
+        What is not on record, as a share of its limit, -1 … 1 (:mod:`evaluation.gaps`).
     """
 
     force: FloatArray
@@ -79,6 +82,7 @@ class Draws:
     time_base: FloatArray
     thermometer: FloatArray
     overreach: FloatArray
+    unrecorded: FloatArray
 
     def errors(self) -> dict[str, FloatArray]:
         """Return the errors that a certificate covers, so that other runs may have them too, by name.
@@ -185,7 +189,11 @@ def draw_errors(
     overreach = np.where(generator.random(draws) < 0.5, -1.0, 1.0)
     if inertia is not None:
         force_errors = np.column_stack((force_errors, within(inertia.limit)))
-    return Draws(force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach)
+    # Of a generator of its own: what is drawn of a record that lacks nothing stays as it was.
+    unrecorded = np.random.default_rng((seed, _UNRECORDED)).uniform(-1.0, 1.0, draws)
+    return Draws(
+        force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach, unrecorded
+    )
 
 
 def stroke_terms(stroke_mm: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from evaluation.channels.rows import is_stamped
 from evaluation.condense import block_means, block_starts
 from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
-from evaluation.record import Record, check_usable
+from evaluation.record import Record, check_usable, with_own_steps
 from evaluation.splines import moved, moved_evenly
 from foundation.units import to_inside
 from recording.run import Run, Series, mean_stroke
@@ -96,6 +96,8 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
         wire_difference_mm=others.pop() if others else None,
         averaged=size,
     )
+    if size == 1 and not cleaner.even:
+        record = with_own_steps(record)
     return record, _hidden_cycles(record, high_mm - low_mm)
 
 

@@ -53,7 +53,10 @@ class TurningPoint(NamedTuple):
 
 
 class Cycle(NamedTuple):
-    """One cycle: lower turning point ``start``, upper ``top``, lower ``end``; ``why`` says what it is not."""
+    """One cycle: lower turning point ``start``, upper ``top``, lower ``end``; ``why`` says what it is not.
+
+    Not ``bounded``: what is not on record of it could change it by more than is allowed.
+    """
 
     index: int  # type: ignore[assignment] # nor in a cycle
     start: TurningPoint
@@ -63,6 +66,7 @@ class Cycle(NamedTuple):
     steady: bool
     stroke_distortion: float | None = None
     why: tuple[str, ...] = ()
+    bounded: bool = True
 
     @property
     def start_s(self) -> float:

@@ -131,6 +131,8 @@ def _spans(cycles: Sequence[Cycle]) -> tuple[FloatArray, FloatArray]:
 
 
 def _incomplete(cycle: Cycle) -> tuple[Quantities, tuple[str, ...]]:
+    if not cycle.bounded:
+        return Quantities(), (f"not evaluated, no figures: {'; '.join(cycle.why)}",)
     span = cycle.range_mm
     figures: dict[str, float | None] = {
         "stroke_min_mm": cycle.stroke_min_mm,

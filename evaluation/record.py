@@ -4,17 +4,24 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from evaluation.channels.sensors import SensorFault
-from evaluation.defects import Cleaner, Defect
+from evaluation.defects import Cleaner, Defect, gap
+from evaluation.gaps.events import event_changes, lost_between
+from evaluation.gaps.stamps import unrounded
+from evaluation.gaps.steps import unusual_steps
 from foundation.errors import BadInput
 
 FloatArray = NDArray[np.float64]
+
+_BY_EVENT = (
+    "written by event: its steps of time differ, and what changes in them does not; a long one lacks nothing"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +51,18 @@ class Record:
         A measured speed channel, when the record has one.
     temperatures : tuple of Temperature
     breaks : tuple of int
-        Index i: nothing may be integrated between sample i-1 and sample i.
+        Index i: between sample i-1 and sample i more may have happened than the sampling usually sees. What
+        that means for a figure is found by :mod:`evaluation.gaps`.
     defects : tuple of Defect
         What caused the breaks, in order of time.
     wire_difference_mm : array, shape (N,), or None
         stroke_1 - stroke_2, where the stroke is the mean of two draw wires.
     averaged : int
         Samples as recorded that each sample is the mean of (:mod:`evaluation.condense`).
+    moment_error_s : float
+        Limit of the error of a sample's moment, where its stamp was rounded.
+    notes : tuple of str
+        What was understood of how the record was written, in words.
     """
 
     time_s: FloatArray
@@ -62,6 +74,8 @@ class Record:
     defects: tuple[Defect, ...] = ()
     wire_difference_mm: FloatArray | None = None
     averaged: int = 1
+    moment_error_s: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""
@@ -89,6 +103,9 @@ def make_record(
     lost_before: Sequence[tuple[int, int]] = (),
 ) -> Record:
     """Clean raw columns into a record: defective samples leave, and each leaves a break and a defect behind.
+
+    Time stamps that several samples share because they are rounded are spread again. A step is a break where
+    it is longer than those around it; in a record that is written by event, where more changed than that.
 
     Parameters
     ----------
@@ -120,10 +137,13 @@ def make_record(
     if wire_difference_mm is not None:
         difference = _as_column("wire_difference_mm", wire_difference_mm, time.size)
 
-    cleaner = Cleaner()
+    cleaner, moments = Cleaner(), None
     kept, breaks = cleaner.take(time, stroke, force, lost_before)
+    if cleaner.kept + cleaner.doubled < time.size and (moments := unrounded(time)) is not None:
+        time, cleaner = moments.time_s, Cleaner()
+        kept, breaks = cleaner.take(time, stroke, force, lost_before)
     check_usable(cleaner)
-    return Record(
+    record = Record(
         time_s=time[kept],
         stroke_mm=stroke[kept],
         force_kN=force[kept],
@@ -132,7 +152,35 @@ def make_record(
         breaks=tuple(breaks.tolist()),
         defects=cleaner.defects(),
         wire_difference_mm=None if difference is None else difference[kept],
+        moment_error_s=0.0 if moments is None else moments.error_s,
+        notes=() if moments is None else (moments.note,),
     )
+    return record if cleaner.even else with_own_steps(record)
+
+
+def with_own_steps(record: Record) -> Record:
+    """Return a record of uneven steps with the breaks that show only beside the steps around them."""
+    changes = event_changes(record.time_s, record.stroke_mm, record.force_kN)
+    found = unusual_steps(record.time_s) if changes is None else lost_between(changes)
+    new, gone, notes = set(found.tolist()) - set(record.breaks), set(), record.notes
+    if changes is not None:
+        gone = _steps_alone(record) - set(found.tolist())
+        notes = (*notes, _BY_EVENT)
+    left_s = {float(record.time_s[at - 1]) for at in gone}
+    known = [defect for defect in record.defects if defect.kind != "gap" or defect.start_s not in left_s]
+    known += [gap(float(record.time_s[at - 1]), float(record.time_s[at])) for at in new]
+    return replace(
+        record,
+        breaks=tuple(sorted((set(record.breaks) | new) - gone)),
+        defects=tuple(sorted(known, key=lambda defect: defect.start_s)),
+        notes=notes,
+    )
+
+
+def _steps_alone(record: Record) -> set[int]:
+    """Return the breaks that are steps of time and nothing else."""
+    other_s = {defect.start_s for defect in record.defects if defect.kind != "gap"}
+    return {at for at in record.breaks if float(record.time_s[at - 1]) not in other_s}
 
 
 def check_usable(cleaner: Cleaner) -> None:

@@ -149,6 +149,8 @@ class CycleResult:
     expanded_uncertainty: Mapping[str, float | None] = field(default_factory=dict)
     """U = 2u by name of quantity, where it could be propagated."""
     warnings: tuple[str, ...] = ()
+    gap_limits: Mapping[str, float] = field(default_factory=dict)
+    """By how much what is not on record may change a figure (limits, part of U), with their signs."""
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from evaluation.condense import condensed_for
-from evaluation.cycles import find_with_harmonics
-from evaluation.defects import describe
 from evaluation.error_model import draw_errors, missing_facts
-from evaluation.inertia import correct_inertia
-from evaluation.loops import CutLoops
+from evaluation.gaps.found import found_in
 from evaluation.nulls import missing_warnings, temperature_warnings
-from evaluation.propagations import Propagations
-from evaluation.quantities import evaluate_cycles
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import run_verdict
 from evaluation.requirements.inspection import inspection_of
@@ -30,8 +25,6 @@ from evaluation.wires import check_wires
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
-_MOST_DEFECTS = 10
-"""Defects of the record that are named one by one in its warnings; the rest are counted."""
 _NOT_DRAWN = "no expanded uncertainties: the evaluation was asked for none (0 draws)"
 
 
@@ -83,13 +76,9 @@ def _collecting_later() -> Iterator[None]:
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
     record, facts, wires = check_wires(record, facts)
     record, turns, coarse = condensed_for(record, facts.kind)
-    cycles, first = find_with_harmonics(record, turns)
-    record, inertia, added = correct_inertia(record, cycles, facts.moving_mass, options.moving_mass)
-    prepared = Propagations(record, cycles, added)
-    # With inertia, force and so its harmonics are others than those that the cycles were found with.
-    loops = CutLoops(record, [cycle for cycle in cycles if cycle.complete])
     interval_s = limits.conditions.reading_interval_max_s
-    results = evaluate_cycles(record, cycles, first if added is None else None, loops, interval_s)
+    found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)
+    record, results, prepared, added = found.record, found.results, found.prepared, found.added
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
@@ -103,13 +92,14 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         )
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ())]
+    warnings += found.warnings
     warnings += _record_warnings(record, facts, results, division)
     if complete:
         warnings += missing_facts(*stated) if options.draws else [_NOT_DRAWN]
     warnings += _cycle_warnings(results)
 
     whole = sum_up(
-        Evaluated(record, facts, results, loops, prepared, tallies, draws, bool(options.draws), added),
+        Evaluated(record, facts, results, found.loops, prepared, tallies, draws, bool(options.draws), added),
         division,
     )
     warnings += _off_plan(facts, whole)
@@ -119,7 +109,20 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         warnings.append(f"nothing is judged: {unfit}")
     elif is_judged(facts, limits):
         warnings += assumptions(facts, limits)
-        case = Case(record, facts, complete, prepared, draws, drawn, limits, options, inspection)
+        case = Case(
+            record,
+            facts,
+            complete,
+            prepared,
+            draws,
+            drawn,
+            limits,
+            options,
+            inspection,
+            tuple(results),
+            found.numbering,
+            found.widened,
+        )
         requirements = judge(case)
     warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
     warnings += missing_warnings(results, whole, requirements, wires, _numbered)
@@ -136,7 +139,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         budget=whole.budget,
         skew_sensitivity=whole.skew_sensitivity,
         draw_wires=wires,
-        inertia_correction=inertia,
+        inertia_correction=found.inertia,
         mean_loop=whole.mean_loop,
         steps=whole.steps,
         shared_errors=whole.shared_errors,
@@ -147,8 +150,6 @@ def _record_warnings(
     record: Record, facts: RunFacts, results: Sequence[CycleResult], division: Division
 ) -> list[str]:
     warnings = []
-    if record.defects:
-        warnings.append(f"not integrated across: {describe(record.defects, _MOST_DEFECTS)}")
     if not results:
         warnings.append("no cycle found: the stroke does not turn, or moves no more than its noise")
     elif not division.parts and not division.why:

@@ -12,7 +12,7 @@ from evaluation.further_draws import further_draws, stroke_draws, temperature_dr
 from evaluation.record import FloatArray, Temperature
 from evaluation.results import CycleResult
 from evaluation.summary import MeanOfDraws
-from evaluation.uncertainty import CyclePropagation, cycle_draws, expanded
+from evaluation.uncertainty import COVERAGE, CyclePropagation, cycle_draws, expanded
 
 MOST_DRAWN = 24
 """Of a run's steady cycles, which repeat each other, at most so many are drawn, evenly spread; …"""
@@ -53,13 +53,16 @@ def with_uncertainty(
     Notes
     -----
     Steady cycles beyond :data:`MOST_DRAWN` have the relative uncertainty of the nearest one that was drawn. A
-    figure whose uncertainty cannot be had is None there, with a warning of the cycle.
+    figure whose uncertainty cannot be had is None there, with a warning of the cycle. What is not on record
+    of a cycle (``gap_limits``) is drawn with one rectangular error for the whole run: of holes at one place
+    of all cycles nothing averages out.
     """
     tally = {index: mean for used, mean in parts for index in used}
     like = _alike([r.cycle.index for r in results if r.cycle.steady], [used for used, _ in parts], keep=keep)
     left_out = {index for index, drawn in like.items() if index not in drawn}
     kept: dict[int, Mapping[str, FloatArray]] = {}
     known: dict[int, CycleResult] = {}
+    whole: dict[int, CycleResult] = {}  # as if all were on record
     for result in results:
         index = result.cycle.index
         if index in left_out:
@@ -67,6 +70,9 @@ def with_uncertainty(
         if index in prepared:
             drawn = cycle_draws(draws, prepared[index])
             drawn = {**drawn, **further_draws(draws, prepared[index], result, temperatures)}
+            if result.gap_limits:
+                whole[index] = _with_missing(result, {n: expanded(values) for n, values in drawn.items()})
+                drawn = with_gaps(drawn, result.gap_limits, draws)
             if index in tally:
                 tally[index].add(drawn)
             if keep:
@@ -74,11 +80,21 @@ def with_uncertainty(
         else:
             drawn = {**stroke_draws(draws, result.cycle), **temperature_draws(draws, result, temperatures)}
         known[index] = _with_missing(result, {name: expanded(values) for name, values in drawn.items()})
+    sources = known | whole
     completed = [
-        known[r.cycle.index] if r.cycle.index in known else _like(r, known[_nearest(like[r.cycle.index], r)])
+        known[r.cycle.index]
+        if r.cycle.index in known
+        else _like(r, sources[_nearest(like[r.cycle.index], r)])
         for r in results
     ]
     return completed, kept
+
+
+def with_gaps(
+    drawn: Mapping[str, FloatArray], limits: Mapping[str, float], draws: Draws
+) -> dict[str, FloatArray]:
+    """Return drawn figures with what is not on record: one error for all of them, by their limits."""
+    return {name: values + limits.get(name, 0.0) * draws.unrecorded for name, values in drawn.items()}
 
 
 def _alike(steady: Sequence[int], parts: Sequence[Sequence[int]], *, keep: bool) -> dict[int, frozenset[int]]:
@@ -114,7 +130,9 @@ def _like(result: CycleResult, other: CycleResult) -> CycleResult:
         here, there = getattr(result.quantities, name), getattr(other.quantities, name)
         if expanded_there is not None and here is not None:
             # Of what may be close to 0 the uncertainty itself is the same, not its share.
-            known[name] = expanded_there * abs(here / there) if name in _SHARES else expanded_there
+            like = expanded_there * abs(here / there) if name in _SHARES else expanded_there
+            by_gaps = COVERAGE * result.gap_limits.get(name, 0.0) / float(np.sqrt(3.0))
+            known[name] = float(np.hypot(like, by_gaps)) if by_gaps else like
     return _with_missing(result, known)
 
 

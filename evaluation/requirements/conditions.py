@@ -13,9 +13,11 @@ from evaluation.requirements.block import block_contact
 from evaluation.requirements.limit_set import known
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
 from evaluation.requirements.speed import branch_speed
+from evaluation.requirements.strokes import bridged_why, cycle_count, judged_strokes, not_evaluated
 from evaluation.requirements.temperature import temperature_range
 from evaluation.results import CycleResult, RequirementResult, Verdict
 
+_SPEEDS = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s")
 _RUN_WIDE = ("cycle-count", "rest-after-assembly")
 _BEFORE_CYCLE = ("temperature-range", "speed-limit", "pause-limit", "immediate-unloading", "full-release")
 
@@ -33,10 +35,11 @@ def governing(conditions: list[RequirementResult], cycle: int) -> list[Requireme
 def static_conditions(case: Case) -> list[RequirementResult]:
     """Return every condition of the static test, judged cycle by cycle where it concerns cycles.
 
-    Those that the limit set says there are none of are left out.
+    Those that the limit set says there are none of are left out. A stroke that happened and cannot be
+    evaluated has its conditions all the same: those that need it are inconclusive.
     """
-    judged = [_cycle_count(case), _rest_after_assembly(case)]
-    needed = judged_cycles(case)
+    judged = [cycle_count(case), _rest_after_assembly(case)]
+    needed = judged_strokes(case)
     for position, result in enumerate(needed):
         judged += [temperature_range(case, result), _speed(case, result)]
         if position > 0:
@@ -47,28 +50,8 @@ def static_conditions(case: Case) -> list[RequirementResult]:
     return [condition for condition in judged if condition is not None]
 
 
-def judged_cycles(case: Case) -> tuple[CycleResult, ...]:
-    """Return the cycles that are judged: as many as the set asks for, all where it does not say."""
-    wanted = case.limits.conditions.cycles
-    return case.cycles if isinstance(wanted, str) else case.cycles[:wanted]
-
-
 def _met(limits: Limits, value: float) -> Verdict:
     return "pass" if limits.meets(value) else "fail"
-
-
-def _cycle_count(case: Case) -> RequirementResult | None:
-    wanted, found = case.limits.conditions.cycles, len(case.cycles)
-    limits = Limits.of(wanted, "none", "cycles")
-    if limits.nothing:
-        return None
-    why = f"{found} complete cycles found"
-    if limits.lower is not None and found > limits.lower:
-        why += f", the first {wanted} are judged"
-    text = f"{shown(wanted)} complete cycles"
-    return condition_row(
-        case, "cycle-count", None, text, limits, float(found), _met(limits, float(found)), why
-    )
 
 
 def _rest_after_assembly(case: Case) -> RequirementResult | None:
@@ -124,7 +107,10 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     limits = Limits.of("none", highest, "mm/s")
     if limits.nothing:
         return None
-    cycle, sigma = result.cycle, case.prepared[result.cycle.index].noise.stroke_mm
+    cycle = result.cycle
+    if not cycle.complete:
+        return not_evaluated(case, "speed-limit", text, limits, result)
+    sigma = case.prepared[cycle.index].noise.stroke_mm
     branches = [
         branch_speed(case.record, start_s, end_s, sigma)
         for start_s, end_s in ((cycle.start_s, cycle.top.time_s), (cycle.top.leave_s, cycle.end_s))
@@ -140,6 +126,9 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     why = f"loading {up:.4g} mm/s, unloading {down:.4g} mm/s"
     if verdict == "pass" and not limits.meets(measured):
         why += "; above the limit by no more than the noise of the stroke"
+    bound = max(abs(result.gap_limits.get(name, 0.0)) for name in _SPEEDS)
+    if unsure := bridged_why(limits, measured, bound):
+        verdict, why = "inconclusive", f"{why}; {unsure}"
     return condition_row(case, "speed-limit", cycle.index, text, limits, measured, verdict, why)
 
 
@@ -148,17 +137,15 @@ def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementR
     limits = Limits.of("none", longest, "s")
     if limits.nothing:
         return None
+    text = f"pause before the cycle at most {shown(longest)} s"
+    if "cut" in (before.cycle.end.method, result.cycle.start.method):
+        return not_evaluated(case, "pause-limit", text, limits, result)
     pause = max(0.0, result.cycle.start_s - before.cycle.end_s)
-    return condition_row(
-        case,
-        "pause-limit",
-        result.cycle.index,
-        f"pause before the cycle at most {shown(longest)} s",
-        limits,
-        pause,
-        _met(limits, pause),
-        f"{pause:.1f} s after cycle {before.cycle.index}",
-    )
+    verdict, why = _met(limits, pause), f"{pause:.1f} s after cycle {before.cycle.index}"
+    hidden = [doubt.why for doubt in case.numbering.hidden if doubt.first == result.cycle.index]
+    if hidden and verdict == "fail":
+        verdict, why = "inconclusive", f"{why}; {hidden[0]}"
+    return condition_row(case, "pause-limit", result.cycle.index, text, limits, pause, verdict, why)
 
 
 def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult | None:
@@ -166,18 +153,12 @@ def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult |
     limits = Limits.of("none", longest, "s")
     if limits.nothing:
         return None
+    text = f"unloading follows at once (dwell at most {shown(longest)} s)"
+    if not result.cycle.complete:
+        return not_evaluated(case, "immediate-unloading", text, limits, result)
     dwell = result.cycle.top.dwell_s
-    why = f"{dwell:.2f} s at the upper turning point"
-    return condition_row(
-        case,
-        "immediate-unloading",
-        result.cycle.index,
-        f"unloading follows at once (dwell at most {shown(longest)} s)",
-        limits,
-        dwell,
-        _met(limits, dwell),
-        why,
-    )
+    verdict, why = _met(limits, dwell), f"{dwell:.2f} s at the upper turning point"
+    return condition_row(case, "immediate-unloading", result.cycle.index, text, limits, dwell, verdict, why)
 
 
 def _full_release(case: Case, result: CycleResult, *, last: bool) -> RequirementResult | None:
@@ -185,6 +166,11 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     limits = Limits.of("none", largest, "mm")
     if limits.nothing:
         return None
+    text = (
+        f"fully released before the cycle, and after the last (residual stroke at most {shown(largest)} mm)"
+    )
+    if not cycle.complete:
+        return not_evaluated(case, "full-release", text, limits, result)
     stroke = cycle.stroke_min_mm
     force = float(case.prepared[cycle.index].loop.force_kN[0])
     when = "before the cycle"
@@ -193,10 +179,9 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
         when = "after the cycle"
     # Judged by the stroke alone: at first contact the force is anything up to the preload.
     verdict = _met(limits, stroke)
-    text = (
-        f"fully released before the cycle, and after the last (residual stroke at most {shown(largest)} mm)"
-    )
     why = f"{stroke:.2f} mm and {force:.1f} kN {when}"
+    if unsure := bridged_why(limits, stroke, abs(result.gap_limits.get("stroke_min_mm", 0.0))):
+        verdict, why = "inconclusive", f"{why}; {unsure}"
     return condition_row(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
 
 
@@ -209,6 +194,9 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
     energy = case.limits.energy
     if {energy.stored_min_J, energy.ratio_first_min, energy.ratio_later_min} == {"none"}:
         return None
+    if not result.cycle.complete:
+        text = "cycle to full stroke"
+        return not_evaluated(case, "full-stroke", text, Limits(None, None, "mm"), result)
     reached, force = result.cycle.stroke_max_mm, result.quantities.force_max_kN or 0.0
     proof = case.limits.proof_load("F1") if case.limits.readings.static_extent == "proof-load" else None
     contact = _contact_text(case, result)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from evaluation.error_model import Draws
+from evaluation.gaps.numbering import Numbering
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import conformance_probability, decide
 from evaluation.requirements.inspection import Inspection
@@ -20,7 +21,9 @@ from evaluation.uncertainty import CyclePropagation, expanded
 class Case:
     """A run to be judged: its complete cycles in order, each with its prepared loop and drawn figures.
 
-    ``draws`` is None, and ``drawn`` empty, where the channels state no uncertainty.
+    ``draws`` is None, and ``drawn`` empty, where the channels state no uncertainty. ``strokes`` are all
+    cycles as they happened, complete or not; ``widened`` the loops of those in which something was bridged,
+    with the holes made larger (:mod:`evaluation.gaps.bounds`).
     """
 
     record: Record
@@ -33,6 +36,9 @@ class Case:
     options: Options
     inspection: Inspection | None = None
     """What the inspector of this run or specimen wrote down."""
+    strokes: tuple[CycleResult, ...] = ()
+    numbering: Numbering = field(default_factory=Numbering)
+    widened: Mapping[int, CyclePropagation] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

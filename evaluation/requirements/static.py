@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from evaluation.gaps.bounds import SURE
 from evaluation.quantities import absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray
 from evaluation.requirements.block import block_contact
-from evaluation.requirements.conditions import governing, judged_cycles, static_conditions
+from evaluation.requirements.conditions import governing, static_conditions
 from evaluation.requirements.decision import govern
-from evaluation.requirements.limit_set import ForceWindow, known
+from evaluation.requirements.limit_set import Cited, ForceWindow, known
 from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row, shown, unfilled_why
+from evaluation.requirements.strokes import judged_strokes, why_not
 from evaluation.results import CycleResult, RequirementResult
 from evaluation.uncertainty import LocalReading, force_draws
 
@@ -41,7 +43,7 @@ def judge_static(case: Case) -> list[RequirementResult]:
     """
     conditions = static_conditions(case)
     results: list[RequirementResult] = [c for c in conditions if c.cycle is None]
-    cycles = judged_cycles(case)
+    cycles = judged_strokes(case)
     for position, cycle in enumerate(cycles):
         index = cycle.cycle.index
         own = [c for c in conditions if c.cycle == index]
@@ -61,6 +63,13 @@ def _binds(case: Case, position: int, count: int) -> bool:
     return reading == "all" or position == (0 if reading == "first" else count - 1)
 
 
+def _unevaluated(
+    case: Case, result: CycleResult, identity: str, text: str, limits: Limits, cited: Cited
+) -> RequirementResult:
+    """Return the requirement of a stroke that happened but cannot be evaluated."""
+    return row(case, identity, result.cycle.index, text, limits, "inconclusive", why_not(result), cited=cited)
+
+
 def _force(case: Case, result: CycleResult, window: ForceWindow) -> RequirementResult:
     return replace(_window(case, result, window), stroke_mm=known(window.stroke_mm))
 
@@ -68,9 +77,12 @@ def _force(case: Case, result: CycleResult, window: ForceWindow) -> RequirementR
 def _window(case: Case, result: CycleResult, window: ForceWindow) -> RequirementResult:
     limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
     index = result.cycle.index
+    text = f"force at {shown(window.stroke_mm)} mm stroke, loading"
+    if not result.cycle.complete:
+        text = "preload" if window.stroke_mm == 0.0 else text
+        return _unevaluated(case, result, window.id, text, limits, window)
     if window.stroke_mm == 0.0:
         return preload(case, index, window)
-    text = f"force at {shown(window.stroke_mm)} mm stroke, loading"
     top, stroke_mm = result.cycle.stroke_max_mm, known(window.stroke_mm)
     if stroke_mm is None:
         why = unfilled_why(case)
@@ -92,7 +104,9 @@ def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm:
     if reading is None:
         why = f"too few samples about {stroke_mm:g} mm"
         return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
-    verdict = judged(case, window.id, index, text, limits, reading.force_kN, _drawn(case, reading), window)
+    wider = None if index not in case.widened else case.widened[index].fit(stroke_mm, first, last, 2)
+    drawn = _drawn(case, reading, _bound_kN(case, index, reading, wider))
+    verdict = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
     contact_mm = block_contact(prepared.loop, case.limits.conditions.block_slope_ratio)
     if contact_mm is None or contact_mm >= last:
         return verdict
@@ -102,8 +116,25 @@ def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm:
     return replace(verdict, verdict="inconclusive", why=why)
 
 
-def _drawn(case: Case, reading: LocalReading) -> FloatArray | None:
-    return None if case.draws is None else force_draws(case.draws, reading)
+def _drawn(case: Case, reading: LocalReading, bound_kN: float) -> FloatArray | None:
+    """Return the force of every draw; ``bound_kN`` is what is not on record there."""
+    if case.draws is None:
+        return None
+    return np.asarray(force_draws(case.draws, reading) + bound_kN * case.draws.unrecorded)
+
+
+def _bound_kN(  # noqa: N802 - the unit's own letters
+    case: Case, index: int, reading: LocalReading, wider: LocalReading | None
+) -> float:
+    """Return by how much a reading may be wrong by what is bridged: by what it changes with larger holes.
+
+    Where larger holes leave nothing to read, by as much as the slope makes of the window.
+    """
+    if index not in case.widened:
+        return 0.0
+    if wider is None:
+        return abs(reading.slope) * FORCE_HALF_WIDTH_MM
+    return SURE * (wider.force_kN - reading.force_kN)
 
 
 def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
@@ -122,7 +153,16 @@ def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
     if reading is None:
         why = "too few samples on the first millimetres of the loading branch"
         return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
-    result = judged(case, window.id, index, text, limits, reading.force_kN, _drawn(case, reading), window)
+    wider = None
+    if index in case.widened:
+        loop = case.widened[index]
+        wider = (
+            loop.fit(0.0, PRELOAD_FROM_MM, PRELOAD_TO_MM, 1)
+            if extrapolated
+            else loop.fit(PRELOAD_READING_MM, 0.0, 2.0 * PRELOAD_READING_MM, 1)
+        )
+    drawn = _drawn(case, reading, _bound_kN(case, index, reading, wider))
+    result = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
     other = near if extrapolated else line
     if other is None:
         return result
@@ -175,6 +215,11 @@ def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult |
     if least.nothing:
         return None
     index = result.cycle.index
+    text = "stored energy"
+    if limits.force_cap_kN != "none":
+        text += f" at no more than {shown(limits.force_cap_kN)} kN"
+    if not result.cycle.complete:
+        return _unevaluated(case, result, "stored-energy", text, least, limits)
     stored, _, cut_mm = _capped_energies(case, result)
     drawn = case.drawn.get(index)
     energies = (
@@ -182,9 +227,6 @@ def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult |
         if drawn is None
         else drawn["stored_energy_J"] * (stored / float(np.mean(drawn["stored_energy_J"])))
     )
-    text = "stored energy"
-    if limits.force_cap_kN != "none":
-        text += f" at no more than {shown(limits.force_cap_kN)} kN"
     verdict = judged(
         case,
         "stored-energy",
@@ -209,15 +251,38 @@ def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult |
 
 
 def _ratio(case: Case, result: CycleResult, position: int, short: bool) -> RequirementResult | None:
+    """Return the absorbed energy ratio judged by the limit on the first stroke, or on a later one.
+
+    Where it is not certain that the first one on record was the first, its verdict stands if the limit on a
+    later one gives the same.
+    """
+    judgement = _ratio_by(case, result, short, first=position == 0)
+    doubt = case.numbering.uncertain(result.cycle.index) if position == 0 else ""
+    if judgement is None or not doubt:
+        return judgement
+    other = _ratio_by(case, result, short, first=False)
+    if other is not None and other.verdict == judgement.verdict:
+        return judgement
+    return replace(
+        judgement,
+        verdict="inconclusive",
+        conformance_probability=None,
+        why=f"whether it is the first stroke is not known: {doubt}",
+    )
+
+
+def _ratio_by(case: Case, result: CycleResult, short: bool, *, first: bool) -> RequirementResult | None:
     energy = case.limits.energy
     index = result.cycle.index
-    key = "ratio_first_min" if position == 0 else "ratio_later_min"
-    least = energy.ratio_first_min if position == 0 else energy.ratio_later_min
+    key = "ratio_first_min" if first else "ratio_later_min"
+    least = energy.ratio_first_min if first else energy.ratio_later_min
     limits = Limits.of(least, "none", "1", beyond=_beyond(case, key))
     if limits.nothing:
         return None
     compared = "more than" if limits.beyond else "at least"
     text = f"absorbed over stored energy of the cycle {compared} {shown(least)}"
+    if not result.cycle.complete:
+        return _unevaluated(case, result, "absorbed-energy-ratio", text, limits, energy)
     stored, absorbed, _ = _capped_energies(case, result)
     if stored <= 0.0:
         why = "the stored energy is not positive"

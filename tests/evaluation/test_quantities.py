@@ -199,8 +199,8 @@ def test_incomplete_cycle_has_no_energies() -> None:
     (broken,) = [r for r in evaluated(time[keep], stroke[keep], force[keep]) if "gap" in str(r.cycle.why)]
     q = broken.quantities
     assert q.stored_energy_J is q.absorbed_energy_J is q.damping is q.frequency_Hz is None
-    assert q.amplitude_mm == pytest.approx(20.0, rel=1e-3)
-    assert "no energies" in broken.warnings[0]
+    assert q.amplitude_mm is None  # a hole of this length could hide the turn itself
+    assert "no figures" in broken.warnings[0]
 
 
 def test_loop_meets_its_turning_points() -> None:

@@ -1,0 +1,99 @@
+"""The cycles of a record and their figures, with what is not on record bridged, bounded or left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.cycles import find_with_harmonics
+from evaluation.gaps.bounds import GapBounds, gap_bounds
+from evaluation.gaps.bridge import Hole, bridged
+from evaluation.gaps.numbering import Numbering, numbering_of
+from evaluation.gaps.words import hole_warnings, with_gap_limits
+from evaluation.inertia import InertiaCorrection, InertiaForce, MovingMass, correct_inertia
+from evaluation.loops import CutLoops
+from evaluation.propagations import Propagations
+from evaluation.quantities import evaluate_cycles
+from evaluation.record import Record
+from evaluation.results import CycleResult
+from evaluation.uncertainty import CyclePropagation
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was found in a record: the record as it was evaluated, its cycles, their loops and figures."""
+
+    record: Record
+    results: list[CycleResult]
+    loops: CutLoops
+    inertia: InertiaCorrection
+    added: InertiaForce | None
+    holes: tuple[Hole, ...]
+    gaps: GapBounds
+    numbering: Numbering
+
+    @property
+    def prepared(self) -> Propagations:
+        """Its complete cycles, prepared for drawing."""
+        return Propagations(self.record, [result.cycle for result in self.results], self.added)
+
+    @property
+    def widened(self) -> Mapping[int, CyclePropagation]:
+        """Those in which something is bridged, with the holes made larger."""
+        return Propagations(self.gaps.widened or self.record, tuple(self.gaps.cycles.values()))
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is to be said of how it was recorded."""
+        notes = self.record.notes
+        return [*notes, *hole_warnings(self.record, self.holes), *self.numbering.warnings]
+
+
+def found_in(
+    record: Record,
+    turns: NDArray[np.intp] | None,
+    masses: tuple[MovingMass, MovingMass],
+    interval_s: float,
+) -> Found:
+    """Find the cycles of a record and evaluate them.
+
+    Parameters
+    ----------
+    record : Record
+        At the resolution that its cycles need.
+    turns : array of int or None
+        Its reversals, where they are known.
+    masses : (MovingMass, MovingMass)
+        As the stand file and as the options state it.
+    interval_s : float
+        Longest time without a reading of the temperature.
+
+    Raises
+    ------
+    BadInput
+        If the moving mass is none.
+    """
+    bridge = bridged(record)
+    cycles, first = find_with_harmonics(bridge.record, None if bridge.holes else turns)
+    record, inertia, added = correct_inertia(bridge.record, cycles, *masses)
+    # With inertia, force and so its harmonics are others than those that the cycles were found with.
+    loops = CutLoops(record, [cycle for cycle in cycles if cycle.complete])
+    results = evaluate_cycles(record, cycles, first if added is None else None, loops, interval_s)
+    gaps = gap_bounds(record, bridge.holes, results)
+    if gaps.refused:
+        cycles = gaps.without(cycles)
+        loops = CutLoops(record, [cycle for cycle in cycles if cycle.complete])
+        results = evaluate_cycles(record, cycles, None, loops, interval_s)
+    return Found(
+        record,
+        with_gap_limits(results, gaps),
+        loops,
+        inertia,
+        added,
+        bridge.holes,
+        gaps,
+        numbering_of(record, cycles, bridge.holes),
+    )

@@ -1,0 +1,63 @@
+"""What is said of holes: of the run, and of the cycles that are evaluated all the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from evaluation.defects import describe
+from evaluation.gaps.bounds import GapBounds
+from evaluation.gaps.bridge import Hole
+from evaluation.record import Record
+from evaluation.results import CycleResult
+
+MOST_HOLES = 10
+"""Holes that are named one by one in the warnings of a run; the rest are counted."""
+
+
+def hole_warnings(record: Record, holes: Sequence[Hole]) -> list[str]:
+    """Return what is said of the holes of a record, by what they are taken for."""
+    kinds = (
+        (
+            "rest without samples (stroke and force are the same before and after)",
+            [h for h in holes if h.rest],
+        ),
+        ("interpolated across", [h for h in holes if not (h.rest or h.wide)]),
+        ("not on record, and too long to be interpolated", [h for h in holes if h.wide]),
+    )
+    warnings = [f"{what}: {_named([hole.text for hole in own])}" for what, own in kinds if own]
+    harmless = [d for d in record.defects if not any(h.start_s <= d.start_s <= h.end_s for h in holes)]
+    if harmless:
+        warnings.append(f"left out, and no figure lacks it: {describe(harmless, MOST_HOLES)}")
+    return warnings
+
+
+def _named(texts: Sequence[str]) -> str:
+    more = len(texts) - MOST_HOLES
+    return ", ".join(texts[:MOST_HOLES]) + (f" and {more} more" if more > 0 else "")
+
+
+def with_gap_limits(results: Sequence[CycleResult], gaps: GapBounds) -> list[CycleResult]:
+    """Return results with what holes may change in them, and a warning of each cycle that says so."""
+    if not gaps.limits:
+        return list(results)
+    return [
+        replace(
+            result,
+            gap_limits=gaps.limits[result.cycle.index],
+            warnings=(*result.warnings, _note(gaps, result)),
+        )
+        if result.cycle.complete and result.cycle.index in gaps.limits
+        else result
+        for result in results
+    ]
+
+
+def _note(gaps: GapBounds, result: CycleResult) -> str:
+    """Return what is bridged in a cycle that is evaluated, and what that may change."""
+    holes, limits = gaps.holes[result.cycle.index], gaps.limits[result.cycle.index]
+    more = f" and {len(holes) - 1} more" if len(holes) > 1 else ""
+    energy = 100.0 * abs(limits["absorbed_energy_J"] / (result.quantities.absorbed_energy_J or float("inf")))
+    stroke = 100.0 * max(abs(limits["stroke_min_mm"]), abs(limits["stroke_max_mm"])) / result.cycle.range_mm
+    may = f"change the absorbed energy by {energy:.2g} % and the stroke by {stroke:.2g} %"
+    return f"interpolated across {holes[0].text}{more}: that may {may}, and is part of U"

@@ -1,0 +1,72 @@
+"""The strokes of a static test as they happened: which are judged, how many there were, what is not known.
+
+A stroke keeps its number whether it can be evaluated or not: the limits on the first one are never those of
+the second.
+"""
+
+from __future__ import annotations
+
+from evaluation.requirements.rows import Case, Limits, condition_row, shown
+from evaluation.results import CycleResult, RequirementResult, Verdict
+
+
+def judged_strokes(case: Case) -> tuple[CycleResult, ...]:
+    """Return the strokes that are judged: the first, as many as the set asks for; all where it does not."""
+    wanted = case.limits.conditions.cycles
+    return case.strokes if isinstance(wanted, str) else case.strokes[:wanted]
+
+
+def not_evaluated(
+    case: Case, identity: str, text: str, limits: Limits, result: CycleResult
+) -> RequirementResult:
+    """Return the condition of a stroke that happened but cannot be evaluated."""
+    return condition_row(
+        case, identity, result.cycle.index, text, limits, None, "inconclusive", why_not(result)
+    )
+
+
+def why_not(result: CycleResult) -> str:
+    """Return why a stroke that happened cannot be evaluated."""
+    return f"stroke {result.cycle.index} happened but is not evaluated: {'; '.join(result.cycle.why)}"
+
+
+def bridged_why(limits: Limits, value: float, bound: float) -> str:
+    """Return that what is not on record may bring a value to the other side of a limit, or nothing."""
+    if limits.meets(value - bound) == limits.meets(value + bound):
+        return ""
+    return f"what is not on record may change it by {bound:.2g} {limits.unit}"
+
+
+def _is_cut(stroke: CycleResult) -> bool:
+    """Say whether the record begins or ends within a stroke."""
+    cycle = stroke.cycle
+    ends = {cycle.start.method, cycle.end.method}
+    return cycle.bounded and not cycle.complete and bool(ends & {"cut", "edge"})
+
+
+def cycle_count(case: Case) -> RequirementResult | None:
+    """Return whether there were as many strokes as the set asks for; None where it asks for none.
+
+    Strokes that happened count, evaluated or not. Neither too few nor enough are certain where a hole before
+    the last stroke that is judged may hide one, or where the record begins or ends within one.
+    """
+    wanted, found = case.limits.conditions.cycles, len(case.strokes)
+    limits = Limits.of(wanted, "none", "cycles")
+    if limits.nothing:
+        return None
+    whole = found - sum(_is_cut(stroke) for stroke in case.strokes)
+    least = 0 if limits.lower is None else int(limits.lower)
+    why = f"{whole} complete cycles found"
+    if missing := [str(s.cycle.index) for s in case.strokes if not (s.cycle.complete or _is_cut(s))]:
+        why = f"{whole} cycles found, of which cannot be evaluated: {', '.join(missing)}"
+    if limits.lower is not None and whole > least:
+        why += f", the first {least} are judged"
+    verdict: Verdict = "pass" if limits.meets(float(whole)) else "fail"
+    if verdict == "fail" and limits.meets(float(found)):
+        verdict, why = "inconclusive", f"{why}; the record begins or ends within a further one"
+    last = judged_strokes(case)[-1].cycle.index if case.strokes else 0
+    hidden = [d.why for d in case.numbering.hidden if d.first <= last or whole < least]
+    if hidden:
+        verdict, why = "inconclusive", f"{why}; {hidden[0]}"
+    text = f"{shown(wanted)} complete cycles"
+    return condition_row(case, "cycle-count", None, text, limits, float(whole), verdict, why)
