@@ -98,10 +98,12 @@ def _show_trend(trend: Mapping[str, Any]) -> None:
     amplitude = trend["amplitude_mm"]
     loop = f"{trend['prestress_mm']:z.0f} mm" + ("" if amplitude is None else f" ± {amplitude:.0f} mm")
     unit = "" if trend["quantity"] == "damping" else " kN/mm"
+    half_width = trend["slope_half_width_95_per_Hz"]
+    spread = "" if half_width is None else f" ± {half_width:.2g}"
     click.echo(
         f"\n{trend['quantity'].replace('_', ' ')} over frequency at {loop}: "
-        f"{trend['intercept']:.4g}{unit} {trend['slope_per_Hz']:+.3g}{unit}/Hz "
-        f"({len(trend['runs'])} runs)"
+        f"{trend['intercept']:.4g}{unit} {trend['slope_per_Hz']:+.3g}{spread}{unit}/Hz "
+        f"({len(trend['runs'])} runs{'' if half_width is None else ', 95 %'})"
     )
     for text in trend["warnings"]:
         click.echo(f"  warning: {text}")

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from evaluation.across_runs.combine import Figure, Figures
+from evaluation.across_runs.shared import Source
+
+_COVERAGE = 2.0
 
 
 @dataclass(frozen=True)
 class Value:
-    """A value with its expanded uncertainty U (k = 2), where one is known."""
+    """A value with its expanded uncertainty U (k = 2), where one is known.
+
+    ``shared``: what of its standard uncertainty other values have, too (:mod:`evaluation.across_runs`).
+    """
 
     value: float
     expanded_uncertainty: float | None = None
+    shared: Mapping[Source, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -29,12 +39,15 @@ class Difference:
         U of the difference (k = 2); None where U of either is not known.
     normalised : float or None
         E_n = difference / U (ISO 13528, 9.7); None without U.
+    half_width_95 : float or None
+        Half-width that holds 95 %: less than U where one rectangular error rules.
     """
 
     value: float
     relative: float | None
     expanded_uncertainty: float | None
     normalised: float | None
+    half_width_95: float | None = None
 
     @property
     def beyond(self) -> bool | None:
@@ -51,27 +64,22 @@ class Equivalence:
 
 
 def difference(value: Value, reference: Value) -> Difference:
-    """Return a value less its reference, the errors of both taken as independent.
-
-    What both share (the same transducers) cancels in a difference of values near each other, so that U is an
-    upper bound then.
-    """
+    """Return a value less its reference. Errors that both name cancel as far as they act alike on both."""
     apart = value.value - reference.value
-    known = (value.expanded_uncertainty, reference.expanded_uncertainty)
-    expanded = None if None in known else math.hypot(*(u for u in known if u is not None))
-    return Difference(
-        apart,
-        apart / abs(reference.value) if reference.value else None,
-        expanded,
-        apart / expanded if expanded else None,
-    )
+    relative = apart / abs(reference.value) if reference.value else None
+    joint = _joint((reference, value))
+    if joint is None:
+        return Difference(apart, relative, None, None)
+    spread = joint.weighted(np.array([-1.0, 1.0]))
+    expanded = _COVERAGE * spread.u
+    return Difference(apart, relative, expanded, apart / expanded if expanded else None, spread.half_width_95)
 
 
 def equivalences(values: Sequence[Value]) -> tuple[float, tuple[Equivalence, ...]]:
     """Return the mean of several values, and each one's degree of equivalence with it (d_i, U(d_i)).
 
-    The mean m of n independent values holds each of them, so that
-    u²(d_i) = (1 − 2/n) u_i² + Σ u_j² / n².
+    The mean of n values holds each of them, and errors that all have leave the deviation from it: d_i is the
+    weighted sum of the values with the weights δ_ij − 1/n.
 
     Raises
     ------
@@ -82,12 +90,19 @@ def equivalences(values: Sequence[Value]) -> tuple[float, tuple[Equivalence, ...
     if n < 2:
         raise ValueError("a degree of equivalence needs two values or more")
     mean = sum(v.value for v in values) / n
-    known = [v.expanded_uncertainty for v in values]
-    squares = None if None in known else sum(u * u for u in known if u is not None)
-    out = []
-    for one in values:
-        expanded = None
-        if squares is not None and one.expanded_uncertainty is not None:
-            expanded = math.sqrt((1.0 - 2.0 / n) * one.expanded_uncertainty**2 + squares / n**2)
-        out.append(Equivalence(one.value - mean, expanded))
-    return mean, tuple(out)
+    joint = _joint(values)
+    weights = np.eye(n) - 1.0 / n
+    return mean, tuple(
+        Equivalence(one.value - mean, None if joint is None else _COVERAGE * joint.weighted(own).u)
+        for one, own in zip(values, weights, strict=True)
+    )
+
+
+def _joint(values: Sequence[Value]) -> Figures | None:
+    """Return the values with what they share; None where one of them has no uncertainty."""
+    known = [
+        Figure(v.value, v.expanded_uncertainty / _COVERAGE, v.shared)
+        for v in values
+        if v.expanded_uncertainty is not None
+    ]
+    return Figures.of(known) if len(known) == len(values) else None

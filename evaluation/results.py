@@ -218,6 +218,8 @@ class RequirementResult:
     """Where limits and wording were taken from."""
     stroke_mm: float | None = None
     """Where a force window stands, by the limit set [mm]; 0: the preload. None for all other rows."""
+    shared: tuple[float, ...] = ()
+    """What ``measured`` owes to each error of the channels (:mod:`evaluation.across_runs`), where known."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
+from evaluation.across_runs.shared import Regression, SharedErrors
 from evaluation.condense import condensed_for
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.gaps.found import found_in
@@ -83,10 +85,15 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
     division = divide(facts.kind, results, _numbered)
-    tallies = [MeanOfDraws() for _ in division.parts]
+    # Where no cycle is steady, the complete ones stand for the run in comparisons.
+    all_complete = tuple(r.cycle.index for r in results if r.cycle.complete)
+    stand_for = [part.used for part in division.parts] or [all_complete]
+    tallies = [MeanOfDraws() for _ in stand_for]
+    regression: Regression | None = None
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
     if draws is not None:
-        parts = [(part.used, tally) for part, tally in zip(division.parts, tallies, strict=True)]
+        regression = Regression(facts.chain, draws) if facts.chain is not None else None
+        parts = list(zip(stand_for, tallies, strict=True))
         results, drawn = with_uncertainty(
             results, prepared, draws, parts, record.temperatures, keep=is_judged(facts, limits)
         )
@@ -99,7 +106,9 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     warnings += _cycle_warnings(results)
 
     whole = sum_up(
-        Evaluated(record, facts, results, found.loops, prepared, tallies, draws, bool(options.draws), added),
+        Evaluated(
+            record, facts, results, found.loops, prepared, tallies, regression, bool(options.draws), added
+        ),
         division,
     )
     warnings += _off_plan(facts, whole)
@@ -122,6 +131,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
             tuple(results),
             found.numbering,
             found.widened,
+            regression,
         )
         requirements = judge(case)
     warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
@@ -142,8 +152,21 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         inertia_correction=found.inertia,
         mean_loop=whole.mean_loop,
         steps=whole.steps,
-        shared_errors=whole.shared_errors,
+        shared_errors=_with_judged(whole.shared_errors, requirements),
     )
+
+
+def _with_judged(
+    shared: SharedErrors | None, requirements: Sequence[RequirementResult]
+) -> SharedErrors | None:
+    """Return the shared errors with those of what was judged: by id of the requirement, mean over cycles."""
+    if shared is None:
+        return None
+    found = dict(shared.contributions)
+    for identity in dict.fromkeys(row.id for row in requirements if row.shared):
+        rows = [row.shared for row in requirements if row.id == identity and row.shared]
+        found[identity] = tuple(sum(column) / len(rows) for column in zip(*rows, strict=True))
+    return replace(shared, contributions=found)
 
 
 def _record_warnings(

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evaluation.across_runs.combine import Figure, Figures
+from evaluation.across_runs.runs import assumption, basis_of
 from evaluation.grouping import grouped
 from evaluation.mean_loop import MeanLoop
 from evaluation.quantities import is_two_sided
@@ -37,8 +39,8 @@ FIGURES = ("end_force_kN", "stored_energy_J", "absorbed_energy_J", "damping")
 class Change:
     """A figure at equal stroke in both runs: what temperature made of it.
 
-    ``relative_change`` = value / reference - 1; U of it takes the errors of both runs as independent, an
-    upper bound where they were made on one stand.
+    ``relative_change`` = value / reference - 1; errors that both runs have in common cancel in it
+    (:mod:`evaluation.across_runs`), those of the thermometers do not.
     """
 
     reference: float | None
@@ -47,6 +49,8 @@ class Change:
     expanded_uncertainty: float | None = None
     relative_change_per_K: float | None = None
     expanded_uncertainty_per_K: float | None = None
+    half_width_95: float | None = None
+    """Half-width that holds 95 % of the relative change."""
 
 
 @dataclass(frozen=True)
@@ -107,11 +111,13 @@ def compare_temperatures(runs: Sequence[RunEvaluation]) -> tuple[TemperatureComp
         warmer = [r for r in ordered if _temperature(r) - _temperature(reference) > LEAST_DIFFERENCE_K]
         compared = [w for r in warmer if (w := _against(reference, r)) is not None]
         if compared:
-            found.append(_comparison(reference, compared))
+            found.append(_comparison(reference, compared, assumption(basis_of(group))))
     return tuple(found)
 
 
-def _comparison(reference: RunEvaluation, compared: Sequence[WarmerRun]) -> TemperatureComparison:
+def _comparison(
+    reference: RunEvaluation, compared: Sequence[WarmerRun], assumed: Sequence[str]
+) -> TemperatureComparison:
     loop = _loop(reference)
     warnings = []
     if any(run.changes["damping"].value is None for run in compared):
@@ -124,6 +130,8 @@ def _comparison(reference: RunEvaluation, compared: Sequence[WarmerRun]) -> Temp
     per_K = [n for n, c in changes if c.relative_change is not None and c.expanded_uncertainty_per_K is None]
     if set(per_K) - set(missing):
         warnings.append("no expanded uncertainty per kelvin: the sensors state no accuracy")
+    if not missing:
+        warnings += assumed
     means = loop.means
     step: dict[str, float | str] = {"kind": reference.facts.kind}
     harmonic = reference.facts.kind == "harmonic"
@@ -208,9 +216,10 @@ def _against(reference: RunEvaluation, warm: RunEvaluation) -> WarmerRun | None:
     changes = {}
     for name in FIGURES:
         before, after = values[0][name], values[1][name]
-        relative = [_relative_uncertainty(loop, name, value[name]) for loop, value in zip(
-            (cold, hot), values, strict=True
-        )]  # fmt: skip
+        relative = [
+            _relative(run, loop, name, value)
+            for run, loop, value in ((reference, cold, before), (warm, hot, after))
+        ]
         changes[name] = _change(before, after, relative, apart_K, u_apart_K)
     recorded = _as_recorded(warm)
     return WarmerRun(**vars(recorded), from_mm=first, to_mm=last, changes=changes)
@@ -227,22 +236,40 @@ def _figures(loop: MeanLoop) -> dict[str, float | None]:
     }
 
 
-def _relative_uncertainty(loop: MeanLoop, name: str, value: float | None) -> float | None:
-    """Return U of a figure at equal stroke as a share of it: that of the run's whole loop.
+def _relative(run: RunEvaluation, loop: MeanLoop, name: str, value: float | None) -> Figure | None:
+    """Return a figure at equal stroke as a share of itself, 1 ± u: that of the run's whole loop.
 
-    Of the end force: U of the largest force, and U of the stroke times the slope there.
+    Of the end force: that of the largest force, and of the stroke times the slope there.
     """
-    U, means = loop.expanded_uncertainties, loop.means
-    if name == "end_force_kN":
-        if value is None or value == 0.0 or "force_max_kN" not in U or not means.get("force_max_kN"):
-            return None
-        tail = loop.stroke_mm >= loop.stroke_mm[-1] - 0.05 * np.ptp(loop.stroke_mm)
-        slope = float(np.polynomial.polynomial.polyfit(loop.stroke_mm[tail], loop.loading_kN[tail], 1)[1])
-        by_stroke = slope * U.get("stroke_max_mm", 0.0) / value
-        return float(np.hypot(U["force_max_kN"] / abs(means["force_max_kN"]), by_stroke))
-    if name not in U or not means.get(name):
+    if value is None or value == 0.0:
         return None
-    return abs(U[name] / means[name])
+    if name != "end_force_kN":
+        return _share(run, loop, name, 1.0)
+    force = _share(run, loop, "force_max_kN", 1.0)
+    if force is None:
+        return None
+    tail = loop.stroke_mm >= loop.stroke_mm[-1] - 0.05 * np.ptp(loop.stroke_mm)
+    slope = float(np.polynomial.polynomial.polyfit(loop.stroke_mm[tail], loop.loading_kN[tail], 1)[1])
+    stroke = _share(run, loop, "stroke_max_mm", slope * loop.means.get("stroke_max_mm", 0.0) / value)
+    if stroke is None:
+        return force
+    # A stroke that reads too much has its force at too large a stroke: the end force is too small there.
+    shared = {
+        source: force.shared.get(source, 0.0) - stroke.shared.get(source, 0.0)
+        for source in dict.fromkeys((*force.shared, *stroke.shared))
+    }
+    own = float(np.hypot(force.own_u, stroke.own_u))
+    return Figure(1.0, float(np.sqrt(own**2 + sum(c * c for c in shared.values()))), shared)
+
+
+def _share(run: RunEvaluation, loop: MeanLoop, name: str, factor: float) -> Figure | None:
+    """Return what the uncertainty of a mean is as a share of it, times a factor."""
+    U, mean = loop.expanded_uncertainties.get(name), loop.means.get(name)
+    if U is None or not mean:
+        return None
+    shared = (run.shared_errors.of(name) if run.shared_errors is not None else None) or {}
+    scale = factor / mean
+    return Figure(1.0, abs(scale) * U / _COVERAGE, {source: scale * own for source, own in shared.items()})
 
 
 def _difference_uncertainty_K(one: MeanLoop, two: MeanLoop) -> float | None:  # noqa: N802 - the unit
@@ -255,7 +282,7 @@ def _difference_uncertainty_K(one: MeanLoop, two: MeanLoop) -> float | None:  # 
 def _change(
     before: float | None,
     after: float | None,
-    relative: Sequence[float | None],
+    relative: Sequence[Figure | None],
     apart_K: float,
     u_apart_K: float | None,
 ) -> Change:
@@ -263,9 +290,11 @@ def _change(
         return Change(before, after)
     ratio = after / before
     change = ratio - 1.0
-    known = [value for value in relative if value is not None]
-    U = abs(ratio) * float(np.linalg.norm(known)) if len(known) == 2 else None
-    per_K = None
-    if U is not None and u_apart_K is not None:
-        per_K = float(np.hypot(U, change / apart_K * u_apart_K)) / apart_K
-    return Change(before, after, change, U, change / apart_K, per_K)
+    known = [figure for figure in relative if figure is not None]
+    if len(known) < 2:
+        return Change(before, after, change, None, change / apart_K, None)
+    # d(after / before) = ratio (d after / after - d before / before): what both have in common cancels.
+    spread = Figures.of(known).weighted(np.array([-ratio, ratio]))
+    U = _COVERAGE * spread.u
+    per_K = None if u_apart_K is None else float(np.hypot(U, change / apart_K * u_apart_K)) / apart_K
+    return Change(before, after, change, U, change / apart_K, per_K, spread.half_width_95)

@@ -45,7 +45,7 @@ def with_uncertainty(
         Loops of the complete cycles.
     draws : Draws
     parts : sequence of (sequence of int, MeanOfDraws)
-        Cycles that the summary of each step is the mean of, and where their draws go.
+        Cycles that stand for each step, of which its summary is the mean, and where their draws go.
     temperatures : sequence of Temperature
     keep : bool
         Draw every cycle, and return its draws.

@@ -140,8 +140,8 @@ class Chain:
         return self.force_identity or assumed("force", self.force), wires
 
 
-def shared_errors(chain: Chain, draws: Draws, means: Mapping[str, FloatArray]) -> SharedErrors:
-    """Return what drawn means owe to the drawn errors of the channels.
+class Regression:
+    """Drawn errors of a run's channels, on which what was drawn of its figures is regressed.
 
     Parameters
     ----------
@@ -149,25 +149,28 @@ def shared_errors(chain: Chain, draws: Draws, means: Mapping[str, FloatArray]) -
         Of the run; states accuracy (else nothing was drawn).
     draws : Draws
         As drawn for it.
-    means : mapping of str to array, shape (N,)
-        Deviations of each mean from the mean of its draws.
     """
-    drawn = draws.errors()
-    sources = tuple(_sources(chain, [name for name, values in drawn.items() if np.ptp(values) > 0.0]))
-    names = tuple(dict.fromkeys(weighted.source.error for weighted in sources))
-    columns = np.stack([drawn[name] - np.mean(drawn[name]) for name in names])
-    u = np.sqrt(np.mean(columns**2, axis=1))
-    columns /= u[:, None]
-    # What the draws of a run have in common by chance, though independent, is taken off by the regression.
-    gain = np.linalg.inv(columns @ columns.T) @ columns
-    contributions = {name: _kept(gain @ values) for name, values in means.items()}
-    force, wires = chain.identities
-    return SharedErrors(weakest([force.basis, *(w.basis for w in wires)]), names, sources, contributions)
 
+    def __init__(self, chain: Chain, draws: Draws) -> None:
+        drawn = draws.errors()
+        self._sources = tuple(_sources(chain, [n for n, values in drawn.items() if np.ptp(values) > 0.0]))
+        self._names = tuple(dict.fromkeys(weighted.source.error for weighted in self._sources))
+        force, wires = chain.identities
+        self._basis = weakest([force.basis, *(wire.basis for wire in wires)])
+        columns = np.stack([drawn[name] - np.mean(drawn[name]) for name in self._names])
+        columns /= np.sqrt(np.mean(columns**2, axis=1))[:, None]
+        # What independent draws have in common by chance is taken off by regressing on all at once.
+        self._gain = np.linalg.inv(columns @ columns.T) @ columns
 
-def _kept(contributions: FloatArray) -> tuple[float, ...]:
-    least = _NOTHING * float(np.max(np.abs(contributions), initial=0.0))
-    return tuple(float(f"{c:.{_DIGITS}g}") if abs(c) > least else 0.0 for c in contributions.tolist())
+    def contributions(self, values: FloatArray) -> tuple[float, ...]:
+        """Return the standard contribution of each error to a figure, from its draws, shape (N,)."""
+        found = self._gain @ (values - np.mean(values))
+        least = _NOTHING * float(np.max(np.abs(found), initial=0.0))
+        return tuple(float(f"{c:.{_DIGITS}g}") if abs(c) > least else 0.0 for c in found.tolist())
+
+    def shared(self, contributions: Mapping[str, tuple[float, ...]]) -> SharedErrors:
+        """Return the contributions to figures, by name, with the instruments behind them."""
+        return SharedErrors(self._basis, self._names, self._sources, contributions)
 
 
 def _sources(chain: Chain, errors: Sequence[str]) -> list[Weighted]:

@@ -2,7 +2,9 @@
 
 Of one and the same recording both evaluations share the errors of the channels, and only the way they were
 read has changed: the larger of both expanded uncertainties is what the difference is held against. Two
-recordings have errors of their own: there it is the root of the sum of squares (E_n of ISO 13528).
+recordings have errors of their own: there it is that of their difference (E_n of ISO 13528), in which the
+errors that both name as the same (``shared_errors``) cancel as far as they act alike. Of single cycles that
+is not known, and it is the root of the sum of squares: an upper bound.
 """
 
 from __future__ import annotations
@@ -12,10 +14,12 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from evaluation.across_runs.shared import SharedErrors, shared_of
+from evaluation.differences import Value, difference
 from evaluation.document import SCHEMA
 from evaluation.table import version_text
 from foundation.errors import BadInput
@@ -55,12 +59,28 @@ class _Requirement(_Part):
     verdict: str | None
 
 
+def _known_shared(entry: dict[str, Any] | None) -> dict[str, Any] | None:
+    shared_of(entry)
+    return entry
+
+
+_Shared = Annotated[dict[str, Any] | None, AfterValidator(_known_shared)]
+
+
+class _Step(_Part):
+    index: int
+    summary: dict[str, _Figure | list[int] | None]
+    shared_errors: _Shared = None
+
+
 class _Entry(_Part):
     run: _Run
     summary: dict[str, _Figure | list[int] | None]
     cycles: list[_Cycle]
     requirements: list[_Requirement]
     verdict: str | None
+    steps: list[_Step] | None = None
+    shared_errors: _Shared = None
 
 
 class _Software(_Part):
@@ -298,13 +318,14 @@ def _moves(old: Entry, new: Entry, *, cycles: bool) -> Iterator[Move]:
     summaries = [_summaries(entry) for entry in (old, new)]
     for part in dict.fromkeys((*summaries[0], *summaries[1])):
         before, after = (known.get(part) or {} for known in summaries)
+        errors = [None if same else _shared(entry, part) for entry in (old, new)]
         for name in dict.fromkeys((*before, *after)):
             if name not in _NOT_FIGURES:
-                a, b = before.get(name) or {}, after.get(name) or {}
-                yield from _moved(
-                    f"{_id(new)}{part}", name, None, (a.get("value"), b.get("value")),
-                    (a.get("expanded_uncertainty"), b.get("expanded_uncertainty")), same_content=same,
-                )  # fmt: skip
+                one, other = (
+                    _value(summary.get(name), own, name)
+                    for summary, own in zip((before, after), errors, strict=True)
+                )
+                yield from _moved(f"{_id(new)}{part}", name, None, one, other, same_content=same)
     used = [
         {index for summary in known.values() for index in summary.get("cycles_used") or ()}
         for known in summaries
@@ -321,6 +342,12 @@ def _summaries(entry: Entry) -> dict[str, Mapping[str, Any]]:
     return {f"#{step['index']}": step["summary"] for step in steps} or {"": entry["summary"] or {}}
 
 
+def _shared(entry: Entry, part: str) -> SharedErrors | None:
+    """Return the shared errors of a run, or of one of its steps."""
+    steps = {f"#{step['index']}": step for step in entry.get("steps") or ()}
+    return shared_of(steps.get(part, entry).get("shared_errors"))
+
+
 def _cycle_moves(old: Entry, new: Entry, *, same_content: bool) -> Iterator[Move]:
     """Yield what moved in each cycle, also in those that only one evaluation has."""
     before, after = ({cycle["index"]: cycle for cycle in entry["cycles"]} for entry in (old, new))
@@ -329,9 +356,19 @@ def _cycle_moves(old: Entry, new: Entry, *, same_content: bool) -> Iterator[Move
         figures = [_figures(cycle) for cycle in two]
         limits = [cycle.get("expanded_uncertainty") or {} for cycle in two]
         for name in dict.fromkeys((*figures[0], *figures[1])):
-            values = figures[0].get(name), figures[1].get(name)
-            U = limits[0].get(name), limits[1].get(name)
-            yield from _moved(_id(new), name, index, values, U, same_content=same_content)
+            one, other = (
+                None if (value := own.get(name)) is None else Value(value, U.get(name))
+                for own, U in zip(figures, limits, strict=True)
+            )
+            yield from _moved(_id(new), name, index, one, other, same_content=same_content)
+
+
+def _value(figure: Mapping[str, Any] | None, errors: SharedErrors | None, name: str) -> Value | None:
+    """Return a mean with its uncertainty and what of it is shared; None where there is none."""
+    if figure is None or figure.get("value") is None:
+        return None
+    shared = None if errors is None else errors.of(name)
+    return Value(figure["value"], figure.get("expanded_uncertainty"), shared or {})
 
 
 def _figures(cycle: Mapping[str, Any]) -> dict[str, float | None]:
@@ -344,22 +381,20 @@ def _figures(cycle: Mapping[str, Any]) -> dict[str, float | None]:
     return found
 
 
-Two = tuple[float | None, float | None]
-
-
 def _moved(
-    run: str, quantity: str, cycle: int | None, values: Two, uncertainties: Two, *, same_content: bool
+    run: str, quantity: str, cycle: int | None, old: Value | None, new: Value | None, *, same_content: bool
 ) -> Iterator[Move]:
-    old, new = values
-    if old == new:
+    if old is None or new is None:
+        if old is not new:
+            values = [None if one is None else one.value for one in (old, new)]
+            yield Move(run, quantity, cycle, values[0], values[1], None)
         return
-    if old is not None and new is not None and abs(new - old) <= ROUNDING * max(abs(old), abs(new)):
+    if abs(new.value - old.value) <= ROUNDING * max(abs(old.value), abs(new.value)):
         return
-    U_old, U_new = uncertainties
-    U = None
-    if U_old is not None and U_new is not None:
-        U = max(U_old, U_new) if same_content else (U_old**2 + U_new**2) ** 0.5
-    yield Move(run, quantity, cycle, old, new, U)
+    U = difference(new, old).expanded_uncertainty
+    if same_content and old.expanded_uncertainty is not None and new.expanded_uncertainty is not None:
+        U = max(old.expanded_uncertainty, new.expanded_uncertainty)
+    yield Move(run, quantity, cycle, old.value, new.value, U)
 
 
 def _verdicts(old: Entry, new: Entry) -> Iterator[VerdictChange]:

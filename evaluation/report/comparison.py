@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from evaluation.across_runs.shared import Source, shared_of
 from evaluation.differences import Difference, Value, difference, equivalences
 from evaluation.figures.loops import Loop
 from evaluation.report.conformity import conformity_section
@@ -33,8 +34,8 @@ _APART_K = 2.0
 _GRID = 400
 _METHOD = (
     "The first is the reference. Steps are the same if prestress agrees within 2 mm, amplitude and frequency "
-    "within 5 %, the speed of static runs within 10 %. U of a difference takes the errors of both as "
-    "independent; what both share, as the same transducers, cancels, so that U is an upper bound. "
+    "within 5 %, the speed of static runs within 10 %. Errors that both have in common, as their "
+    "records name the same certificate, cancel in a difference as far as they act alike; U has what is left. "
     "E_n is the difference over its U (k = 2): beyond ±1 the specimens differ by more than is known of them. "
     "It says nothing of conformity; see the statements of each specimen."
 )
@@ -79,7 +80,16 @@ def _summary_value(run: ReportRun | None, name: str) -> Value | None:
         return None
     entry = run.summary.get(name)
     expanded = usable(entry.get("expanded_uncertainty")) if isinstance(entry, dict) else None
-    return Value(value, expanded)
+    return Value(value, expanded, _shared(run, name))
+
+
+def _shared(run: ReportRun, name: str) -> dict[Source, float]:
+    """Return what of a figure's uncertainty other runs have, too; nothing where it is not stated."""
+    try:
+        shared = shared_of(run.evaluated.get("shared_errors"))
+    except ValueError:
+        return {}
+    return {} if shared is None else shared.of(name) or {}
 
 
 def _windows(condition: Condition) -> list[Compared]:
@@ -104,7 +114,10 @@ def _window(run: ReportRun | None, name: str) -> Value | None:
     if not values:
         return None
     expanded = [u for r in rows if (u := usable(r.get("expanded_uncertainty"))) is not None]
-    return Value(sum(values) / len(values), max(expanded) if len(expanded) == len(values) else None)
+    mean = sum(values) / len(values)
+    if run is None or len(expanded) < len(values):
+        return Value(mean)
+    return Value(mean, max(expanded), _shared(run, name))
 
 
 def _to_common_stroke(condition: Condition) -> list[Compared]:
@@ -150,7 +163,9 @@ def _like(run: ReportRun, name: str, value: float) -> Value:
     whole = _summary_value(run, name)
     if whole is None or whole.expanded_uncertainty is None or not whole.value:
         return Value(value)
-    return Value(value, abs(value * whole.expanded_uncertainty / whole.value))
+    scale = value / whole.value
+    shared = {source: scale * own for source, own in whole.shared.items()}
+    return Value(value, abs(scale) * whole.expanded_uncertainty, shared)
 
 
 def comparison_sections(sides: Sides, compared: Sequence[Compared]) -> list[Section]:

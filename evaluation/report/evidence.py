@@ -142,7 +142,7 @@ def _changes(source: Source, comparison: Mapping[str, Any]) -> Table:
         ),
         tuple(rows),
         note="Temperature is that of the specimen at the start of the cycles. A loop that reaches further is "
-        "cut at the stroke that both reach. U takes the errors of both runs as independent: an upper bound.",
+        "cut at the stroke that both reach. Errors that both runs have in common cancel; U has what is left.",
     )
 
 

@@ -27,7 +27,8 @@ _UNITS = (
 _METHOD = (
     "Of one recording both evaluations share the errors of the measurement: a change is the effect of other "
     "settings or software alone, and is held against the larger of both expanded uncertainties. Where the "
-    "recordings are different ones, it is held against the root of the sum of squares of both (E_n)."
+    "recordings are different ones, it is held against U of their difference (E_n), in which errors that "
+    "both name as the same cancel."
 )
 _ONE = "only one of the evaluations has it"
 

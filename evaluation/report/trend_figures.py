@@ -132,7 +132,7 @@ def _fit_text(trend: Mapping[str, Any], unit: str) -> str:
     slope, intercept = usable(trend.get("slope_per_Hz")), usable(trend.get("intercept"))
     if slope is None or intercept is None:
         return "none"
-    u = usable(trend.get("slope_standard_uncertainty_per_Hz"))
-    spread = f" (u = {significant(u, 2)})" if u is not None else ""
+    half_width = usable(trend.get("slope_half_width_95_per_Hz"))
+    spread = f" ± {significant(half_width, 2)} (95 %)" if half_width is not None else ""
     shown = "" if unit == "–" else f" {unit}"
     return f"{significant(intercept)}{shown}, slope {significant(slope, 3)}{shown} per Hz{spread}"

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from evaluation.across_runs.shared import Regression
 from evaluation.error_model import Draws
 from evaluation.gaps.numbering import Numbering
 from evaluation.record import FloatArray, Record
@@ -39,6 +40,8 @@ class Case:
     strokes: tuple[CycleResult, ...] = ()
     numbering: Numbering = field(default_factory=Numbering)
     widened: Mapping[int, CyclePropagation] = field(default_factory=dict)
+    regression: Regression | None = None
+    """By which what was drawn of a figure says what it owes to the errors of the channels."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +181,7 @@ def judged(
     probability = None
     if uncertainty is not None and not limits.unfilled:
         probability = conformance_probability(measured, 0.5 * uncertainty, limits.lower, limits.upper)
-    return row(
+    result = row(
         case,
         identity,
         cycle,
@@ -192,6 +195,9 @@ def judged(
         uncertainty=uncertainty,
         probability=probability,
     )
+    if drawn is None or case.regression is None:
+        return result
+    return replace(result, shared=case.regression.contributions(drawn))
 
 
 def drawn_ratio(drawn: Mapping[str, FloatArray] | None) -> FloatArray | None:

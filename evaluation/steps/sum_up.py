@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from evaluation.across_runs.shared import SharedErrors, shared_errors
+from evaluation.across_runs.shared import Regression, SharedErrors
 from evaluation.alignment import SkewSensitivity, skew_sensitivity
 from evaluation.budget_lines import Budget
-from evaluation.error_model import Draws
 from evaluation.inertia import InertiaForce
 from evaluation.loops import CutLoops
 from evaluation.mean_loop import MeanLoop, mean_loop
@@ -35,8 +34,9 @@ class SummedUp:
 class Evaluated:
     """A run whose cycles are evaluated, and what its figures were propagated with.
 
-    ``draws`` are the errors that were drawn (None: none could be), ``tallies`` what they make of the figures
-    of each step of the division, in their order. ``budgets``: whether uncertainties were asked for.
+    ``regression`` is on the errors that were drawn (None: none could be). ``tallies`` are what they make of
+    the figures of each step of the division, in their order; where there is no step, of the complete cycles.
+    ``budgets``: whether uncertainties were asked for.
     """
 
     record: Record
@@ -45,7 +45,7 @@ class Evaluated:
     loops: CutLoops
     prepared: Mapping[int, CyclePropagation]
     tallies: Sequence[MeanOfDraws]
-    draws: Draws | None
+    regression: Regression | None
     budgets: bool
     added: InertiaForce | None = None
 
@@ -91,8 +91,9 @@ def _summed(run: Evaluated, used: tuple[int, ...], tally: MeanOfDraws) -> Summed
         stated = run.facts.force_uncertainty, run.facts.stroke_uncertainty
         budget = run_budget(*stated, run.prepared, summary, run.added)
     shared = None
-    if run.draws is not None and run.facts.chain is not None and tally.drawn:
-        shared = shared_errors(run.facts.chain, run.draws, tally.means())
+    if run.regression is not None and tally.drawn:
+        found = {name: run.regression.contributions(values) for name, values in tally.means().items()}
+        shared = run.regression.shared(found)
     return SummedUp(
         summary, budget, _skew(run, used), mean_loop(run.record, run.results, used, run.loops), shared
     )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.across_runs import ChannelIdentity
 from evaluation.record import Record, Temperature, make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
@@ -64,6 +65,13 @@ STATED = {
     ),
     "stroke_uncertainty": (ChannelUncertainty(linearity=0.25, zero=0.05, u_delay_s=2e-5),) * 2,
 }
+CERTIFIED = {
+    "force_identity": ChannelIdentity("cell", "cell, zeroed", "cell, filtered", "certificate"),
+    "stroke_identities": tuple(
+        ChannelIdentity(wire, f"{wire}, zeroed", f"{wire}, filtered", "certificate") for wire in ("w1", "w2")
+    ),
+}
+"""Whose errors those of the channels are."""
 BUFFER = {
     "id": "B1",
     "kind": "buffer",

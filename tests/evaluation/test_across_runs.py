@@ -17,11 +17,11 @@ from evaluation.across_runs import (
     Figure,
     Figures,
     Occasion,
+    Regression,
     Source,
     coverage_factor_95,
     fit_line,
     identity_of,
-    shared_errors,
     shared_of,
 )
 from evaluation.across_runs.runs import figure_of
@@ -97,7 +97,8 @@ class TestContributions:
         assert draws is not None
         errors, noise = draws.errors(), np.random.default_rng(1).normal(0.0, 1e-3, 4000)
         mean = 7.0 * errors["force scale"] - 2e3 * errors["delay"] + noise
-        found = shared_errors(chain, draws, {"damping": mean - np.mean(mean)})
+        regression = Regression(chain, draws)
+        found = regression.shared({"damping": regression.contributions(mean)})
         own = dict(zip(found.errors, found.contributions["damping"], strict=True))
         assert own["force scale"] == pytest.approx(7.0 * 0.005 / np.sqrt(3.0), rel=0.03)
         assert own["delay"] == pytest.approx(-2e3 * np.hypot(2e-4, 1e-4 / np.sqrt(2.0)), rel=0.03)
@@ -107,7 +108,8 @@ class TestContributions:
         draws = draw_errors(FORCE, (WIRE, WIRE), 1000, 3)
         assert draws is not None
         zero = draws.errors()["stroke zero"]
-        found = shared_errors(Chain(FORCE, (WIRE, WIRE)), draws, {"stroke_min_mm": zero - np.mean(zero)})
+        regression = Regression(Chain(FORCE, (WIRE, WIRE)), draws)
+        found = regression.shared({"stroke_min_mm": regression.contributions(zero)})
         by_source = found.of("stroke_min_mm")
         assert by_source is not None
         shares = [c for source, c in by_source.items() if source.error == "stroke zero"]

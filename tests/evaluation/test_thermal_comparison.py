@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evaluation.across_runs import ChannelIdentity
 from evaluation.document import evaluation_document
 from evaluation.record import Temperature, make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
@@ -15,7 +16,7 @@ from evaluation.run import evaluate_run
 from evaluation.thermal_comparison import TemperatureComparison, compare_temperatures
 from model.file import load_model
 from model.simulation import simulate
-from tests.evaluation.signals import STATED, Ellipse
+from tests.evaluation.signals import CERTIFIED, STATED, Ellipse
 
 MODELS = Path(__file__).resolve().parents[2] / "sample_runs" / "models"
 HOOK = load_model(MODELS / "draw-hook-elastomer.toml")
@@ -33,10 +34,14 @@ def static(name: str, temperature_C: float, top_mm: float, cycles: int = 1, **fa
     force = simulate(HOOK, time, stroke, temperature_C=temperature_C, isothermal=True).force_kN
     sensor = Temperature("temperature_1", time, np.full(time.size, temperature_C), accuracy_C=0.5)
     record = make_record(time, stroke, force, temperatures=[sensor])
-    given = {"specimen": {"id": "hook", "kind": "draw-gear"}, **STATED, **facts}
+    given = {"specimen": {"id": "hook", "kind": "draw-gear"}, **STATED, **CERTIFIED, **facts}
     return evaluate_run(record, RunFacts(name, "static", **given), Options(draws=300))  # type: ignore[arg-type]
 
 
+OTHER_CELL = {
+    "force_identity": ChannelIdentity("another", "another zero", "another delay", "certificate"),
+    "stroke_identities": (ChannelIdentity("others", "others' zero", "others' delay", "certificate"),) * 2,
+}
 COLD, WARM = static("cold", 25.0, 42.5), static("warm", 75.0, 44.5)
 
 
@@ -70,9 +75,26 @@ def test_figure_9_at_equal_stroke() -> None:
     # Limits of 0.5 K at both sensors: U of 50 K is 0.82 K.
     assert force.expanded_uncertainty is not None
     assert force.expanded_uncertainty_per_K is not None
-    expected = np.hypot(force.expanded_uncertainty / 50.0, 0.0086 * 0.8165 / 50.0)
-    assert force.expanded_uncertainty_per_K == pytest.approx(expected, rel=0.02)
-    assert 0.003 < force.expanded_uncertainty < 0.05
+    assert force.relative_change_per_K is not None
+    expected = np.hypot(force.expanded_uncertainty / 50.0, force.relative_change_per_K * 0.8165 / 50.0)
+    assert force.expanded_uncertainty_per_K == pytest.approx(expected, rel=1e-4)
+    # Scale and linearity are the same in both, and leave the change; zeros and reversal do not quite.
+    assert 0.001 < force.expanded_uncertainty < 0.003
+
+
+def test_errors_that_both_runs_share_cancel_in_a_change() -> None:
+    """The same loop, warmer in name only: scale and linearity leave the change, another cell's do not."""
+    same = compare_temperatures([COLD, replace(WARM, mean_loop=WARM.mean_loop)])[0].runs[0]
+    apart = static("apart", 75.0, 44.5, **OTHER_CELL)
+    independent = compare_temperatures([COLD, apart])[0].runs[0]
+    for name in ("end_force_kN", "stored_energy_J", "absorbed_energy_J"):
+        own, upper = (run.changes[name].expanded_uncertainty for run in (same, independent))
+        assert own is not None
+        assert upper is not None
+        assert own < 0.75 * upper, name
+        half_width = same.changes[name].half_width_95
+        assert half_width is not None
+        assert 0.8 * own < half_width < 1.0 * own
 
 
 def test_same_stroke_simulated_agrees_with_the_cut() -> None:

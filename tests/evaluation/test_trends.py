@@ -7,19 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evaluation.across_runs import ChannelIdentity
 from evaluation.record import Temperature, make_record
 from evaluation.results import Measured, Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
 from evaluation.trends import find_trends
-from tests.evaluation.signals import STATED, Ellipse
-
-CERTIFIED = {
-    "force_identity": ChannelIdentity("cell", "cell, zeroed", "cell, filtered", "certificate"),
-    "stroke_identities": tuple(
-        ChannelIdentity(wire, f"{wire}, zeroed", f"{wire}, filtered", "certificate") for wire in ("w1", "w2")
-    ),
-}
+from tests.evaluation.signals import CERTIFIED, STATED, Ellipse
 
 
 def run(

@@ -124,3 +124,33 @@ def test_what_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "e.json").write_text(text)
     with pytest.raises(BadInput, match="no JSON: "):
         load_evaluation(tmp_path / "e.json")
+
+
+SHARED = {
+    "basis": "certificate",
+    "errors": ["force scale"],
+    "sources": [
+        {"error": "force scale", "instrument": "cell 7", "distribution": "rectangular", "share": 1.0}
+    ],
+    "contributions": {"damping": [0.004]},
+}
+
+
+def test_errors_that_two_recordings_share_cancel_in_their_difference() -> None:
+    one, two = entry("X", "1", damping=0.25), entry("X", "2", damping=0.26)
+    (apart,) = compared([one], [two]).moves
+    assert apart.expanded_uncertainty == pytest.approx(0.01 * 2.0**0.5)
+    (shared,) = compared([one | {"shared_errors": SHARED}], [two | {"shared_errors": SHARED}]).moves
+    assert shared.expanded_uncertainty == pytest.approx(2.0 * (2.0 * (0.005**2 - 0.004**2)) ** 0.5)
+    assert (apart.beyond, shared.beyond) == (False, True)
+    (again,) = compared([one], [entry("X", "1", damping=0.26)]).moves
+    assert again.expanded_uncertainty == 0.01
+
+
+def test_shared_errors_that_are_none_are_refused_with_their_place(tmp_path: Path) -> None:
+    path = tmp_path / "e.json"
+    spoiled = entry("X") | {"shared_errors": SHARED | {"errors": []}}
+    path.write_text(json.dumps({"schema": SCHEMA, "runs": [spoiled]}))
+    with pytest.raises(BadInput) as caught:
+        load_evaluation(path)
+    assert "runs.0.shared_errors" in caught.value.message()
