@@ -11,11 +11,12 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from evaluation.across_runs.identity import Occasion, identity_of
+from evaluation.channels.bring import same_instants
 from evaluation.channels.joined import are_apart, joined
 from evaluation.channels.rows import is_stamped
 from evaluation.channels.sensors import said, true_readings
 from evaluation.choices import ForceCell
-from evaluation.long_runs import Bounds, long_record, on_time, same_instants, thinned
+from evaluation.long_runs import Bounds, long_record, on_time, thinned
 from evaluation.record import FloatArray, Record, Temperature, make_record
 from evaluation.results import RunFacts
 from foundation.channel import Channel, ChannelUncertainty

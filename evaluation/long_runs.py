@@ -14,6 +14,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.channels.bring import same_instants
+from evaluation.channels.joined import are_of_streams
+from evaluation.channels.pieces import Pieces
 from evaluation.channels.rows import is_stamped
 from evaluation.condense import block_means, block_starts
 from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
@@ -22,7 +25,6 @@ from evaluation.splines import moved, moved_evenly
 from foundation.units import to_inside
 from recording.run import Run, Series, mean_stroke
 
-_SAME_INSTANT_S = 1e-9
 _MARGIN = 64
 """Samples about a piece that its splines see: what lies further off counts by less than 0.27^64."""
 _BIN = 1e-4
@@ -65,7 +67,8 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     Raises
     ------
     BadInput
-        If force and stroke are not of one stream, a dataset is damaged, or fewer than two samples are usable.
+        If force and stroke of a recorded run are not of one stream or nowhere on record together, a dataset
+        is damaged, or fewer than two samples are usable.
     """
     stream = run.stream_of(wires[0])
     size = bounds.samples_a_block(stream.rows)
@@ -75,7 +78,9 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     first, low_mm, high_mm = 0, np.inf, -np.inf
     known = [] if is_stamped(run.metadata, stream.name) else run.gaps(stream.name)
     gaps = np.array(known, dtype=np.int64).reshape(-1, 2)
-    for piece in _pieces(run, wires, gaps[:, 0] + 1, bounds.piece_rows):
+    apart = Pieces(run, wires, bounds.piece_rows) if are_of_streams(run, wires) else None
+    pieces = apart.columns() if apart else _pieces(run, wires, gaps[:, 0] + 1, bounds.piece_rows)
+    for piece in pieces:
         last = first + piece.shape[1]
         own = gaps[(gaps[:, 0] + 1 >= first) & (gaps[:, 0] + 1 < last)]
         lost = [(row + 1 - first, samples) for row, samples in own.tolist()]
@@ -84,6 +89,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
         low_mm = min(low_mm, float(np.min(piece[1, kept], initial=np.inf)))
         high_mm = max(high_mm, float(np.max(piece[1, kept], initial=-np.inf)))
         first = last
+    problems = apart.problems() if apart else ()
     check_usable(cleaner)
     time_s, stroke_mm, force_kN, *others = blocks.columns()
     record = Record(
@@ -98,7 +104,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     )
     if size == 1 and not cleaner.even:
         record = with_own_steps(record)
-    return record, _hidden_cycles(record, high_mm - low_mm)
+    return record, (*problems, *_hidden_cycles(record, high_mm - low_mm))
 
 
 def _hidden_cycles(record: Record, range_mm: float) -> tuple[str, ...]:
@@ -205,17 +211,6 @@ def _windows(blocks: Iterator[FloatArray]) -> Iterator[tuple[FloatArray, int, in
             parts.append(following[:, :_MARGIN])
         yield np.concatenate(parts, axis=1), before, block.shape[1]
         tail, block = block[:, -_MARGIN:], following
-
-
-def same_instants(one_s: FloatArray, other_s: FloatArray) -> bool:
-    """Say whether times of shape (N,) are equal but for rounding."""
-    if one_s is other_s:
-        return True
-    if one_s.shape != other_s.shape or (one_s.size and abs(one_s[0] - other_s[0]) > _SAME_INSTANT_S):
-        return False
-    return np.array_equal(one_s, other_s) or bool(
-        np.allclose(one_s, other_s, rtol=0.0, atol=_SAME_INSTANT_S, equal_nan=True)
-    )
 
 
 def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Sequence[int]) -> FloatArray:

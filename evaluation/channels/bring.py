@@ -18,6 +18,7 @@ from evaluation.splines import moved
 
 FloatArray = NDArray[np.float64]
 
+_SAME_INSTANT_S = 1e-9
 LONG = 1.5
 """A step longer than so many of both its neighbours is a hole: nothing is interpolated across it."""
 _LEAST = 4
@@ -38,6 +39,17 @@ class Brought:
 
     value: FloatArray
     halved: FloatArray
+
+
+def same_instants(one_s: FloatArray, other_s: FloatArray) -> bool:
+    """Say whether times of shape (N,) are equal but for rounding."""
+    if one_s is other_s:
+        return True
+    if one_s.shape != other_s.shape or (one_s.size and abs(one_s[0] - other_s[0]) > _SAME_INSTANT_S):
+        return False
+    return np.array_equal(one_s, other_s) or bool(
+        np.allclose(one_s, other_s, rtol=0.0, atol=_SAME_INSTANT_S, equal_nan=True)
+    )
 
 
 def usable(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,26 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.bring import bring, too_coarse, usable, usual_step_s
+from evaluation.channels.bring import bring, same_instants, usable, usual_step_s
+from evaluation.channels.rates import Rates, Readings, Seen, within
 from evaluation.channels.rows import Rows, readings_of, without_blanks
-from evaluation.long_runs import same_instants
-from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
 from foundation.units import to_inside
 from recording.run import Run, Series
 
 FloatArray = NDArray[np.float64]
 
-STROKE_OFF, FORCE_OFF = 0.05, 0.25
-"""Between readings of the other channel, stroke and force may leave the straight line by this share of their
-range: 7 readings a cycle of a sine, and 3. (A force may jump where a stroke turns, a stroke cannot.)"""
-_NOISES = 8.0
-_SLOWER = 1.2
 _STEPS_LEFT = 2.0
 """No more steps of the slower channel are left out at the ends of a record without a word."""
 
@@ -47,9 +40,17 @@ class Joined:
     problems: tuple[str, ...] = ()
 
 
-class _Readings(NamedTuple):
-    time_s: FloatArray
-    value: FloatArray
+def channels_of(run: Run, wires: Sequence[str]) -> list[str]:
+    """Return the channels that make up a record: the draw wires, force and, where there is one, speed."""
+    return [*wires, "force", *(["speed"] if run.has("speed") else [])]
+
+
+def are_of_streams(run: Run, wires: Sequence[str]) -> bool:
+    """Say whether the channels of an imported run are in different streams."""
+    names = channels_of(run, wires)
+    if not run.metadata.get("original") or not all(run.has(name) for name in names):
+        return False
+    return len({run.stream_of(name).name for name in names}) > 1
 
 
 def are_apart(run: Run, wires: Sequence[str]) -> bool:
@@ -61,10 +62,10 @@ def are_apart(run: Run, wires: Sequence[str]) -> bool:
     wires : sequence of str
         The draw wires that make up the stroke.
     """
-    names = [*wires, "force"]
+    names = channels_of(run, wires)
     if not run.metadata.get("original") or not all(run.has(name) for name in names):
         return False
-    if len({run.stream_of(name).name for name in names}) > 1:
+    if are_of_streams(run, wires):
         return True
     series = [run.series(name) for name in names]
     if any(without_blanks(each.time_s, each.value)[0] is not each.time_s for each in series):
@@ -86,14 +87,13 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
     BadInput
         If there is no force, or it and the stroke are nowhere read often enough to show what the other does.
     """
-    others = [name for name in ("force", "speed") if name == "force" or run.has(name)]
-    readings = _readings(run, [*wires, *others])
+    readings = _readings(run, channels_of(run, wires))
     base = readings[wires[0]]
     stroke, difference = base.value, None
     if len(wires) > 1:
         two = _at(readings[wires[1]], base.time_s)
         stroke, difference = 0.5 * (base.value + two), base.value - two
-    force, problems = _force_at(run, readings["force"], _Readings(base.time_s, stroke))
+    force, problems = _force_at(run, readings["force"], Readings(base.time_s, stroke))
     speed = _at(readings["speed"], base.time_s) if "speed" in readings else None
     apart = not same_instants(readings["force"].time_s, base.time_s)
     common = _common(base.time_s, force) if apart else slice(0, base.time_s.size)
@@ -113,7 +113,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
     )
 
 
-def _readings(run: Run, names: Sequence[str]) -> dict[str, _Readings]:
+def _readings(run: Run, names: Sequence[str]) -> dict[str, Readings]:
     """Return the readings of each channel, in its inside unit: without blanks, each row once."""
     series: dict[str, Series] = {name: run.series(name) for name in names}
     streams = {name: run.stream_of(name).name for name in names}
@@ -126,50 +126,33 @@ def _readings(run: Run, names: Sequence[str]) -> dict[str, _Readings]:
         own_rows = rows[streams[name]]
         quantity = name.split("_", maxsplit=1)[0]
         value = to_inside(own_rows.of(each.value), quantity, each.unit)
-        found[name] = _Readings(*without_blanks(own_rows.time_s(each.time_s), value))
+        found[name] = Readings(*without_blanks(own_rows.time_s(each.time_s), value))
     return found
 
 
-def _at(own: _Readings, time_s: FloatArray) -> FloatArray:
+def _at(own: Readings, time_s: FloatArray) -> FloatArray:
     if same_instants(own.time_s, time_s):
         return own.value
     return bring(*usable(*own), time_s).value
 
 
-def _force_at(run: Run, force: _Readings, stroke: _Readings) -> tuple[FloatArray, list[str]]:
+def _force_at(run: Run, force: Readings, stroke: Readings) -> tuple[FloatArray, list[str]]:
     """Return the force at the instants of the stroke, NaN where one of them is read too seldom."""
     if same_instants(force.time_s, stroke.time_s):
         return force.value, []
-    force, known = _Readings(*usable(*force)), _Readings(*usable(*stroke))
+    force, known = Readings(*usable(*force)), Readings(*usable(*stroke))
     value = bring(*force, stroke.time_s).value
-    force_step_s, stroke_step_s = usual_step_s(force.time_s), usual_step_s(known.time_s)
-    if force_step_s > _SLOWER * stroke_step_s:
-        name, slow, fast, share = "force", force, known, STROKE_OFF
-    elif stroke_step_s > _SLOWER * force_step_s:
-        name, slow, fast, share = "stroke", known, force, FORCE_OFF
-    else:
+    rates = Rates.of(usual_step_s(known.time_s), usual_step_s(force.time_s), known.value, force.value)
+    coarse = rates.too_coarse(known, force)
+    if coarse is None or not coarse.any():
         return value, []
-    limit = max(share * float(np.ptp(fast.value)), _NOISES * noise_sigma(fast.value))
-    coarse = too_coarse(slow.time_s, fast.time_s, fast.value, limit)
-    if not coarse.any():
-        return value, []
-    text = _too_seldom(name, slow.time_s, coarse)
-    remedy = f"record or export the {name} at a higher rate"
+    slow = force if rates.slow == "force" else known
+    seen = Seen()
+    seen.look(slow.time_s, coarse)
     if coarse.all():
-        raise BadInput(text, file=run.path, place=f"channel {name}", remedy=remedy)
-    place = np.searchsorted(slow.time_s, stroke.time_s, side="right") - 1
-    inside = (place >= 0) & (place < coarse.size)
-    value[inside] = np.where(coarse[place[inside]], np.nan, value[inside])
-    return value, [f"{text}: nothing is evaluated there; {remedy}"]
-
-
-def _too_seldom(name: str, slow_s: FloatArray, coarse: NDArray[np.bool_]) -> str:
-    other = "stroke" if name == "force" else "force"
-    where = f"in {np.count_nonzero(coarse)} of {coarse.size} intervals"
-    return (
-        f"{name} is read every {usual_step_s(slow_s):.3g} s only, and {where}, the first at "
-        f"{float(slow_s[np.argmax(coarse)]):.6g} s, the {other} moves more than that can show"
-    )
+        raise BadInput(seen.text(rates), file=run.path, place=f"channel {rates.slow}", remedy=rates.remedy)
+    value[within(slow.time_s, coarse, stroke.time_s)] = np.nan
+    return value, [f"{seen.text(rates)}: nothing is evaluated there; {rates.remedy}"]
 
 
 def _common(time_s: FloatArray, force_kN: FloatArray) -> slice:

@@ -13,6 +13,7 @@ from nptdms import ChannelObject, TdmsWriter
 
 from evaluation.channels.bring import bring, too_coarse, usable
 from evaluation.load import load_run
+from evaluation.long_runs import Bounds
 from evaluation.results import Options, RunEvaluation
 from evaluation.run import evaluate_run
 from foundation.errors import BadInput
@@ -222,3 +223,47 @@ def test_the_faster_channel_says_whether_the_slower_one_can_follow(a_cycle: int,
     fast_s = np.linspace(0.0, 5.0, 5001)
     slow_s = np.arange(0.0, 5.0, 1.0 / a_cycle)
     assert too_coarse(slow_s, fast_s, np.cos(2.0 * np.pi * fast_s), 0.05 * 2.0).any() == coarse
+
+
+# --- runs too long to be held at once -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("stroke_Hz", "force_Hz"), [(1000.0, 2000.0), (1000.0, 200.0), (100.0, 1000.0)])
+@pytest.mark.parametrize("piece", [500, 997])
+def test_pieces_of_streams_give_what_the_whole_gives(
+    tmp_path: Path, stroke_Hz: float, force_Hz: float, piece: int
+) -> None:
+    path = tmp_path / "r.tdms"
+    slow, fast = columns(stroke_Hz, off_s=0.25), columns(force_Hz)
+    with TdmsWriter(path) as file:
+        file.write_segment(
+            [
+                ChannelObject(
+                    "A", "stroke", slow.stroke_mm,
+                    {"wf_increment": 1.0 / stroke_Hz, "wf_start_offset": 0.25, "unit_string": "mm"},
+                ),
+                ChannelObject(
+                    "B", "force", fast.force_kN,
+                    {"wf_increment": 1.0 / force_Hz, "wf_start_offset": 0.0, "unit_string": "kN"},
+                ),
+            ]
+        )  # fmt: skip
+    made = import_file(path, tmp_path / "out", ImportOptions(kind="harmonic")).path
+    whole, _ = load_run(made)
+    parts, _ = load_run(made, Bounds(whole_rows=100, piece_rows=piece))
+    np.testing.assert_array_equal(parts.time_s, whole.time_s)
+    np.testing.assert_allclose(parts.stroke_mm, whole.stroke_mm, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(parts.force_kN, whole.force_kN, rtol=0.0, atol=1e-9)
+    assert parts.breaks == whole.breaks == ()
+
+
+def test_a_long_run_of_too_few_readings_is_refused_like_a_short_one(tmp_path: Path) -> None:
+    made = columns()
+    path = written(tmp_path / "r.csv", made.time_s, made.stroke_mm, every(made.force_kN, 333))
+    file = import_file(path, tmp_path / "out", ImportOptions(kind="harmonic")).path
+    texts = []
+    for bounds in (None, Bounds(whole_rows=100, piece_rows=500)):
+        with pytest.raises(BadInput, match="force is read every") as caught:
+            load_run(file, bounds)
+        texts.append(caught.value.message())
+    assert texts[0] == texts[1]
