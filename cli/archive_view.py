@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import click
 
-from cli.evaluation_view import show_together
+from cli.evaluation_view import show_conformity, show_together
 from cli.options import figure, show_table
 from evaluation.archive.evaluate import ArchiveEvaluation, Progress
 from evaluation.archive.kept import KeptRun
@@ -70,6 +70,7 @@ def show_archive(evaluation: ArchiveEvaluation) -> None:
             for (specimen, kind), runs in groups.items()
         ],
     )  # fmt: skip
+    show_conformity(evaluation.tail)
     show_together(evaluation.tail)
     with_warnings = sum(run.facts["warnings"] > 0 for run in evaluation.runs)
     click.echo(

@@ -30,6 +30,7 @@ def show_evaluation(document: Mapping[str, Any], *, warnings: bool = True) -> No
     for entry in document["runs"]:
         if entry["requirements"]:
             _show_requirements(entry)
+    show_conformity(document)
     show_together(document)
     _show_evidence(document["runs"])
     if warnings:
@@ -48,7 +49,7 @@ def show_together(document: Mapping[str, Any]) -> None:
 
 def _rows(entry: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """Return the row of a run, or one for each of its steps."""
-    name, cycles, verdict = entry["run"]["id"], entry["cycles"], entry["verdict"] or "—"
+    name, cycles, verdict = entry["run"]["id"], entry["cycles"], _verdict(entry)
     if not entry["steps"]:
         return [_row(name, entry["summary"], cycles, verdict)]
     rows = []
@@ -81,11 +82,34 @@ def _row(
     )
 
 
+def _verdict(entry: Mapping[str, Any]) -> str:
+    """Return the verdict, in brackets where no statement of conformity rests on it."""
+    verdict = entry["verdict"] or "—"
+    return f"({verdict})" if entry.get("purpose") == "characterisation" else verdict
+
+
+def show_conformity(document: Mapping[str, Any]) -> None:
+    """Print on which runs the statement of conformity of each specimen rests, where a run is left out."""
+    for statement in document["conformity"]:
+        if not statement["characterisation"] and not statement["warnings"]:
+            continue
+        of = statement["specimen"] or "a specimen without id"
+        runs = ", ".join(statement["runs"]) or "no run"
+        verdict = f": {statement['verdict']}" if statement["verdict"] else ""
+        click.echo(f"\nconformity test of {of} ({statement['kind']}): {runs}{verdict} ({statement['why']})")
+        if statement["characterisation"]:
+            click.echo(f"  characterisation, no part of it: {', '.join(statement['characterisation'])}")
+        for text in statement["warnings"]:
+            click.echo(f"  warning: {text}")
+
+
 def _show_requirements(entry: Mapping[str, Any]) -> None:
     rows = entry["requirements"]
     counted = Counter(row["verdict"] for row in rows)
     text = ", ".join(f"{number} {verdict}" for verdict, number in counted.items())
-    click.echo(f"\n{rows[0]['standard']}, {entry['run']['id']}: {entry['verdict'] or 'no verdict'} ({text})")
+    part = " — characterisation" if entry.get("purpose") == "characterisation" else ""
+    verdict = entry["verdict"] or "no verdict"
+    click.echo(f"\n{rows[0]['standard']}, {entry['run']['id']}: {verdict} ({text}){part}")
     for row in rows:
         if row["verdict"] != "pass":
             cycle = "" if row["cycle"] is None else f", cycle {row['cycle']}"

@@ -25,6 +25,8 @@ class Judging:
 
     options: Options
     limit_set: LimitSet
+    conformity: tuple[str, ...] = ()
+    """Runs that are the conformity test of their specimen, by id or path."""
 
     def warn_of_unused(self, runs: Sequence[Mapping[str, Any]]) -> None:
         """Say which inspector's file goes with none of the runs (``run`` of each entry of the document)."""
@@ -48,6 +50,13 @@ _OPTIONS = (
         metavar="FILE.toml",
         help="Judge every run by this limit set: a file, or the name of a shipped one "
         "(default en15551-105mm).",
+    ),
+    click.option(
+        "--conformity",
+        metavar="RUN",
+        multiple=True,
+        help="This run (id or file) is the conformity test of its specimen (default: what the campaign says, "
+        "else the first static run that meets the conditions).",
     ),
     click.option(
         "--inspection",
@@ -87,6 +96,7 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
         *args: Any,
         decision_rule: DecisionRule,
         limits: str | None,
+        conformity: tuple[str, ...],
         inspections: tuple[Path, ...],
         moving_mass: float | None,
         moving_mass_accuracy: float | None,
@@ -106,7 +116,7 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
             force_cell=force_cell,
             inspections=tuple(load_inspection(file, asked_items(limit_set)) for file in inspections),
         )
-        return function(*args, judging=Judging(options, limit_set), **others)
+        return function(*args, judging=Judging(options, limit_set, conformity), **others)
 
     decorated: Callable[..., Any] = with_judging
     for option in reversed(_OPTIONS):

@@ -107,7 +107,11 @@ def dataset(run: str | Path | Run) -> xr.Dataset:
 
 
 def evaluate(
-    paths: Paths, *, decision_rule: DecisionRule = "simple", draws: int = Options.draws
+    paths: Paths,
+    *,
+    decision_rule: DecisionRule = "simple",
+    draws: int = Options.draws,
+    conformity: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Evaluate run files and folders into the evaluation document (docs/evaluation.md).
 
@@ -117,13 +121,17 @@ def evaluate(
     decision_rule : "simple" or "guard-band"
     draws : int
         Monte Carlo draws a run; 0: no uncertainties.
+    conformity : sequence of str
+        Runs that are the conformity test of their specimen, by id or path; else what their campaign says, or
+        the first static run of a specimen that meets the conditions.
 
     Raises
     ------
     BadInput
-        If a run cannot be evaluated, or so few draws tell no uncertainty.
+        If a run cannot be evaluated, ``conformity`` names none of them, or so few draws tell no uncertainty.
     """
-    return evaluate_paths(_paths(paths), Options(decision_rule=decision_rule, draws=check_draws(draws)))
+    options = Options(decision_rule=decision_rule, draws=check_draws(draws))
+    return evaluate_paths(_paths(paths), options, conformity=conformity)
 
 
 def cycles(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:

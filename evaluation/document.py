@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from evaluation.budget_lines import budget_entry
+from evaluation.conformity import candidate_of, decide_purposes
 from evaluation.evidence import comparison_entries, evidence_entry, plain
 from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
@@ -38,7 +39,10 @@ CYCLE_QUANTITIES = tuple(n for n in Quantities._fields if n not in _TEMPERATURES
 
 
 def evaluate_paths(
-    paths: Sequence[Path], options: Options | None = None, limit_set: LimitSet | None = None
+    paths: Sequence[Path],
+    options: Options | None = None,
+    limit_set: LimitSet | None = None,
+    conformity: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Evaluate run files, campaign folders or archives, and return the evaluation document.
 
@@ -50,14 +54,17 @@ def evaluate_paths(
         How to evaluate: decision rule, draws, moving mass, inspectors' files.
     limit_set : LimitSet, optional
         Limits to judge by; the shipped set by default.
+    conformity : sequence of str
+        Runs that are the conformity test of their specimen, by id or path.
 
     Raises
     ------
     BadInput
-        If a path does not exist, holds no run file, or a run file cannot be evaluated.
+        If a path does not exist, holds no run file, or a run file cannot be evaluated, or ``conformity``
+        names none of them.
     """
     options = options or Options()
-    document = assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)])
+    document = assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)], conformity)
     return document | {"decision_rule": options.decision_rule}
 
 
@@ -77,15 +84,27 @@ def evaluate_entry(
     return run_entry(run), replace(run, record=_NO_SAMPLES, cycles=())
 
 
-def assemble(parts: Iterable[tuple[dict[str, Any], RunEvaluation]]) -> dict[str, Any]:
-    """Return the evaluation document of entries made by :func:`evaluate_entry`, in their order."""
+def assemble(
+    parts: Iterable[tuple[dict[str, Any], RunEvaluation]], conformity: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the evaluation document of entries made by :func:`evaluate_entry`, in their order.
+
+    Raises
+    ------
+    BadInput
+        If ``conformity`` names a run that is none of them, or can be no conformity test.
+    """
     parts = list(parts)
+    decided = decide_purposes([candidate_of(run) for _, run in parts], conformity)
     together = what_runs_say_together([run for _, run in parts])
     return {
         "schema": SCHEMA,
         "software": {"version": version("bufferstand")},
-        "runs": [entry for entry, _ in parts],
+        "runs": [
+            {**entry, **purpose.entry()} for (entry, _), purpose in zip(parts, decided.purposes, strict=True)
+        ],
         **together,
+        "conformity": [statement.entry() for statement in decided.statements],
     }
 
 
@@ -144,6 +163,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
             "sha256": facts.sha256,
             "kind": facts.kind,
             "specimen": dict(facts.specimen),
+            "purpose": facts.purpose,
         },
         "cycles": [_cycle(result) for result in run.cycles],
         "summary": None if run.steps else _summary(run.summary),

@@ -23,6 +23,7 @@ from foundation.channel import Channel, ChannelUncertainty
 from foundation.errors import BadInput
 from foundation.kind import Kind
 from foundation.names import readable
+from foundation.purpose import Purpose
 from foundation.units import to_inside
 from recording.run import STROKES, Run, Series
 from recording.runfile import opened_run
@@ -256,6 +257,8 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         moving_mass_accuracy_percent=_stand_number(run.metadata, "moving_mass_accuracy_percent"),
         force_cell=_force_cell(run),
         proof_load=_proof_load(run),
+        campaign=_campaign(run),
+        purpose=_purpose(run),
         impact_speed_km_h=_stated_number(run, "impact_speed_km_h"),
         impact_mass_t=_stated_number(run, "impact_mass_t"),
     )
@@ -293,6 +296,17 @@ def _proof_load(run: Run) -> str | None:
         if name := facts.get("proof_load"):
             return str(name)
     return None
+
+
+def _campaign(run: Run) -> str | None:
+    name = (run.metadata.get("campaign") or {}).get("id")
+    return None if name is None else str(name)
+
+
+def _purpose(run: Run) -> Purpose | None:
+    """Return what the planned step says; of an import, which has none, what ``[test]`` says."""
+    stated = run.step.get("purpose") if run.step else (run.metadata.get("test") or {}).get("purpose")
+    return stated if stated in get_args(Purpose) else None
 
 
 def moving_mass_kg(metadata: Mapping[str, Any]) -> float | None:

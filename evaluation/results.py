@@ -19,6 +19,7 @@ from evaluation.motion import Cycle
 from evaluation.record import Record
 from foundation.channel import ChannelUncertainty
 from foundation.kind import Kind
+from foundation.purpose import Purpose
 
 if TYPE_CHECKING:  # these modules make their facts from the results defined here
     from evaluation.alignment import SkewSensitivity
@@ -67,6 +68,10 @@ class RunFacts:
     """Speed of the impact, as the laboratory states it [km/h]."""
     impact_mass_t: float | None = None
     """Mass of the wagon that ran up, as the laboratory states it [t]."""
+    campaign: str | None = None
+    """Id of the campaign that it is of."""
+    purpose: Purpose | None = None
+    """What the campaign says that it is for, or ``[test]`` of an import."""
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 

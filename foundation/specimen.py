@@ -8,6 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from foundation.kind import Kind
+from foundation.purpose import Purpose
 from foundation.settings import Moment, Settings, load_settings
 
 
@@ -35,6 +36,8 @@ class Test(Settings):
     kind: Kind | None = None
     proof_load: str | None = None
     """Of a proof run: which of the limit set's proof loads was applied (F1 …)."""
+    purpose: Purpose | None = None
+    """Whether the record is a conformity test of its specimen."""
     impact_speed_km_h: float | None = Field(default=None, gt=0)
     """Of an impact: speed of the wagon that ran up."""
     impact_mass_t: float | None = Field(default=None, gt=0)

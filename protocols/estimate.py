@@ -10,6 +10,7 @@ from typing import Any
 from foundation.canonical import content_hash
 from foundation.durations import duration_text
 from foundation.kind import Kind
+from foundation.purpose import Purpose
 from protocols.admissible import cool_down_note
 from protocols.campaign import Campaign
 from protocols.expansion import Request, motions_of
@@ -73,6 +74,7 @@ class _Shape:
     peak_speed_mm_per_s: float | None = None
     proof_load: str | None = None
     steady: Steadiness | None = None
+    purpose: Purpose | None = None
 
 
 def _shape(step: SingleStep) -> _Shape:  # noqa: PLR0911 - one for each kind
@@ -82,7 +84,12 @@ def _shape(step: SingleStep) -> _Shape:  # noqa: PLR0911 - one for each kind
             return _Shape("harmonic", step.prestress_mm, step.amplitude_mm, *step.rate(), steady=steady)
         case StaticStep():
             run_kind: Kind = "static" if step.proof_load is None else "proof"
-            return _Shape(run_kind, peak_speed_mm_per_s=step.speed_mm_per_s, proof_load=step.proof_load)
+            return _Shape(
+                run_kind,
+                peak_speed_mm_per_s=step.speed_mm_per_s,
+                proof_load=step.proof_load,
+                purpose=step.purpose,
+            )
         case ConditioningStep():
             shape = _shape(step.as_step())
             return shape if step.record else replace(shape, run_kind=None)
@@ -173,6 +180,7 @@ class Estimator:
             proof_load=shape.proof_load,
             steady=shape.steady,
             pause=request.pause,
+            purpose=shape.purpose,
         )
 
     def _peak_force(self, motions: Sequence[Motion], temperature_C: float) -> float | None:

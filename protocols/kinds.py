@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from foundation.purpose import Purpose
 from foundation.settings import Numbers, Settings
 from protocols.steps import Steadiness
 
@@ -73,6 +74,8 @@ class StaticStep(StepSettings):
     pause_s: float = Field(default=0.0, ge=0)
     proof_load: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$")] | None = None
     """Which proof load this step applies (F1 …); it is recorded and judged as a proof run."""
+    purpose: Purpose | None = None
+    """Whether the run is a conformity test of the specimen; None: the evaluation decides."""
 
     @model_validator(mode="after")
     def _proof_load_has_a_force(self) -> Self:

@@ -28,7 +28,8 @@ def missed_conditions(
     Parameters
     ----------
     steps : sequence of PlannedStep
-        Of the plan; only its static ones are looked at (proof loads are other tests).
+        Of the plan; only its static ones are looked at (proof loads are other tests), and of these not those
+        that the campaign calls characterisation.
     specimen : Specimen
         Only buffers of 105 mm stroke, or of a stroke that is not known, are looked at.
     begins : datetime, optional
@@ -37,7 +38,7 @@ def missed_conditions(
     if specimen.kind != "buffer" or specimen.max_stroke_mm not in (None, 105.0):
         return []
     notes = []
-    statics = [step for step in steps if step.kind == "static" and step.proof_load is None]
+    statics = [step for step in steps if _is_test(step)]
     elapsed_s = {
         step.index: sum(other.expected_duration_s for other in steps[:n]) for n, step in enumerate(steps)
     }
@@ -48,6 +49,10 @@ def missed_conditions(
         if missed:
             notes.append(f"step {step.index} “{step.name}” is no test by EN 15551: {'; '.join(missed)}")
     return notes
+
+
+def _is_test(step: PlannedStep) -> bool:
+    return step.kind == "static" and step.proof_load is None and step.purpose != "characterisation"
 
 
 def _of_motion(step: PlannedStep) -> list[str]:

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 from foundation.kind import Kind
+from foundation.purpose import Purpose
 
 
 @dataclass(frozen=True)
@@ -272,6 +273,9 @@ class PlannedStep:
     pause : bool
         Whether the planner has put it in: it belongs to the order, not to the test, and is set anew while the
         campaign runs.
+    purpose : str or None
+        ``conformity`` or ``characterisation``, where the campaign says so; part of the run file, and not of
+        ``plan_hash``: it moves nothing.
     """
 
     index: int
@@ -301,6 +305,7 @@ class PlannedStep:
     proof_load: str | None = None
     steady: Steadiness | None = None
     pause: bool = False
+    purpose: Purpose | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the step as JSON-ready data, for run files and ``plan --json``."""

@@ -121,6 +121,7 @@ def command(
                     rows=table is not None and table.suffix.lower() == ".csv",
                 ),
                 report=report,
+                conformity=judging.conformity,
             )
     finally:
         if cache is not None:
@@ -166,5 +167,8 @@ def _status(evaluation: ArchiveEvaluation, files: int, *, strict: bool) -> ExitS
             err=True,
         )
         return ExitStatus.BAD_INPUT
-    failed = any(run.facts["verdict"] in ("fail", "conditional-fail") for run in evaluation.runs)
+    failed = any(
+        run.facts["verdict"] in ("fail", "conditional-fail") and purpose.purpose == "conformity"
+        for run, purpose in zip(evaluation.runs, evaluation.decided.purposes, strict=True)
+    )
     return ExitStatus.SPECIMEN_FAILED if strict and failed else ExitStatus.DONE

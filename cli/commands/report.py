@@ -66,6 +66,7 @@ def command(
         limit_set=judging.limit_set,
         fields=None if fields_file is None else read_fields(fields_file),
         model=model,
+        conformity=judging.conformity,
         jobs=None,
         earlier=None if before is None else load_evaluation(before),
     )

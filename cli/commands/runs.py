@@ -141,7 +141,7 @@ def _results(
             cache.close()
     for failure in evaluation.failures:
         warn(f"{failure.path}: no results: {failure.problem}")
-    return results_by_path(evaluation.runs)
+    return results_by_path(evaluation)
 
 
 def _document(

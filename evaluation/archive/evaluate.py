@@ -12,6 +12,7 @@ from evaluation.archive.cache import Cache
 from evaluation.archive.identity import Settings, Software, software
 from evaluation.archive.kept import KeptRun, Wanted
 from evaluation.archive.work import File, Outcome
+from evaluation.conformity import Decided, decide_purposes
 from evaluation.document import SCHEMA, what_runs_say_together
 from foundation.names import readable
 from recording.cachefile import Stamp, stamp_of
@@ -62,6 +63,8 @@ class ArchiveEvaluation:
     software : Software
     reused : int
         Runs that were known from before.
+    conformity : tuple of str
+        Runs that the user names as conformity tests, by id or path.
     """
 
     runs: tuple[KeptRun, ...]
@@ -69,6 +72,18 @@ class ArchiveEvaluation:
     settings: Settings
     software: Software
     reused: int = 0
+    conformity: tuple[str, ...] = ()
+
+    @cached_property
+    def decided(self) -> Decided:
+        """What each run is for.
+
+        Raises
+        ------
+        BadInput
+            If ``conformity`` names a run that is none of them, or can be no conformity test.
+        """
+        return decide_purposes([run.candidate for run in self.runs], self.conformity)
 
     def head(self) -> dict[str, Any]:
         """Return the keys of the evaluation document that come before its runs."""
@@ -80,6 +95,7 @@ class ArchiveEvaluation:
         return {
             **what_runs_say_together([run.light() for run in self.runs]),
             "decision_rule": self.settings.options.decision_rule,
+            "conformity": [statement.entry() for statement in self.decided.statements],
             "settings": {"sha256": self.settings.sha256, **self.settings.content},
             "failures": [{"path": failure.path, "problem": failure.problem} for failure in self.failures],
         }
@@ -101,6 +117,7 @@ def evaluate_archive(
     cache: Cache | None = None,
     *,
     wanted: Wanted = _EVERYTHING,
+    conformity: Sequence[str] = (),
     report: Callable[[Progress], None] = lambda _: None,
 ) -> ArchiveEvaluation:
     """Evaluate run files.
@@ -115,6 +132,8 @@ def evaluate_archive(
         What is known already; without one everything is evaluated.
     wanted : Wanted
         What will be asked for; trends and comparisons do without any of it.
+    conformity : sequence of str
+        Runs that are the conformity test of their specimen, by id or path.
     report : callable
         Told of the progress.
 
@@ -126,7 +145,8 @@ def evaluate_archive(
     Raises
     ------
     BadInput, DeviceFault
-        If the workers cannot be reached or used. A file that cannot be evaluated is a failure in the result.
+        If the workers cannot be reached or used, or ``conformity`` names none of the runs. A file that cannot
+        be evaluated is a failure in the result.
     """
     kept = _Kept(cache, {str(path): stamp_of(path) for path in files})
     found = _known([(path, kept.stamps[str(path)]) for path in files], cache, wanted)
@@ -155,13 +175,16 @@ def evaluate_archive(
     finally:
         kept.flush()
     names = [str(path) for path in files]
-    return ArchiveEvaluation(
+    evaluation = ArchiveEvaluation(
         runs=tuple(found[name] for name in names if name in found),
         failures=tuple(failed[name] for name in names if name in failed),
         settings=settings,
         software=software(),
         reused=reused,
+        conformity=tuple(conformity),
     )
+    _ = evaluation.decided  # what the user named must be there before anything is written
+    return evaluation
 
 
 def _known(

@@ -6,18 +6,23 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from evaluation.archive.evaluate import ArchiveEvaluation
 from evaluation.archive.kept import KeptRun
+from evaluation.conformity import Purpose
 from evaluation.summary import SUMMARY_NAMES
 from recording.index import PLANNED, RECORDED
 from recording.query import Field
 
 _UNIT = re.compile(r"_(mm_per_s|kN_per_mm|mm|kN|Hz|J|C)$")
-RESULTS = ("verdict", *(f"measured_{name}" if name in PLANNED else name for name in SUMMARY_NAMES))
+RESULTS = ("verdict", "purpose", *(f"measured_{name}" if name in PLANNED else name for name in SUMMARY_NAMES))
 """Facts that only an evaluation gives."""
 
 
+_TEXTS = ("verdict", "purpose")
+
+
 def _fields() -> dict[str, Field]:
-    fields = {**RECORDED, **{n: Field(n, "text" if n == "verdict" else "number") for n in RESULTS}}
+    fields = {**RECORDED, **{n: Field(n, "text" if n in _TEXTS else "number") for n in RESULTS}}
     for name, field in list(fields.items()):
         fields.setdefault(_UNIT.sub("", name), field)  # prestress for prestress_mm
     return fields
@@ -27,15 +32,16 @@ FIELDS: Mapping[str, Field] = _fields()
 """Every name that a query may use; those with a unit also without it."""
 
 
-def result_facts(run: KeptRun) -> list[dict[str, Any]]:
+def result_facts(run: KeptRun, purpose: Purpose) -> list[dict[str, Any]]:
     """Return what its evaluation says of a run, by the names in :data:`RESULTS`.
 
     One set of facts; of a run with several steps one each, and ``part`` is the number of the step then (else
     None).
     """
     facts = run.facts
+    common = {"verdict": facts["verdict"], "purpose": purpose.purpose}
     return [
-        {"verdict": facts["verdict"], "part": part.get("index"), **_means(part["means"])}
+        {**common, "part": part.get("index"), **_means(part["means"])}
         for part in facts["steps"] or [{"means": facts["means"]}]
     ]
 
@@ -44,6 +50,7 @@ def _means(means: Mapping[str, Sequence[float | None]]) -> dict[str, float | Non
     return {f"measured_{n}" if n in PLANNED else n: means[n][0] for n in SUMMARY_NAMES if n in means}
 
 
-def results_by_path(runs: Sequence[KeptRun]) -> dict[str, list[dict[str, Any]]]:
+def results_by_path(evaluation: ArchiveEvaluation) -> dict[str, list[dict[str, Any]]]:
     """Return the results of runs by their file, as :func:`foundation.names.readable` writes it."""
-    return {run.path: result_facts(run) for run in runs}
+    both = zip(evaluation.runs, evaluation.decided.purposes, strict=True)
+    return {run.path: result_facts(run, purpose) for run, purpose in both}

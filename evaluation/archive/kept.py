@@ -10,7 +10,7 @@ import json
 import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,7 @@ import orjson
 from numpy.typing import NDArray
 
 from evaluation.across_runs.shared import shared_of
+from evaluation.conformity import Candidate, Purpose, candidate_of
 from evaluation.document import LIGHT, run_entry
 from evaluation.mean_loop import MeanLoop
 from evaluation.results import Measured, RunEvaluation, RunFacts, StepResult, Summary
@@ -74,6 +75,11 @@ class KeptRun:
         return facts
 
     @property
+    def candidate(self) -> Candidate:
+        """What decides whether the run is a conformity test."""
+        return Candidate(**{**self.facts["candidate"], "path": self.path})
+
+    @property
     def cycle_numbers(self) -> NDArray[np.float64]:
         """Numbers of the table of cycles, shape (C, len(NUMBERS))."""
         return np.frombuffer(self.cycles, dtype="<f8").reshape(-1, len(NUMBERS))
@@ -84,10 +90,12 @@ class KeptRun:
             self, entry=self.entry if wanted.entries else b"", rows=self.rows if wanted.rows else ""
         )
 
-    def entry_text(self) -> str:
-        """Return the entry of the document as JSON text, on one line."""
+    def entry_text(self, purpose: Purpose) -> str:
+        """Return the entry of the document as JSON text, on one line; its purpose hangs on the other runs."""
         text = zlib.decompress(self.entry).decode()
-        return f'{_HEAD}"path":{json.dumps(self.path, ensure_ascii=False)},{text[len(_HEAD) :]}'
+        path = json.dumps(self.path, ensure_ascii=False)
+        of = json.dumps(purpose.entry(), ensure_ascii=False)
+        return f'{_HEAD}"path":{path},{text[len(_HEAD) : -1]},{of[1:]}'
 
     def light(self) -> RunEvaluation:
         """Return the result without samples and cycles, from which trends and comparisons are made."""
@@ -171,6 +179,7 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
             for step in run.steps
         ],
         "verdict": run.verdict,
+        "candidate": asdict(candidate_of(run)),
         "requirements": dict(Counter(row.verdict for row in run.requirements)),
         "limit_set": None if limits is None else {"id": limits["id"], "sha256": limits["sha256"]},
         "warnings": len(run.warnings),

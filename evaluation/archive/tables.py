@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from evaluation.archive.evaluate import ArchiveEvaluation
 from evaluation.archive.kept import KeptRun
+from evaluation.conformity import Purpose
 from evaluation.summary import SUMMARY_NAMES
 from evaluation.table import OfRun, check_table_name, cycle_frame, write_cycle_csv, write_cycles, write_frames
 
@@ -51,14 +52,17 @@ def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
     that step. ``part`` is the number of the step there, and empty in the rows of runs; what belongs to the
     run as a whole (verdict, warnings, requirements) stands in the row of the run alone.
 
-    Columns: ``run``, ``path``, ``kind``, ``specimen``, ``started``, ``status``, ``verdict``, ``cycles``,
-    ``cycles_used``, the means by their names in the summary, ``U(…)`` of each, ``warnings``, the number of
-    requirements of each verdict, ``limit_set``, ``problem``, ``sha256``, ``settings_sha256``, ``version``,
-    ``part``.
+    Columns: ``run``, ``path``, ``kind``, ``specimen``, ``started``, ``status``, ``verdict``, ``purpose``,
+    ``cycles``, ``cycles_used``, the means by their names in the summary, ``U(…)`` of each, ``warnings``, the
+    number of requirements of each verdict, ``limit_set``, ``problem``, ``sha256``, ``settings_sha256``,
+    ``version``, ``part``.
     """
     import pandas as pd  # noqa: PLC0415
 
-    rows: list[dict[str, Any]] = [row for run in evaluation.runs for row in (_run_row(run), *_step_rows(run))]
+    both = zip(evaluation.runs, evaluation.decided.purposes, strict=True)
+    rows: list[dict[str, Any]] = [
+        row for run, purpose in both for row in (_run_row(run, purpose), *_step_rows(run))
+    ]
     rows += [{"path": failure.path, "problem": failure.problem} for failure in evaluation.failures]
     trace = {"settings_sha256": evaluation.settings.sha256, "version": evaluation.software.text}
     table = pd.DataFrame([row | trace for row in rows], columns=list(RUN_COLUMNS))
@@ -74,7 +78,7 @@ _VERDICT_COLUMNS = {
     )
 }  # fmt: skip
 RUN_COLUMNS = (
-    *("run", "path", "kind", "specimen", "started", "status", "verdict", "cycles", "cycles_used"),
+    *("run", "path", "kind", "specimen", "started", "status", "verdict", "purpose", "cycles", "cycles_used"),
     *SUMMARY_NAMES,
     *(f"U({name})" for name in SUMMARY_NAMES),
     "warnings",
@@ -111,12 +115,13 @@ def _step_rows(run: KeptRun) -> list[dict[str, Any]]:
     ]
 
 
-def _run_row(run: KeptRun) -> dict[str, Any]:
+def _run_row(run: KeptRun, purpose: Purpose) -> dict[str, Any]:
     facts = run.facts
     judged = facts["requirements"]
     return {
         **_identity(run),
         "verdict": facts["verdict"],
+        "purpose": purpose.purpose,
         "cycles": facts["cycles"],
         **_means(facts),
         "warnings": facts["warnings"],
@@ -149,8 +154,13 @@ def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path 
 
 def document(evaluation: ArchiveEvaluation) -> dict[str, Any]:
     """Return the evaluation document (docs/evaluation.md); all of it is in memory then."""
-    entries = [json.loads(run.entry_text()) for run in evaluation.runs]
+    entries = [json.loads(text) for text in _entry_texts(evaluation)]
     return {**evaluation.head(), "runs": entries, **evaluation.tail}
+
+
+def _entry_texts(evaluation: ArchiveEvaluation) -> Iterator[str]:
+    for run, purpose in zip(evaluation.runs, evaluation.decided.purposes, strict=True):
+        yield run.entry_text(purpose)
 
 
 def write_document(evaluation: ArchiveEvaluation, stream: TextIO) -> None:
@@ -166,7 +176,7 @@ def _lines(evaluation: ArchiveEvaluation) -> Iterator[str]:
     for key, value in evaluation.head().items():
         yield f"{_pair(key, value)},\n"
     yield '"runs": [\n'
-    yield from _separated(run.entry_text() for run in evaluation.runs)
+    yield from _separated(_entry_texts(evaluation))
     yield "]"
     for key, value in evaluation.tail.items():
         yield f",\n{_pair(key, value)}"

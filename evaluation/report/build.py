@@ -30,6 +30,7 @@ from evaluation.report.identification import (
     simulated,
 )
 from evaluation.report.modelled import model_section
+from evaluation.report.purposes import purpose_warnings
 from evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
 from evaluation.report.references import missing_references
 from evaluation.report.source import Source, runs_text
@@ -70,7 +71,7 @@ def build_content(source: Source) -> Content:
         figures_section(source),
         deviations_section(source),
         not_tested_section(source),
-        warnings_section(source, overdue(calibration)),
+        warnings_section(source, [*purpose_warnings(source), *overdue(calibration)]),
         rule_section(source),
         evidence_section(source),
         budgets_section(source),
@@ -124,6 +125,8 @@ def _summary(source: Source) -> Section:
     blocks: list[Block] = [verdict_line(run) for run in judged]
     runs = f"{len(source.runs)} run{'s' if len(source.runs) != 1 else ''}"
     sentence = f"{runs}, of which {len(judged)} judged against requirements."
+    if apart := sum(run.characterises for run in judged):
+        sentence += f" {apart} of these as characterisation, which no statement of conformity rests on."
     if others:
         sentence += f" Of the other {others} nothing is required: they state characteristics."
     damping = [value for run in source.runs if (value := run.result("damping")) is not None]

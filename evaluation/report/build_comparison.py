@@ -32,6 +32,7 @@ from evaluation.report.identification import (
     overdue,
 )
 from evaluation.report.numbers import fixed
+from evaluation.report.purposes import purpose_warnings
 from evaluation.report.references import missing_references
 from evaluation.report.sides import Sides, conditions_of
 from evaluation.report.tables import runs_section
@@ -71,7 +72,7 @@ def build_comparison(sides: Sides) -> Content:
         numbered_section(comparison_pictures(sides, compared)),
         deviations_section(whole),
         not_tested_section(whole),
-        warnings_section(whole, overdue(calibration)),
+        warnings_section(whole, [*purpose_warnings(whole), *overdue(calibration)]),
         rule_section(whole),
         calibration,
         data_section(whole),

@@ -80,10 +80,10 @@ def _derived_deviations(source: Source) -> list[str]:
     limited: dict[tuple[float, str], list[int]] = {}
     for run in source.runs:
         limit, by = run.limit("force_max_kN")
-        short = any(r["id"] == "full-stroke" and r["verdict"] == "inconclusive" for r in run.requirements)
+        short = any(r["id"] == "full-stroke" and r["verdict"] == "inconclusive" for r in run.stated)
         if limit is not None and short:
             limited.setdefault((limit, by), []).append(run.number)
-        conditions = [requirement for requirement in run.requirements if is_condition(requirement)]
+        conditions = [requirement for requirement in run.stated if is_condition(requirement)]
         for verdict, words in (("fail", "broken"), ("inconclusive", "not shown by the record")):
             concerned = [requirement for requirement in conditions if requirement["verdict"] == verdict]
             items += [f"Run {run.number}: condition {words}: {p}." for p in grouped_points(concerned)]

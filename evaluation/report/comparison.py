@@ -13,11 +13,12 @@ from evaluation.figures.loops import Loop
 from evaluation.report.conformity import conformity_section
 from evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
 from evaluation.report.numbers import fixed, measured_cell, significant, usable
+from evaluation.report.purposes import purpose_texts
 from evaluation.report.references import draft_texts
 from evaluation.report.samples import at_strokes, loop_of
 from evaluation.report.sides import Condition, Sides, alone
 from evaluation.report.source import ReportRun, runs_text
-from evaluation.report.verdicts import name_of, verdict_cell
+from evaluation.report.verdicts import name_of, run_verdict_cell
 
 _QUANTITIES = (
     ("force_max_kN", "Force max.", "kN"),
@@ -354,7 +355,7 @@ def _conformities(sides: Sides) -> list[Section]:
             for block in (section.blocks if section is not None else ())
             if isinstance(block, Table)
         ]
-    drafts = draft_texts(r for side in sides.sides for run in side.source.runs for r in run.requirements)
+    drafts = draft_texts(r for side in sides.sides for run in side.source.runs for r in run.stated)
     verdicts = [
         (side, run) for side in sides.sides for run in side.source.runs if run.evaluated.get("verdict")
     ]
@@ -369,15 +370,17 @@ def _conformities(sides: Sides) -> list[Section]:
                 Cell(side.name),
                 Cell(str(run.number), "number"),
                 Cell(run.id, "code"),
-                verdict_cell(run.evaluated.get("verdict")),
+                run_verdict_cell(run),
             )
             for side, run in verdicts
         ),
     )
+    tests = [f"{side.letter}: {text}" for side in sides.sides for text in purpose_texts(side.source)]
+    said = (*drafts, *tests)
     return [
         Section(
             "conformity",
             "Statement of conformity by clause",
-            (*([Texts(drafts)] if drafts else ()), table, *blocks),
+            (*([Texts(said, listed=True)] if said else ()), table, *blocks),
         )
     ]

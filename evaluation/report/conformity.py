@@ -8,6 +8,7 @@ from typing import Any
 
 from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone
 from evaluation.report.numbers import limits_text, significant, usable
+from evaluation.report.purposes import purpose_texts, purpose_warnings
 from evaluation.report.references import draft_texts, is_draft, reference_text
 from evaluation.report.source import ReportRun, Source, runs_text
 from evaluation.report.verdicts import grouped_points, is_condition, name_of, worst
@@ -52,19 +53,22 @@ def conformity_section(source: Source) -> Section | None:
     """Return which clauses are met and which are not, to what each statement applies, and by which rule."""
     stated: dict[tuple[Any, ...], _Stated] = {}
     for run in source.runs:
-        for requirement in run.requirements:
+        for requirement in run.stated:
             limits = tuple(requirement.get(key) for key in ("lower_limit", "upper_limit"))
             key = (reference_text(requirement), requirement["id"], *limits)
             stated.setdefault(key, _Stated(requirement)).add(run, requirement)
-    if not stated:
+    if not stated and not source.statements:
         return None
     drafts = draft_texts(one.requirement for one in stated.values())
     blocks: list[Table | Texts] = [Texts(drafts)] if drafts else []
+    if texts := (*purpose_texts(source), *purpose_warnings(source)):
+        blocks.append(Texts(texts, listed=True))
     for conditions, words in ((False, "requirements on the specimen"), (True, "conditions of the test")):
         chosen = [one for one in stated.values() if is_condition(one.requirement) is conditions]
         if chosen:
             blocks.append(_table(words, chosen))
-    blocks.append(Texts((_EXPLANATION,)))
+    if stated:
+        blocks.append(Texts((_EXPLANATION,)))
     return Section("conformity", "Statement of conformity by clause", tuple(blocks))
 
 
@@ -116,7 +120,7 @@ def not_tested_section(source: Source) -> Section:
     items = [
         f"Run {run.number}: {point}."
         for run in source.runs
-        for point in grouped_points([r for r in run.requirements if r["verdict"] in _OPEN])
+        for point in grouped_points([r for r in run.stated if r["verdict"] in _OPEN])
     ]
     items += [text for limits in source.limit_sets for text in _parts_without_a_run(source, limits)]
     items += source.fields.not_tested
@@ -126,6 +130,12 @@ def not_tested_section(source: Source) -> Section:
             f"Of {runs_text(without)} nothing is required; they state characteristics and no conformity."
         )
     known = {limits.sha256 for limits in source.limit_sets}
+    if others := [run.number for run in source.runs if run.characterises]:
+        named = runs_text(others)
+        items.append(
+            f"{named[:1].upper()}{named[1:]}: characterisation; what was judged is no part of the statement "
+            "of conformity."
+        )
     unknown = {
         str(limits.get("id"))
         for run in source.runs
@@ -142,17 +152,19 @@ def not_tested_section(source: Source) -> Section:
 
 def _parts_without_a_run(source: Source, limits: LimitSet) -> list[str]:
     """Return the parts of a limit set that no run of the report is a test of."""
-    kinds = {run.kind for run in source.runs}
+    kinds = {run.kind for run in source.runs if not run.characterises}
     of = f"{limits.standard} (limit set {limits.id})"
     parts = []
     if limits.covers("static") and "static" not in kinds:
-        parts.append(f"Static characteristic of {of}: this report has no static run.")
+        parts.append(
+            f"Static characteristic of {of}: this report has no static run that is a conformity test."
+        )
     if limits.covers("impact") and "impact" not in kinds:
         clause, _ = limits.reference(limits.impact)
         parts.append(
             f"Impact test of {of}{f', {clause}' if clause else ''}: this report has no record of an impact."
         )
-    applied = {_proof_load(run) for run in source.runs if run.kind == "proof"}
+    applied = {_proof_load(run) for run in source.runs if run.kind == "proof" and not run.characterises}
     absent = [load for load in (limits.proof.load if limits.proof else ()) if load.id not in applied]
     if absent:
         loads = ", ".join(

@@ -16,6 +16,7 @@ from evaluation.load import load_run
 from evaluation.record import Record
 from evaluation.report.fields import ReportFields, load_fields
 from evaluation.report.modelled import apply_model
+from evaluation.report.purposes import with_purposes
 from evaluation.report.source import ReportRun, Source
 from evaluation.requirements.limit_set import LimitSet, find_limit_set, shipped_limit_set, shipped_names
 from evaluation.results import Options
@@ -87,6 +88,8 @@ class Given:
         A spring model (TOML) to show beside the runs.
     earlier : mapping or None
         An earlier evaluation document of the same runs, to say what moved.
+    conformity : tuple of str
+        Runs that are the conformity test of their specimen, by id or path.
     jobs : int or None
         Processes that evaluate; None: one a core, spawned: a script needs its ``__main__`` guard then.
     """
@@ -96,6 +99,7 @@ class Given:
     fields: ReportFields | None = None
     model: Path | None = None
     earlier: Mapping[str, Any] | None = None
+    conformity: tuple[str, ...] = ()
     jobs: int | None = 1
 
 
@@ -130,6 +134,7 @@ def read_source(path: Path, document: Mapping[str, Any] | None = None, given: Gi
         rule = document.get("decision_rule")
     entries = _entries(document)
     runs = tuple(_report_run(number, one, entries) for number, one in enumerate(loaded, start=1))
+    runs, statements = with_purposes(runs, document, given.conformity)
     fields = given.fields
     if fields is None:
         fields = load_fields(path if path.is_dir() else path.parent)
@@ -145,6 +150,7 @@ def read_source(path: Path, document: Mapping[str, Any] | None = None, given: Gi
         limit_sets=_limit_sets(runs, given.limit_set),
         modelled=None if given.model is None else apply_model(given.model, runs),
         earlier=given.earlier,
+        statements=statements,
         validation=load_validation(Path(fields.validation)) if fields.validation else None,
     )
 

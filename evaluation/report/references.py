@@ -31,7 +31,7 @@ def is_draft(requirement: Mapping[str, Any]) -> bool:
 
 def missing_references(source: Source) -> tuple[str, ...]:
     """Return what statements of conformity lack, in words: a line a standard; none where they are whole."""
-    return tuple(_lacking([r for run in source.runs for r in run.requirements]))
+    return tuple(_lacking([r for run in source.runs for r in run.stated]))
 
 
 def draft_texts(requirements: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:

@@ -80,6 +80,7 @@ def side_by_side(sources: Sequence[Source], fields: ReportFields) -> Sides:
         findings=tuple(f"{side.letter}: {text}" for side in sides for text in side.source.findings),
         decision_rule=rules.pop() if len(rules) == 1 else None,
         limit_sets=_unique(sources),
+        statements=tuple(statement for source in sources for statement in source.statements),
     )
     return Sides(tuple(sides), whole)
 

@@ -117,6 +117,16 @@ class ReportRun:
         return list(self.evaluated.get("requirements") or [])
 
     @property
+    def characterises(self) -> bool:
+        """Whether no statement of conformity rests on it: its rows tell characteristics only."""
+        return self.evaluated.get("purpose") == "characterisation"
+
+    @property
+    def stated(self) -> list[Mapping[str, Any]]:
+        """The requirements that a statement of conformity rests on; none of a characterisation run."""
+        return [] if self.characterises else self.requirements
+
+    @property
     def warnings(self) -> list[str]:
         """What the evaluation warns of."""
         return [str(warning) for warning in self.evaluated.get("warnings") or []]
@@ -217,6 +227,8 @@ class Source:
     """The limit sets that runs were judged by, as far as they are known by more than their hash."""
     modelled: Modelled | None = None
     """A spring model beside the runs, where one was given."""
+    statements: tuple[Mapping[str, Any], ...] = ()
+    """On which runs each statement of conformity rests (``conformity`` of the document)."""
     earlier: Mapping[str, Any] | None = None
     """An earlier evaluation document of the same runs, to say what moved."""
     validation: Mapping[str, Any] | None = None

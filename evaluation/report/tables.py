@@ -8,7 +8,7 @@ from typing import Any
 from evaluation.report.content import DASH, Cell, Column, Section, Table
 from evaluation.report.numbers import measured_cell, moment_text, quantity_cell, usable
 from evaluation.report.source import NOT_RECORDED, ReportRun, Source
-from evaluation.report.verdicts import verdict_cell
+from evaluation.report.verdicts import run_verdict_cell
 from foundation.durations import duration_text
 
 MOST_HARMONIC_CYCLES = 10
@@ -135,7 +135,7 @@ def _result(run: ReportRun) -> tuple[Cell, ...]:
         else:
             cells.append(quantity_cell(name, run.result(name), why))
     cells.append(_temperature_of_run(run))
-    cells.append(verdict_cell(run.evaluated.get("verdict")))
+    cells.append(run_verdict_cell(run))
     return tuple(cells)
 
 

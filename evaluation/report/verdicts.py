@@ -58,6 +58,12 @@ def verdict_cell(verdict: object, why: str = _NO_VERDICT) -> Cell:
     return Cell(f"{symbol} {str(verdict).replace('-', ' ')}", tone)
 
 
+def run_verdict_cell(run: ReportRun) -> Cell:
+    """Return the verdict of a run; in brackets and without colour where no statement rests on it."""
+    cell = verdict_cell(run.evaluated.get("verdict"))
+    return Cell(f"({cell.text})") if run.characterises and cell.tone != "missing" else cell
+
+
 def worst(verdicts: Sequence[str]) -> str:
     """Return the gravest of some verdicts."""
     return min(verdicts, key=_ORDER.index)
@@ -76,7 +82,9 @@ def verdict_line(run: ReportRun) -> VerdictLine:
     verdict = run.evaluated.get("verdict")
     sentence, deciding = _sentence(run, verdict)
     subject = f"Run {run.number} ({run.id}, {run.kind})"
-    return VerdictLine(verdict_cell(verdict), subject, sentence, grouped_points(deciding))
+    if run.characterises:
+        subject += ": characterisation, no part of the statement of conformity"
+    return VerdictLine(run_verdict_cell(run), subject, sentence, grouped_points(deciding))
 
 
 def _sentence(run: ReportRun, verdict: object) -> tuple[str, Sequence[Mapping[str, Any]]]:
@@ -148,6 +156,7 @@ def _reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
 
 def _table(run: ReportRun, requirements: Sequence[Mapping[str, Any]], *, conditions: bool) -> Table:
     what = "conditions of the test" if conditions else "requirements on the specimen"
+    what += " (characterisation)" if run.characterises else ""
     return Table(
         f"Run {run.number} ({run.id}): {what}",
         (

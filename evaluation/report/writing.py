@@ -16,6 +16,7 @@ from evaluation.report.content import Content
 from evaluation.report.fields import ReportFields
 from evaluation.report.html import render_html
 from evaluation.report.pdf import render_pdf
+from evaluation.report.purposes import check_chosen
 from evaluation.report.reading import Given, read_source
 from evaluation.report.sides import MOST_SIDES, side_by_side
 from foundation.errors import BadInput
@@ -71,6 +72,7 @@ def write_report(
     """
     _check_formats(formats)
     source = read_source(path, document, given)
+    check_chosen([source], given.conformity if given else ())
     return _write(build_content(source), out, f"{source.name}-report", formats)
 
 
@@ -111,6 +113,7 @@ def write_comparison(
         )
     _check_sides(paths)
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
+    check_chosen(sources, given.conformity)
     sides = side_by_side(sources, given.fields or ReportFields())
     return _write(build_comparison(sides), out, "comparison-report", formats)
 
