@@ -73,7 +73,7 @@ class Purpose:
 
     def entry(self) -> dict[str, Any]:
         """Return the keys of a run's entry in the document."""
-        return {"purpose": self.purpose, "purpose_why": self.why or None}
+        return {"purpose": self.purpose, "purpose_why": self.why}
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def decide_purposes(candidates: Sequence[Candidate], chosen: Sequence[str] = ())
     for place, candidate in enumerate(candidates):
         if candidate.standing is not None:
             groups.setdefault(candidate.group(), []).append(place)
-    purposes = [Purpose(None, "")] * len(candidates)
+    purposes = [Purpose(None, "nothing is required of the run")] * len(candidates)
     statements = []
     for places in groups.values():
         ordered = sorted(places, key=lambda place: (candidates[place].started or "9999", place))

@@ -28,8 +28,8 @@ REASONS = {
     "impact.": ("not on record: impact_", "no cycle found"),
 }
 NO_VALUES = (
-    "verdict", "limit_set", "inspection", "budget", "requirements.cycle", "requirements.lower_limit",
-    "requirements.upper_limit", "requirements.stroke_mm",
+    "verdict", "purpose", "limit_set", "inspection", "budget", "requirements.cycle",
+    "requirements.lower_limit", "requirements.upper_limit", "requirements.stroke_mm",
 )  # fmt: skip
 """Null means «none» there, and of ``impact`` itself: no verdict is due, no limit on this side, the whole run,
 no place, an infinite number."""
