@@ -32,14 +32,14 @@ FIELDS: Mapping[str, Field] = _fields()
 """Every name that a query may use; those with a unit also without it."""
 
 
-def result_facts(run: KeptRun, purpose: Purpose) -> list[dict[str, Any]]:
+def result_facts(run: KeptRun, purpose: Purpose | None = None) -> list[dict[str, Any]]:
     """Return what its evaluation says of a run, by the names in :data:`RESULTS`.
 
     One set of facts; of a run with several steps one each, and ``part`` is the number of the step then (else
     None).
     """
     facts = run.facts
-    common = {"verdict": facts["verdict"], "purpose": purpose.purpose}
+    common = {"verdict": facts["verdict"], "purpose": None if purpose is None else purpose.purpose}
     return [
         {**common, "part": part.get("index"), **_means(part["means"])}
         for part in facts["steps"] or [{"means": facts["means"]}]
