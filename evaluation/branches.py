@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
-from evaluation.smoothing import polynomials
 from evaluation.splines import splines
 
 IndexArray = NDArray[np.intp]
@@ -29,10 +28,6 @@ the number of samples, while the polygon of 2000 points is right to 2 parts in a
 _LEAST_STEP = 0.5
 """A sample nearer than this share of a step to a turning point is left out: that point stands for it."""
 _SAME = 1e-9
-END_SHARE = 0.02
-"""Share of a branch from which the force at its turning point is extrapolated."""
-_LEAST_END_SAMPLES = 4
-_MOST_END_SAMPLES = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,27 +119,11 @@ class Stretches:
         columns = ("start_s", "end_s", "first", "last")
         return Stretches(*(np.concatenate((getattr(self, own), getattr(others, own))) for own in columns))
 
-    def end_forces(self, record: Record) -> tuple[FloatArray, FloatArray]:
-        """Return the force of each branch at its start and its end, from a line (a parabola) there."""
-        size = self.last - self.first
-        few = np.minimum(np.clip(END_SHARE * size, _LEAST_END_SAMPLES, _MOST_END_SAMPLES).astype(int), size)
-        count, at_s = np.concatenate((few, few)), np.concatenate((self.start_s, self.end_s))
-        order = np.arange(int(np.max(few, initial=1)))
-        first = np.concatenate((self.first, self.last - few))
-        at = np.minimum(first[:, None] + order, record.time_s.size - 1)
-        used = order < count[:, None]
-        near, value = record.time_s[at] - at_s[:, None], record.force_kN[at]
-        scale = np.max(np.where(used, np.abs(near), 0.0), axis=1)
-        near /= np.where(scale > 0.0, scale, 1.0)[:, None]
-        degree = np.minimum(np.where(count <= 2 * _LEAST_END_SAMPLES, 2, 1), count - 1)
-        force = np.full(count.size, np.nan)
-        for own in np.unique(degree[degree >= 0]).tolist():
-            rows = degree == own
-            force[rows] = polynomials(near[rows], value[rows], used[rows], own)[:, 0]
-        return force[: size.size], force[size.size :]
-
     def trimmed(self, time_s: FloatArray) -> Stretches:
-        """Return them without samples so near to an end that noise on both would bend a spline at will."""
+        """Return them without samples so near to an end that noise on both would bend a spline at will.
+
+        A sample at the turning point itself may show the force behind a jump, too.
+        """
         first, last = self.first.copy(), self.last.copy()
         size = last - first
         ends = np.minimum(first, time_s.size - 1), np.maximum(last - 1, 0)
@@ -171,11 +150,11 @@ def closed(
     ----------
     record : Record
     inner : Stretches
-        Samples of each.
+        Samples of each, :meth:`Stretches.trimmed`.
     first, last : (array, array), shape (R,) each
         Stroke [mm] and force [kN] at the ends.
     """
-    own = inner.trimmed(record.time_s)
+    own = inner
     size = own.last - own.first
     group = np.maximum(1, -(-size // _MOST_POINTS))
     inside = -(-size // group)

@@ -16,13 +16,22 @@ LEAST_SAMPLES = 4
 """A dwell has at least so many samples."""
 _NEAR = 0.05
 _RESOLVED_STEPS = 2.0
-"""A band is no narrower than so many of the smallest steps: the rounded top of a coarse sine is no dwell."""
+"""A band is no narrower than so many of the smallest steps: the rounded top of a coarse sine is no dwell …"""
+_SURE_SAMPLES = 10
+"""… where that has so few samples."""
 PLATEAU_NOISE = 6.5
 PLATEAU_WIDER = 9.0
 PLATEAU_RATIO = 1.8
 """Time within nine bands over time within one: 3 for a parabola, 9 for a triangle, towards 1 for a dwell."""
 CUT_OFF_RATIO = 1.5
 """The same where the record ends within nine bands: of a parabola cut off beyond its top 2 is left."""
+_LEAST_LEVELLED = 16
+_EASED = 0.03
+_PARTS = 8
+_ONE_LEVEL = 4.0
+"""Eight means of noise span 4 of their standard deviations or less in 90 of 100 dwells."""
+_LEAST_LINE = 6
+_ANOTHER = 3.0
 
 
 @dataclass(frozen=True)
@@ -44,7 +53,8 @@ def plateau(side: Side) -> Dwell | None:
     for share in PLATEAU_BANDS:
         band = max(PLATEAU_NOISE * side.sigma, share * side.wide_height)
         found = _within(side, band)
-        if found is not None and band < (resolved := _RESOLVED_STEPS * _resolution(side)):
+        few = found is not None and found[0].stop - found[0].start < _SURE_SAMPLES
+        if few and band < (resolved := _RESOLVED_STEPS * _resolution(side)):
             band, found = resolved, _within(side, resolved)
         if found is not None:
             return _dwell(side, *found, band)
@@ -114,12 +124,72 @@ def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) ->
     back = side.value.size - inner.stop
     if (at := corner_moment(-side.time_s[::-1], side.value[::-1], back, leave, band, side.sigma)) is not None:
         leave_s, u_leave_s = at
+    if (levels := _levels(side, arrive_s, leave_s)) is not None:
+        arrive, leave, u = levels
     arrive_s = min(arrive_s, 0.5 * float(time[0] + time[-1]))
     leave_s = min(leave_s, -0.5 * float(time[0] + time[-1]))
     index = inner.start + int(np.searchsorted(time, arrive_s))
     return Dwell(
         arrive_s, arrive, max(-leave_s, arrive_s), leave, side.first + index, u, u_arrive_s, u_leave_s
     )
+
+
+def _levels(side: Side, arrive_s: float, leave_s: float) -> tuple[float, float, float] | None:
+    """Return the levels at both ends of a dwell, and their u; None where it has too few samples.
+
+    Eighths of the dwell are averaged. Those at its ends that still belong to a rounded arrival lie below the
+    middle, and do not count. Where the rest is one level within the noise that is the level; else the stroke
+    creeps, and lines say where it is at either end.
+    """
+    # A stand eases into a rest and out of it, so that the corners are no part of it.
+    inset_s = _EASED * (-leave_s - arrive_s)
+    first, last = np.searchsorted(side.time_s, (arrive_s + inset_s, -leave_s - inset_s))
+    samples = int(last - first)
+    if samples < _LEAST_LEVELLED:
+        return None
+    edges = first + np.round(np.arange(_PARTS + 1) * samples / _PARTS).astype(int)
+    means = np.add.reduceat(side.value, edges[:-1])[: _PARTS - 1] / np.diff(edges)[:-1]
+    means = np.append(means, np.mean(side.value[edges[-2] : edges[-1]]))
+    scatter = max(side.sigma, float(np.std(np.diff(side.value[first:last]))) / float(np.sqrt(2.0)))
+    u = scatter / float(np.sqrt(samples / _PARTS))
+    middle = means[_PARTS // 4 : -(_PARTS // 4)]
+    least = _middle(middle) - 3.0 * u - 3.0 * float(np.ptp(middle))
+    inside = np.flatnonzero(means >= least)
+    kept = means[inside[0] : inside[-1] + 1]
+    if np.ptp(kept) <= _ONE_LEVEL * u:
+        level = float(np.mean(kept))
+        return level, level, u / float(np.sqrt(kept.size))
+    creeping = side.value[edges[inside[0]] : edges[inside[-1] + 1]]
+    (arrive, u_arrive), (leave, u_leave) = (_end_level(own, scatter) for own in (creeping[::-1], creeping))
+    return arrive, leave, max(u_arrive, u_leave)
+
+
+def _end_level(value: FloatArray, scatter: float) -> tuple[float, float]:
+    """Return the level at which creeping samples end, and its u: by a line over their last part.
+
+    Creep is fast at first: the part is halved for as long as that says another level.
+    """
+    number = max(_LEAST_LINE, 3 * value.size // 8)
+    found, u = _line_end(value[-number:], scatter)
+    while number >= 2 * _LEAST_LINE:
+        number //= 2
+        shorter, u_shorter = _line_end(value[-number:], scatter)
+        if abs(shorter - found) <= _ANOTHER * u_shorter:
+            break
+        found, u = shorter, u_shorter
+    return found, u
+
+
+def _line_end(value: FloatArray, scatter: float) -> tuple[float, float]:
+    """Return where a line through samples ends, and its u; their mean where it is level."""
+    place = np.arange(value.size) - 0.5 * (value.size - 1)
+    spread = float(place @ place)
+    slope, mean = float(place @ value) / spread, float(np.mean(value))
+    u_mean, u_slope = scatter / float(np.sqrt(value.size)), scatter / float(np.sqrt(spread))
+    if abs(slope) <= 2.0 * u_slope:
+        return mean, u_mean
+    reach = 0.5 * value.size
+    return mean + reach * slope, float(np.hypot(u_mean, reach * u_slope))
 
 
 def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float) -> tuple[float, float]:

@@ -26,7 +26,7 @@ the figures of the reference budget (standards.md 3) are reproduced source by so
 TIME_BASE_LIMIT = 1e-4
 """Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is
 no part of any energy; on frequency and speeds it is negligible beside the rest, and counted all the same."""
-_UNRECORDED = 1
+_UNRECORDED, _BLUNT = 1, 2
 FORCE_TERMS = 5
 """Force as recorded, scale, zero, reversal, skew (order of :attr:`Draws.force`); then inertia, if any."""
 STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
@@ -73,6 +73,9 @@ class Draws:
         cycles, and does not average out.
     unrecorded : array, shape (N,)
         What is not on record, as a share of its limit, -1 … 1 (:mod:`evaluation.gaps`).
+    blunt : array, shape (N, 2)
+        How blunt lower and upper turns are, of what they may be: standard normal, the same in all cycles, as
+        one stand makes them.
     """
 
     force: FloatArray
@@ -83,6 +86,7 @@ class Draws:
     thermometer: FloatArray
     overreach: FloatArray
     unrecorded: FloatArray
+    blunt: FloatArray
 
     def errors(self) -> dict[str, FloatArray]:
         """Return the errors that a certificate covers, so that other runs may have them too, by name.
@@ -189,10 +193,11 @@ def draw_errors(
     overreach = np.where(generator.random(draws) < 0.5, -1.0, 1.0)
     if inertia is not None:
         force_errors = np.column_stack((force_errors, within(inertia.limit)))
-    # Of a generator of its own: what is drawn of a record that lacks nothing stays as it was.
+    # Of generators of their own: what is drawn of a record that lacks nothing stays as it was.
     unrecorded = np.random.default_rng((seed, _UNRECORDED)).uniform(-1.0, 1.0, draws)
+    blunt = np.random.default_rng((seed, _BLUNT)).standard_normal((draws, 2))
     return Draws(
-        force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach, unrecorded
+        force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach, unrecorded, blunt
     )
 
 

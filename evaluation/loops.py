@@ -8,11 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from evaluation.branches import DENSE_SAMPLES, END_SHARE, Branches, Stretches, closed
-from evaluation.motion import Cycle, Loop
+from evaluation.branches import DENSE_SAMPLES, Branches, Stretches, closed
+from evaluation.motion import Cycle, EndReading, Loop
 from evaluation.record import FloatArray, Record
+from evaluation.reversals import noise_sigma
+from evaluation.turns import EndForces, Ends, continuous, end_forces
 
-__all__ = ["DENSE_SAMPLES", "END_SHARE", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
+__all__ = ["DENSE_SAMPLES", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
 
 _CHUNK_POINTS = 65_536
 """Points of a branch that are worked on together: what is made of them stays in the processor's cache."""
@@ -25,12 +27,14 @@ class LoopStack:
     """Loops of many cycles, a row each: both branches, and what lies between them where the stroke dwells.
 
     ``branches``: all loading branches, then all unloading ones. ``dwells``: time, stroke and force (3, M) of
-    the samples strictly inside the dwell at the top, by row; only rows that dwell.
+    the samples strictly inside the dwell at the top, by row; only rows that dwell, or whose force jumps there
+    (then none). ``ends``: how the forces at both ends of each loading branch were read (2, R).
     """
 
     cycles: Sequence[Cycle]
     branches: Branches
     dwells: dict[int, FloatArray]
+    ends: tuple[EndForces, EndForces]
 
     @cached_property
     def loading(self) -> Branches:
@@ -50,17 +54,24 @@ class LoopStack:
     def loop(self, row: int) -> Loop:
         """Return one loop."""
         loading, unloading = self.loading.row(row), self.unloading.row(row)
-        top, averaged = loading.shape[1] - 1, self.loading.averaged
+        top, unload = loading.shape[1] - 1, loading.shape[1] - 1
+        parts = [loading, unloading[:, 1:]]
         if row in self.dwells:
-            dwell = self.dwells[row]
-            whole = np.concatenate((loading, dwell, unloading), axis=1)
-            return Loop(whole[0], whole[1], whole[2], top, top + dwell.shape[1] + 1, averaged)
-        whole = np.concatenate((loading, unloading[:, 1:]), axis=1)
-        return Loop(whole[0], whole[1], whole[2], top, top, averaged)
+            parts = [loading, self.dwells[row], unloading]
+            unload += self.dwells[row].shape[1] + 1
+        whole = np.concatenate(parts, axis=1)
+        start, end = (EndReading(float(e.gain[row]), float(e.slope_kN_per_mm[row])) for e in self.ends)
+        return Loop(whole[0], whole[1], whole[2], top, unload, self.loading.averaged, (start, end))
 
     def stored_energy_J(self) -> FloatArray:  # noqa: N802 - the unit keeps its capital
-        """Return the area under each loading branch [J = kN·mm] (EN 15551: W_s), shape (R,)."""
-        return self._areas[0]
+        """Return the area up to the largest stroke [J = kN·mm] (EN 15551: W_s), shape (R,).
+
+        That is under the loading branch, and under a dwell during which the stroke creeps further.
+        """
+        lines = np.arange(len(self.cycles))
+        arrives = self.loading.stroke_mm[lines, self.loading.count - 1]
+        creeps = self.unloading.stroke_mm[:, 0] > arrives
+        return np.asarray(self._areas[0] + np.where(creeps, self._dwelling_J, 0.0))
 
     def absorbed_energy_J(self) -> FloatArray:  # noqa: N802
         """Return the signed area of each loop [J] (W_a); one that does not close is closed by a chord."""
@@ -68,18 +79,26 @@ class LoopStack:
         ends = np.arange(whole.size), self.unloading.count - 1
         opened = self.loading.stroke_mm[:, 0] - self.unloading.stroke_mm[ends]
         whole += 0.5 * (self.unloading.force_kN[ends] + self.loading.force_kN[:, 0]) * opened
-        for row in self.dwells:
+        return whole + self._dwelling_J
+
+    @cached_property
+    def _dwelling_J(self) -> FloatArray:  # noqa: N802
+        """Area under each dwell at the top [J], shape (R,)."""
+        area = np.zeros(len(self.cycles))
+        rests = [row for row in self.dwells if self.cycles[row].top.dwell_s > 0.0]
+        for row in rests:
             loop = self.loop(row)
             dwell = slice(loop.top, loop.unload + 1)
-            whole[row] += np.trapezoid(loop.force_kN[dwell], loop.stroke_mm[dwell])
-        return whole
+            area[row] = np.trapezoid(loop.force_kN[dwell], loop.stroke_mm[dwell])
+        return area
 
 
 def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
     """Cut the loops of cycles with both lower turning points and the upper one as points of them.
 
-    The force at a turning point is extrapolated from both branches over their last 2 % (at least four
-    samples) and, where stroke passes through without dwell, is the mean of the two.
+    The force at a turning point is read from each branch by itself (:func:`evaluation.turns.end_forces`): the
+    loading branch ends with its own. The unloading one begins with the same where the force is continuous,
+    else with its own: a jump at one stroke encloses no area.
 
     Parameters
     ----------
@@ -96,10 +115,11 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
         return
     moments = np.array([(c.start_s, c.top.time_s, c.top.leave_s, c.end_s) for c in cycles]).T
     strokes = np.array(
-        [(c.stroke_min_mm, c.stroke_max_mm, c.top.leave_mm, c.stroke_end_mm) for c in cycles]
+        [(c.stroke_min_mm, c.top.stroke_mm, c.top.leave_mm, c.stroke_end_mm) for c in cycles]
     ).T
     up = Stretches.between(record.time_s, moments[0], moments[1])
     down = Stretches.between(record.time_s, moments[2], moments[3])
+    sigma_mm = noise_sigma(record.stroke_mm)
     samples = np.maximum(np.maximum(up.last - up.first, down.last - down.first), 1)
     first = 0
     while first < len(cycles):
@@ -107,27 +127,47 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
         longest = np.maximum.accumulate(samples[first : first + _CHUNK_POINTS])
         fits = np.count_nonzero(longest * np.arange(1, longest.size + 1) <= _CHUNK_POINTS)
         part = slice(first, first + min(max(1, int(fits)), _CHUNK_LOOPS))
-        yield _cut(record, cycles[part], (up.rows(part), down.rows(part)), strokes[:, part])
+        yield _cut(record, cycles[part], (up.rows(part), down.rows(part)), strokes[:, part], sigma_mm)
         first = part.stop
 
 
 def _cut(
-    record: Record, cycles: Sequence[Cycle], inner: tuple[Stretches, Stretches], strokes: FloatArray
+    record: Record,
+    cycles: Sequence[Cycle],
+    inner: tuple[Stretches, Stretches],
+    strokes: FloatArray,
+    sigma_mm: float,
 ) -> LoopStack:
-    both, own = inner[0].joined(inner[1]), len(cycles)
-    starts, ends = both.end_forces(record)
+    both, own = inner[0].joined(inner[1]).trimmed(record.time_s), len(cycles)
+    first, last = np.concatenate(strokes[::2]), np.concatenate(strokes[1::2])
+    smooth = np.array(
+        [[turn.method == "polynomial" for turn in (c.start, c.top, c.top, c.end)] for c in cycles]
+    ).T
+    starts, ends = (
+        end_forces(
+            record,
+            Ends(at_s, stroke, both.first, both.last, np.full(at_s.size, begins), np.concatenate(turns)),
+            sigma_mm,
+        )
+        for at_s, stroke, begins, turns in (
+            (both.start_s, first, True, smooth[::2]),
+            (both.end_s, last, False, smooth[1::2]),
+        )
+    )
+    begin_kN = starts.force_kN.copy()
     passes = inner[0].end_s == inner[1].start_s
-    mean = 0.5 * (ends[:own] + starts[own:])
-    ends[:own], starts[own:] = np.where(passes, mean, ends[:own]), np.where(passes, mean, starts[own:])
+    loading, unloading = slice(0, own), slice(own, None)
+    one = passes & continuous(ends.rows(loading), starts.rows(unloading))
+    begin_kN[unloading] = np.where(one, ends.force_kN[loading], begin_kN[unloading])
     dwells = {}
-    if not passes.all():
+    if not one.all():
         rest = Stretches.between(record.time_s, inner[0].end_s, inner[1].start_s)
         columns = (record.time_s, record.stroke_mm, record.force_kN)
-        for row in np.flatnonzero(~passes).tolist():
+        for row in np.flatnonzero(~one).tolist():
             inside = slice(int(rest.first[row]), int(rest.last[row]))
             dwells[row] = np.stack([column[inside] for column in columns])
-    first, last = np.concatenate(strokes[::2]), np.concatenate(strokes[1::2])
-    return LoopStack(cycles, closed(record, both, (first, starts), (last, ends)), dwells)
+    branches = closed(record, both, (first, begin_kN), (last, ends.force_kN))
+    return LoopStack(cycles, branches, dwells, (starts.rows(loading), ends.rows(loading)))
 
 
 def cut_loop(record: Record, cycle: Cycle) -> Loop:

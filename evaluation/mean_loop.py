@@ -13,8 +13,6 @@ from evaluation.results import CycleResult
 
 TURN = 0.2
 """The turn of a loop is looked for within this share of its range below the top."""
-_END = 0.02
-_LEAST_END_SAMPLES = 4
 
 POINTS = 400
 """Strokes at which both branches are read, evenly spaced: areas are right to 1 part in 10 000."""
@@ -111,10 +109,8 @@ def mean_loop(
     stroke = np.linspace(first, last, POINTS)
     up, down = np.zeros(POINTS), np.zeros(POINTS)
     branches = loops.branches_of([result.cycle for result in chosen])
-    for result, (loading, unloading) in zip(chosen, branches, strict=True):
+    for loading, unloading in branches:
         _, rising_mm, force_kN = loading
-        if result.cycle.top.method == "lines":
-            force_kN[-1] = _end_force(rising_mm, force_kN)
         up += _read(stroke, rising_mm, force_kN)
         down += _read(stroke, unloading[1, ::-1], unloading[2, ::-1])
     starts = [r.quantities.temperature_start_C for r in chosen]
@@ -142,18 +138,6 @@ def _means(figures: Sequence[Mapping[str, float | None]]) -> dict[str, float]:
         if len(known) == len(values):
             result[name] = sum(known) / len(known)
     return result
-
-
-def _end_force(stroke_mm: FloatArray, force_kN: FloatArray) -> float:
-    """Return the force at the end of a branch that turns sharply, from the branch alone.
-
-    The loop's own point there is the mean of both branches, and the unloading one falls steeply.
-    """
-    count = max(_LEAST_END_SAMPLES, int(_END * stroke_mm.size))
-    near, force = stroke_mm[-count - 1 : -1] - stroke_mm[-1], force_kN[-count - 1 : -1]
-    if near.size < 2 or np.ptp(near) == 0.0:
-        return float(force_kN[-1])
-    return float(np.polynomial.polynomial.polyfit(near, force, 1)[0])
 
 
 def _read(at_mm: FloatArray, stroke_mm: FloatArray, force_kN: FloatArray) -> FloatArray:

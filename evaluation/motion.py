@@ -33,6 +33,9 @@ class TurningPoint(NamedTuple):
         Standard uncertainty of the fit, from its residuals.
     u_time_s, u_leave_s : float
         Those of the moments of arriving and leaving; one error where the two are one moment.
+    blunt_mm : float
+        By how much the stroke may turn before ``stroke_mm``, where samples do not show how sharp it turns: a
+        stand that rounds its turns does so at all of them.
     """
 
     time_s: float
@@ -45,6 +48,7 @@ class TurningPoint(NamedTuple):
     u_stroke_mm: float = 0.0
     u_time_s: float = 0.0
     u_leave_s: float = 0.0
+    blunt_mm: float = 0.0
 
     @property
     def dwell_s(self) -> float:
@@ -90,8 +94,8 @@ class Cycle(NamedTuple):
 
     @property
     def stroke_max_mm(self) -> float:
-        """Stroke of the upper turning point [mm]."""
-        return self.top.stroke_mm
+        """Stroke of the upper turning point [mm]: the greater one where it creeps while it dwells."""
+        return max(self.top.stroke_mm, self.top.leave_mm)
 
     @property
     def stroke_end_mm(self) -> float:
@@ -104,12 +108,20 @@ class Cycle(NamedTuple):
         return self.stroke_max_mm - self.stroke_min_mm
 
 
+class EndReading(NamedTuple):
+    """How the force at an end of a branch was read (:class:`evaluation.turns.EndForces`)."""
+
+    gain: float = 1.0
+    slope_kN_per_mm: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class Loop:
     """Force over stroke of one cycle, cut at the fitted turning points, both ends included.
 
     ``time_s``, ``stroke_mm``, ``force_kN`` have shape (M,). Loading is ``[: top + 1]``; a dwell at the top is
-    ``[top : unload + 1]``; unloading is ``[unload :]``. ``averaged``: samples that a point is the mean of.
+    ``[top : unload + 1]``, as is a jump of the force; unloading is ``[unload :]``. ``averaged``: samples
+    that a point is the mean of. ``ends``: how the forces at both ends of the loading branch were read.
     """
 
     time_s: FloatArray
@@ -118,11 +130,18 @@ class Loop:
     top: int
     unload: int
     averaged: int = 1
+    ends: tuple[EndReading, EndReading] = (EndReading(), EndReading())
 
     @property
     def loading(self) -> slice:
         """Samples of the loading branch."""
         return slice(0, self.top + 1)
+
+    @property
+    def rising(self) -> slice:
+        """Samples up to the largest stroke: the loading branch, and a dwell during which the stroke rises."""
+        creeps = self.stroke_mm[self.unload] > self.stroke_mm[self.top]
+        return slice(0, (self.unload if creeps else self.top) + 1)
 
     @property
     def unloading(self) -> slice:

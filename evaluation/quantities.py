@@ -47,8 +47,9 @@ ComplexArray = NDArray[np.complex128]
 
 
 def stored_energy_J(loop: Loop) -> float:  # noqa: N802 - the unit keeps its capital
-    """Return the area under the loading branch, lower to upper turning point [J = kN·mm] (EN 15551: W_s)."""
-    return _area_J(loop, loop.loading)
+    """Return the area from the lower turning point to the largest stroke [J = kN·mm] (EN 15551: W_s)."""
+    dwell = slice(loop.top, loop.rising.stop)
+    return _area_J(loop, loop.loading) + float(np.trapezoid(loop.force_kN[dwell], loop.stroke_mm[dwell]))
 
 
 def absorbed_energy_J(loop: Loop) -> float:  # noqa: N802
@@ -250,15 +251,36 @@ def is_two_sided(force_min_kN: float, force_max_kN: float) -> bool:
 
 
 def _extreme_forces(stack: LoopStack) -> tuple[FloatArray, FloatArray]:
-    """Return least and largest force of both branches, each smoothed by itself: peaks stay sharp."""
+    """Return least and largest force while the stroke moves, and while it dwells at the top.
+
+    Each branch is smoothed by itself and ends with its own force at the turning point: peaks stay sharp.
+    """
     branches = stack.branches
-    least, most = np.empty(branches.count.size), np.empty(branches.count.size)
+    lines = np.arange(branches.count.size)
+    both = branches.force_kN[:, 0], branches.force_kN[lines, branches.count - 1]
+    least, most = np.minimum(*both), np.maximum(*both)
     for window, rows in _by_window(branches.count, FORCE_WINDOW):
+        if not window:
+            continue
         force, count = branches.force_kN[rows], branches.count[rows]
-        if window:
-            force = smoothed(force, count, window, 2)
-        least[rows], most[rows] = np.min(force, axis=1), np.max(force, axis=1)
-    return np.minimum(*np.split(least, 2)), np.maximum(*np.split(most, 2))
+        force = smoothed(force, count, window, 2)
+        # The first and last half window are read off the end of a polynomial, which is no better than the
+        # force at the turning point itself.
+        half, ragged = window // 2, int(np.min(count)) - window // 2
+        end = force[:, ragged:]
+        end[np.arange(ragged, force.shape[1]) >= (count - half)[:, None]] = np.nan
+        inner = force[:, half:]
+        least[rows] = np.fmin(least[rows], np.fmin.reduce(inner, axis=1))
+        most[rows] = np.fmax(most[rows], np.fmax.reduce(inner, axis=1))
+    lowest, highest = np.minimum(*np.split(least, 2)), np.maximum(*np.split(most, 2))
+    for row, dwell in stack.dwells.items():
+        window = max(_LEAST_WINDOW, 2 * int(0.5 * FORCE_WINDOW * branches.count[row]) + 1)
+        if dwell.shape[1] >= 2 * window:
+            force = smoothed(dwell[2:], np.array([dwell.shape[1]]), window, 2)
+            inside = force[0, window // 2 : -(window // 2)]
+            lowest[row] = min(lowest[row], float(np.min(inside)))
+            highest[row] = max(highest[row], float(np.max(inside)))
+    return lowest, highest
 
 
 def _by_window(count: NDArray[np.intp], share: float) -> list[tuple[int, slice | NDArray[np.intp]]]:

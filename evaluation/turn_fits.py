@@ -20,6 +20,9 @@ MOST_POINTS = 100
 MANY_POINTS = 12
 """Flanks are parabolas from so many points on, else straight lines."""
 LEAST_POINTS = 5
+UNSURE_POINTS = 6
+"""Of six points a quartic leaves one misfit, and of a turn midway between two of them none, however sharp it
+is: what a parabola says instead tells how sure it is."""
 _LAST_STEP = 1e-7
 """Newton's method squares what is left: after so small a step it is as small as rounding."""
 _TIP_SLACK = 0.25
@@ -64,7 +67,8 @@ class Points:
 class Fits:
     """Fitted reversals, shape (R,) each: moment, height, residual (one sample's), u of height and of moment.
 
-    Where a fit is none, residual and u are infinite.
+    Where a fit is none, residual and u are infinite. ``rise`` and ``fall``: slopes of both flanks where they
+    meet [mm/s], ``bend`` the greater of half their curvatures [mm/s²]; 0 for smooth turns.
     """
 
     time_s: FloatArray
@@ -72,12 +76,15 @@ class Fits:
     residual: FloatArray
     u: FloatArray
     u_s: FloatArray
+    rise: FloatArray
+    fall: FloatArray
+    bend: FloatArray
 
     @classmethod
     def none(cls, rows: int) -> Fits:
         """Return rows without a fit."""
-        zero, never = np.zeros(rows), np.full(rows, np.inf)
-        return cls(zero, zero.copy(), never, never.copy(), never.copy())
+        zero, never = np.zeros((5, rows)), np.full((3, rows), np.inf)
+        return cls(zero[0], zero[1], *never, *zero[2:])
 
     def rows(self, chosen: BoolArray) -> Fits:
         """Return some of the rows."""
@@ -85,8 +92,8 @@ class Fits:
 
     def put(self, chosen: BoolArray, fits: Fits) -> None:
         """Write the fits of some of the rows."""
-        for name in ("time_s", "value", "residual", "u", "u_s"):
-            getattr(self, name)[chosen] = getattr(fits, name)
+        for own in fields(self):
+            getattr(self, own.name)[chosen] = getattr(fits, own.name)
 
 
 def points_of(
@@ -303,12 +310,23 @@ def _smooth(points: Points, degree: int, sigma: float, averaged: int) -> Fits:
     curvature = np.where(good, value_at(derivative(derivative(coefficients)), top), -1.0)
     step = 2.0 / np.maximum(count - 1, 1)
     inside = step**2 / 24.0 * (1.0 - 1.0 / (averaged * points.group) ** 2)
+    flat = np.zeros(top.size)
+    value = value_at(coefficients, top) - inside * curvature
+    u = np.where(good, scatter * _gain(row, inverse), np.inf)
+    if degree == 4 and (unsure := good & (count == UNSURE_POINTS)).any():
+        lower = _solved_alike(z[unsure], level[unsure], points.used[unsure], 2)[0]
+        at = maxima(lower, top[unsure])
+        apart = np.abs(value[unsure] - value_at(lower, np.nan_to_num(at)))
+        u[unsure] = np.maximum(u[unsure], np.where(np.isfinite(at), 0.5 * apart, np.inf))
     return Fits(
         time_s=middle + half * top,
-        value=value_at(coefficients, top) - inside * curvature,
+        value=value,
         residual=np.where(good, residual * np.sqrt(points.group), np.inf),
-        u=np.where(good, scatter * _gain(row, inverse), np.inf),
+        u=u,
         u_s=half * scatter * _gain(slope_row, inverse) / -curvature,
+        rise=flat,
+        fall=flat,
+        bend=flat,
     )
 
 
@@ -366,10 +384,16 @@ def _flanks(points: Points, degree: int, sigma: float) -> Fits:
     row = powers(meet, degree)
     gain = 0.5 * np.hypot(_gain(row, left[1]), _gain(row, right[1]))
     scatter = np.maximum(residual, noise)
+    bend = np.zeros(meet.size)
+    if degree > 1:
+        bend = np.maximum(np.abs(left[0][:, 2]), np.abs(right[0][:, 2]))
     return Fits(
         time_s=tip_s + half * meet,
         value=peak,
         residual=np.where(good, residual * np.sqrt(points.group), np.inf),
         u=np.where(good, scatter * gain, np.inf),
         u_s=half * scatter * 2.0 * gain / np.where(good, rise + fall, 1.0),
+        rise=rise / half,
+        fall=fall / half,
+        bend=bend / half**2,
     )

@@ -15,9 +15,19 @@ from evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
 from evaluation.edges import CONSISTENT, EdgeFit, edge_fits
 from evaluation.motion import TurningPoint, TurnMethod
 from evaluation.record import FloatArray
-from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, Fits, Points, points_of, sharp_fits, smooth_fits
+from evaluation.turn_fits import (
+    LEAST_POINTS,
+    MOST_POINTS,
+    UNSURE_POINTS,
+    Fits,
+    Points,
+    points_of,
+    sharp_fits,
+    smooth_fits,
+)
 from evaluation.turn_screen import screened
 from evaluation.turn_sides import IndexArray, Reversal, Reversals, Side, TurnKind, side_of
+from evaluation.turns.selection import Turns, selected
 
 BoolArray = NDArray[np.bool_]
 
@@ -45,11 +55,7 @@ _METHODS: tuple[TurnMethod, TurnMethod] = ("polynomial", "lines")
 _FEW_POINTS = 16_384
 """Points of several levels that are fitted together."""
 _LIKE_TURNS = 3
-"""So many turns of one kind agree on one window …"""
-_MOST_TURNS = 0.8
-"""… that suits this share of them …"""
-_LIKE_TURNS_SLACK = 1.2
-"""… and each of the others but those whose residual is larger still by this factor."""
+"""So many turns of one kind, most of them smooth, speak for the others."""
 
 
 def fit_turning_points(
@@ -180,26 +186,18 @@ def _fitted(
         return []
     sign = np.where(upper, 1.0, -1.0)
     both = _all_fits(time_s, stroke_mm, sign, first, last, height, sigma, averaged)
-    residual, u, moment, value, u_s = (
-        np.concatenate([getattr(fits, name).reshape(first.shape) for fits in both], axis=1)
-        for name in ("residual", "u", "time_s", "value", "u_s")
-    )
-    least = np.min(residual, axis=1)
-    least[np.isinf(least)] = 0.0  # no fit at all: the row has no choice, and is given up below
-    noise = np.maximum(np.maximum(sigma, least), 1e-6 * height)
-    chosen = _choice(residual / noise[:, None], u, sign)
-    lines = np.arange(sign.size)
-    at_s, stroke = moment[lines, chosen], sign * value[lines, chosen]
-    after = np.clip(np.searchsorted(time_s, at_s), 1, time_s.size - 1)
-    index = after - (time_s[after] - at_s >= at_s - time_s[after - 1])
+    own = selected(time_s, stroke_mm, Turns(sign, height, last - first, sigma), *both)
+    stroke = sign * own.value
+    after = np.clip(np.searchsorted(time_s, own.time_s), 1, time_s.size - 1)
+    index = after - (time_s[after] - own.time_s >= own.time_s - time_s[after - 1])
     kinds = [_KINDS[is_upper] for is_upper in upper.tolist()]
-    methods = [_METHODS[is_sharp] for is_sharp in (chosen >= first.shape[1]).tolist()]
-    moments, strokes, places, u_x, u_t = (
-        column.tolist() for column in (at_s, stroke, index, u[lines, chosen], u_s[lines, chosen])
+    methods = [_METHODS[is_sharp] for is_sharp in own.sharp.tolist()]
+    moments, strokes, places, u_x, u_t, blunt = (
+        column.tolist() for column in (own.time_s, stroke, index, own.u, own.u_s, own.blunt)
     )
-    columns = (moments, moments, strokes, strokes, kinds, places, methods, u_x, u_t, u_t)
+    columns = (moments, moments, strokes, strokes, kinds, places, methods, u_x, u_t, u_t, blunt)
     turns: list[TurningPoint | None] = [TurningPoint(*row) for row in zip(*columns, strict=True)]
-    for row in np.flatnonzero(np.isinf(residual[lines, chosen])).tolist():
+    for row in np.flatnonzero(~own.found).tolist():
         turns[row] = None
     return turns
 
@@ -225,7 +223,7 @@ def _all_fits(
     known, least = np.full(sign.size, np.inf), np.maximum(sigma, 1e-6 * height)
     wide = size.copy()
     wide[:, -1] = 0  # the widest is for flanks alone
-    no_corner = _LEVELS * height[:, None] >= _CORNER_SHOWS * least[:, None]
+    no_corner = (_LEVELS * height[:, None] >= _CORNER_SHOWS * least[:, None]) & (size > UNSURE_POINTS)
     found = []
     shapes: tuple[tuple[IndexArray, float, Callable[[Points], Fits]], ...] = (
         (wide, _POLYNOMIAL_GAIN, lambda points: smooth_fits(points, sigma, averaged)),
@@ -292,25 +290,6 @@ def least_gain(samples: IndexArray, variance: float) -> FloatArray:
     """Return the least u of a fit over so many samples, for noise of 1."""
     least = np.where(samples > LEAST_POINTS, variance, min(variance, _PARABOLA_GAIN))
     return np.asarray(np.sqrt(least / np.maximum(samples, 1)))
-
-
-def _choice(misfit: FloatArray, u: FloatArray, sign: FloatArray) -> IndexArray:
-    """Return the fit that counts at each turn, by its residual as a share of the noise, and its u.
-
-    A wide window leaves little of the noise, and of a distorted stroke a misfit that just hides in it. If
-    neighbouring turns took windows of different width, it would differ between them and make cycles longer
-    and shorter: all turns of one kind take the shape and window that suit most of them, where they can.
-    """
-    chosen = np.asarray(np.argmin(np.where(misfit <= CONSISTENT, u, np.inf), axis=1))
-    for kind in (-1.0, 1.0):
-        alike = np.flatnonzero(sign == kind)
-        if alike.size < _LIKE_TURNS:
-            continue
-        fits = np.mean(misfit[alike] <= CONSISTENT, axis=0) >= _MOST_TURNS
-        if fits.any():
-            common = int(np.argmin(np.where(fits, np.median(u[alike], axis=0), np.inf)))
-            chosen[alike[misfit[alike, common] <= _LIKE_TURNS_SLACK * CONSISTENT]] = common
-    return chosen
 
 
 def _distinct(first: IndexArray, last: IndexArray) -> tuple[IndexArray, IndexArray]:

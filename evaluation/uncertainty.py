@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from evaluation.inertia import InertiaForce
-from evaluation.loops import END_SHARE, cut_loop
-from evaluation.motion import Cycle, Loop
+from evaluation.loops import cut_loop
+from evaluation.motion import Cycle, EndReading, Loop
 from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
@@ -70,7 +70,8 @@ class LocalReading:
 class EnergyTerms:
     """Energies of one loop as sums over pairs of terms, shape (5 or 6, 8) [J], and their noise [J].
 
-    ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``turn_J``: W_s by the fit of the turning points.
+    ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``turn_J``: W_s by the fit of the turning points;
+    ``blunt_J``: by how blunt they are, alike in all cycles.
     """
 
     loading: FloatArray
@@ -78,6 +79,7 @@ class EnergyTerms:
     noise_up_J: float
     noise_down_J: float
     turn_J: float
+    blunt_J: float
 
 
 def record_noise(record: Record, inertia: InertiaForce | None = None) -> Noise:
@@ -149,12 +151,12 @@ class CyclePropagation:
         Those of force and stroke, as recorded and scaled, are the energy itself; other errors are integrated
         along the polygon.
         """
-        turn_J = np.hypot(
-            self.loop.force_kN[self.loop.top] * self.cycle.top.u_stroke_mm,
-            self.loop.force_kN[0] * self.cycle.start.u_stroke_mm,
-        )
-        loading = self._integrals(self.loop.loading)
-        returning = self._integrals(slice(self.loop.top, None)) + self._closing()
+        turns = (self.cycle.start, self.cycle.top)
+        ends_kN = self.loop.force_kN[[0, self.loop.top]]
+        turn_J = np.linalg.norm(ends_kN * [turn.u_stroke_mm for turn in turns])
+        blunt_J = np.linalg.norm(0.5 * ends_kN * [turn.blunt_mm for turn in turns])
+        loading = self._integrals(self.loop.rising)
+        returning = self._integrals(slice(self.loop.rising.stop - 1, None)) + self._closing()
         loading[:2, :2] = stored_energy_J(self.loop)
         returning[:2, :2] = absorbed_energy_J(self.loop) - loading[0, 0]
         return EnergyTerms(
@@ -163,20 +165,41 @@ class CyclePropagation:
             noise_up_J=self._energy_noise(self.loop, self.loop.loading),
             noise_down_J=self._energy_noise(self.loop, self.loop.unloading),
             turn_J=float(turn_J),
+            blunt_J=float(blunt_J),
         )
 
-    def energies(self, draws: Draws) -> tuple[FloatArray, FloatArray]:
-        """Return stored and absorbed energy of every draw [J], shape (N,) each."""
+    def energies(
+        self, draws: Draws, turn_errors_mm: tuple[FloatArray, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return stored and absorbed energy of every draw [J], shape (N,) each.
+
+        A turning point that is fitted too high adds area to the loading branch, and as much to the other one.
+        """
         terms = self.energy_terms()
-        scatter = draws.generator.standard_normal((3, draws.force.shape[0]))
+        low_mm, high_mm = turn_errors_mm
+        scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
         stored = _bilinear(draws, terms.loading) + scatter[0] * terms.noise_up_J
         absorbed = stored + _bilinear(draws, terms.returning) + scatter[1] * terms.noise_down_J
-        return stored + scatter[2] * terms.turn_J, absorbed
+        ends_kN = self.loop.force_kN[[0, self.loop.top]]
+        return stored + ends_kN[1] * high_mm - ends_kN[0] * low_mm, absorbed
 
-    def secant_gain(self) -> float:
-        """Return the noise of the force between the turning points, per noise of a sample."""
-        ends = 2.0 / np.sqrt(max(4.0, END_SHARE * self.loop.top))  # line, read at its end
-        return float(np.sqrt(2.0 / self.samples_a_point) * ends)
+    def end_scatter(
+        self, turn_errors_mm: tuple[FloatArray, FloatArray], generator: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return what noise makes of the forces at both ends of the loading branch, every draw [kN].
+
+        ``turn_errors_mm`` are the errors of the turning points there: the force is read at their place.
+        """
+        start, end = (
+            reading.gain * self.reading_noise_kN(reading) * generator.standard_normal(error_mm.size)
+            + reading.slope_kN_per_mm * error_mm
+            for reading, error_mm in zip(self.loop.ends, turn_errors_mm, strict=True)
+        )
+        return start, end
+
+    def reading_noise_kN(self, reading: EndReading) -> float:  # noqa: N802 - the unit keeps its capitals
+        """Return the noise of a sample's force at its stroke: that of both channels [kN]."""
+        return float(np.hypot(self.noise.force_kN, reading.slope_kN_per_mm * self.noise.stroke_mm))
 
     def extreme_force(self, at: int, sign: float) -> tuple[float, float]:
         """Return by how much noise makes an extreme force overreach, and how much it scatters then [kN].
@@ -184,15 +207,16 @@ class CyclePropagation:
         ``at`` is the point of the extreme, ``sign`` 1 for the largest force and -1 for the smallest.
         """
         point_kN = float(self.noise.force_kN / np.sqrt(self.samples_a_point))
-        # A parabola, read at its middle or end; in an interpolated branch it spans less than a sample.
+        # A parabola, read at its middle; in an interpolated branch it spans less than a sample.
         window = 1.0 if self.interpolated else max(5.0, FORCE_WINDOW * self.loop.top)
-        ends = np.abs(at - np.array([0, self.loop.top, self.loop.time_s.size - 1])) < 0.5 * window
-        reading_kN = point_kN * min(1.0, float((2.1 if ends.any() else 1.5) / np.sqrt(window)))
+        reading_kN = point_kN * min(1.0, float(1.5 / np.sqrt(window)))
         force = sign * self.loop.force_kN
         near = np.count_nonzero(force >= force[at] - NEAR_LARGEST * reading_kN - point_kN)
         apart = 0.5 * self.loop.time_s.size / self.samples if self.interpolated else 0.25 * window
-        # The loop begins and ends at one turn: what is extreme there is read twice.
-        readings = max(1.0, near / apart) + float(ends[0] or ends[2])
+        readings = max(1.0, near / apart)
+        ends = {0: self.loop.ends[0], self.loop.top: self.loop.ends[1]}
+        if at in ends:
+            reading_kN = max(reading_kN, ends[at].gain * self.reading_noise_kN(ends[at]))
         return overreach(readings) * reading_kN, reading_kN / float(np.sqrt(1.0 + np.log(readings)))
 
     def read(self, stroke_mm: float, half_width_mm: float, degree: int = 3) -> LocalReading | None:
@@ -296,11 +320,26 @@ def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
 
 def turn_draws(draws: Draws, cycle: Cycle) -> tuple[FloatArray, FloatArray]:
     """Return the stroke of the lower and the upper turning point of every draw [mm], shape (N,) each."""
+    return turns_with(draws, cycle, turn_errors(draws, cycle))
+
+
+def turn_errors(draws: Draws, cycle: Cycle) -> tuple[FloatArray, FloatArray]:
+    """Return what noise makes of the lower and upper turning point of every draw [mm], shape (N,) each."""
     size = draws.stroke_zero_mm.size
+    low_mm, high_mm = (
+        turn.u_stroke_mm * draws.generator.standard_normal(size) + 0.5 * turn.blunt_mm * blunt
+        for turn, blunt in zip((cycle.start, cycle.top), draws.blunt.T, strict=True)
+    )
+    return low_mm, high_mm
+
+
+def turns_with(
+    draws: Draws, cycle: Cycle, errors_mm: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Return both turning points of every draw with these errors, and those of the channel [mm]."""
     low_mm = cycle.stroke_min_mm + stroke_error_mm(draws, cycle.stroke_min_mm)
     high_mm = cycle.stroke_max_mm + stroke_error_mm(draws, cycle.stroke_max_mm)
-    low_mm = low_mm + cycle.start.u_stroke_mm * draws.generator.standard_normal(size)
-    return low_mm, high_mm + cycle.top.u_stroke_mm * draws.generator.standard_normal(size)
+    return low_mm + errors_mm[0], high_mm + errors_mm[1]
 
 
 def stroke_figures(low_mm: FloatArray, high_mm: FloatArray) -> dict[str, FloatArray]:
@@ -316,17 +355,24 @@ def stroke_figures(low_mm: FloatArray, high_mm: FloatArray) -> dict[str, FloatAr
 def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, FloatArray]:
     """Return every figure of a cycle that can be propagated, by name, for every draw."""
     loop, cycle = propagation.loop, propagation.cycle
-    stored, absorbed = propagation.energies(draws)
-    low_mm, high_mm = turn_draws(draws, cycle)
+    errors_mm = turn_errors(draws, cycle)
+    stored, absorbed = propagation.energies(draws, errors_mm)
+    low_mm, high_mm = turns_with(draws, cycle, errors_mm)
     stiffness = _harmonic_draws(draws, propagation)
     at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
     rise = propagation.force[:, loop.top] - propagation.force[:, 0]
-    between_kN = propagation.secant_gain() * propagation.noise.force_kN
-    scatter = draws.generator.standard_normal((3, low_mm.size))
+    scatter = draws.generator.standard_normal((2, low_mm.size))
+    start_kN, end_kN = propagation.end_scatter(errors_mm, draws.generator)
     (above, max_kN), (below, min_kN) = (
         propagation.extreme_force(at_max, 1.0),
         propagation.extreme_force(at_min, -1.0),
     )
+    # The force at a turning point is read at its fitted place.
+    placed_kN = {0: start_kN, loop.top: end_kN}
+    if at_min in placed_kN:
+        scatter[0], min_kN = placed_kN[at_min], 1.0
+    if at_max in placed_kN:
+        scatter[1], max_kN = placed_kN[at_max], 1.0
     figures = {
         "stored_energy_J": stored,
         "absorbed_energy_J": absorbed,
@@ -337,8 +383,7 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
         "force_max_kN": _weighted(draws.force, propagation.force[:, at_max])
         + above * draws.overreach
         + max_kN * scatter[1],
-        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + between_kN * scatter[2])
-        / (high_mm - low_mm),
+        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + end_kN - start_kN) / (high_mm - low_mm),
         "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
         "storage_stiffness_kN_per_mm": np.real(stiffness),
         "loss_stiffness_kN_per_mm": np.imag(stiffness),

@@ -16,6 +16,7 @@ from evaluation.uncertainty import (
     force_draws,
     record_noise,
     slope_draws,
+    turn_errors,
 )
 from foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
@@ -117,8 +118,9 @@ def test_noise_term_is_what_noise_does() -> None:
     predicted: dict[str, float] = {}
     draws = _draws(NOTHING)
     for record in noisy:
-        loop = CyclePropagation(record, find_cycles(record)[1], record_noise(record))
-        stored, absorbed = loop.energies(draws)
+        cycle = find_cycles(record)[1]
+        loop = CyclePropagation(record, cycle, record_noise(record))
+        stored, absorbed = loop.energies(draws, turn_errors(draws, cycle))
         found["stored_energy_J"].append(float(np.mean(stored)))
         found["absorbed_energy_J"].append(float(np.mean(absorbed)))
         predicted = {"stored_energy_J": float(np.std(stored)), "absorbed_energy_J": float(np.std(absorbed))}

@@ -92,7 +92,8 @@ def test_one_sample_lost_in_a_pause_changes_nothing() -> None:
     run = judged(without(record, one_lost(record, at)))
     assert table(run) == table(whole)
     for one, other in zip(whole.cycles, run.cycles, strict=True):
-        assert other.quantities.absorbed_energy_J == pytest.approx(one.quantities.absorbed_energy_J, rel=1e-9)
+        # The level of a rest is a mean over its samples: one fewer moves it by a thousandth of their noise.
+        assert other.quantities.absorbed_energy_J == pytest.approx(one.quantities.absorbed_energy_J, rel=1e-7)
 
 
 def test_a_logger_that_stops_at_rest_has_lost_nothing() -> None:

@@ -1,0 +1,135 @@
+"""Which of the fits of a turn counts: by residual and uncertainty, and by its samples near the tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.edges import CONSISTENT
+from evaluation.record import FloatArray
+from evaluation.turn_fits import Fits
+from evaluation.turns.sharpness import Tips, sharpness
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+_LIKE_TURNS = 3
+"""So many turns of one kind agree on one window …"""
+_MOST_TURNS = 0.8
+"""… that suits this share of them …"""
+_LIKE_TURNS_SLACK = 1.2
+"""… and each of the others but those whose residual is larger still by this factor."""
+_RESOLVED = 9
+"""A rounded turn is seen as such by a polynomial over so many samples; of fewer, four tell any shape."""
+_LEAST_NOISE = 1e-6
+"""Of the height: what is left of an ideal record is no noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Selected:
+    """The fit that counts at each turn, shape (R,): those of :class:`evaluation.turn_fits.Fits`, and more.
+
+    ``value`` is turned as the turns are, ``sharp`` says where flanks count, ``found`` where anything does,
+    ``blunt`` by how much a tip may be another (:class:`evaluation.motion.TurningPoint`).
+    """
+
+    time_s: FloatArray
+    value: FloatArray
+    u: FloatArray
+    u_s: FloatArray
+    sharp: BoolArray
+    found: BoolArray
+    blunt: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Turns:
+    """Turns, shape (R,), that were fitted: ``sign`` turns lower ones upside down, ``height`` of their lower
+    side [mm], samples of each window (R, L), noise of the stroke.
+    """
+
+    sign: FloatArray
+    height: FloatArray
+    samples: IndexArray
+    sigma_mm: float
+
+
+def selected(time_s: FloatArray, stroke_mm: FloatArray, turns: Turns, smooth: Fits, sharp: Fits) -> Selected:
+    """Return the fit that counts at each turn.
+
+    Flanks that the samples near their tip contradict do not count, unless polynomials know still less: then
+    the tip is lowered by what it is too high.
+
+    Parameters
+    ----------
+    time_s, stroke_mm : arrays, shape (N,)
+    turns : Turns
+    smooth, sharp : Fits
+        Polynomials and flanks over windows of L widths, R × L rows of each.
+    """
+    rows = turns.sign.size
+    both = {
+        name: np.concatenate([getattr(fits, name).reshape(rows, -1) for fits in (smooth, sharp)], axis=1)
+        for name in ("residual", "u", "time_s", "value", "u_s", "rise", "fall", "bend")
+    }
+    widths = both["u"].shape[1] // 2
+    lines = np.arange(rows)
+    chosen, noise = _choice(both["residual"], both["u"], turns)
+    blunt, lowered = np.zeros((2, rows))
+    tips = np.flatnonzero((chosen >= widths) & np.isfinite(both["residual"][lines, chosen]))
+    if tips.size:
+        of = tips, chosen[tips]
+        at_s, value, rise, fall, bend = (both[n][of] for n in ("time_s", "value", "rise", "fall", "bend"))
+        own = Tips(at_s, value, turns.sign[tips], rise, fall, bend, noise[tips])
+        rounded, least, most = sharpness(time_s, stroke_mm, own)
+        lowered[tips], blunt[tips] = 0.5 * (least + most), 0.5 * (most - least)
+        lowered[tips[~rounded]], blunt[tips[~rounded]] = 0.0, most[~rounded]
+        if rounded.any():
+            other, known = _smooth_ones(both, turns, widths)
+            better = tips[rounded & (2.0 * known[tips] < 0.5 * most)]
+            chosen[better], blunt[better], lowered[better] = other[better], 0.0, 0.0
+    at = lines, chosen
+    return Selected(
+        time_s=both["time_s"][at],
+        value=both["value"][at] - lowered,
+        u=both["u"][at],
+        u_s=both["u_s"][at],
+        sharp=chosen >= widths,
+        found=np.isfinite(both["residual"][at]),
+        blunt=blunt,
+    )
+
+
+def _smooth_ones(both: dict[str, FloatArray], turns: Turns, widths: int) -> tuple[IndexArray, FloatArray]:
+    """Return the polynomial that counts at each turn, and its u; infinite where it has too few samples."""
+    residual = both["residual"].copy()
+    residual[:, widths:] = np.inf
+    residual[:, :widths][turns.samples < _RESOLVED] = np.inf
+    chosen, _ = _choice(residual, both["u"], turns)
+    at = np.arange(turns.sign.size), chosen
+    return chosen, np.where(np.isfinite(residual[at]), both["u"][at], np.inf)
+
+
+def _choice(residual: FloatArray, u: FloatArray, turns: Turns) -> tuple[IndexArray, FloatArray]:
+    """Return the fit that counts at each turn, by its residual as a share of the noise, and that noise.
+
+    A wide window leaves little of the noise, and of a distorted stroke a misfit that just hides in it. If
+    neighbouring turns took windows of different width, it would differ between them and make cycles longer
+    and shorter: all turns of one kind take the shape and window that suit most of them, where they can.
+    """
+    least = np.min(residual, axis=1)
+    least[np.isinf(least)] = 0.0  # no fit at all: the row has no choice, and is given up
+    noise = np.maximum(np.maximum(turns.sigma_mm, least), _LEAST_NOISE * turns.height)
+    misfit = residual / noise[:, None]
+    chosen = np.asarray(np.argmin(np.where(misfit <= CONSISTENT, u, np.inf), axis=1))
+    for kind in (-1.0, 1.0):
+        alike = np.flatnonzero(turns.sign == kind)
+        if alike.size < _LIKE_TURNS:
+            continue
+        fits = np.mean(misfit[alike] <= CONSISTENT, axis=0) >= _MOST_TURNS
+        if fits.any():
+            common = int(np.argmin(np.where(fits, np.median(u[alike], axis=0), np.inf)))
+            chosen[alike[misfit[alike, common] <= _LIKE_TURNS_SLACK * CONSISTENT]] = common
+    return chosen, noise
