@@ -13,6 +13,8 @@ FloatArray = NDArray[np.float64]
 
 DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan", "doubled"]
 
+UNKNOWN = -1
+"""As number of samples lost: of an interruption of which not even the length is known."""
 _GAP_STEPS = 1.5
 """A step longer than this many usual steps is a gap (a missing sample makes 2)."""
 _EVEN = 1.2
@@ -31,6 +33,7 @@ class Defect:
     """One place, from ``start_s`` to ``end_s``, where something is not on record.
 
     ``samples`` left there (0: it is a step of time). ``doubled`` rows, which repeat others, hide nothing.
+    ``unknown``: how long it lasted is not known.
     """
 
     kind: DefectKind
@@ -38,11 +41,20 @@ class Defect:
     end_s: float
     text: str
     samples: int = 0
+    unknown: bool = False
 
 
 def gap(start_s: float, end_s: float) -> Defect:
     """Return a step of time that is longer than those around it."""
     return Defect("gap", start_s, end_s, f"gap of {end_s - start_s:.4g} s after {start_s:.6g} s")
+
+
+def _lost(start_s: float, end_s: float, samples: int) -> Defect:
+    """Return an interruption that the recording knows of: how many samples, 0: it does not know how many."""
+    if samples == UNKNOWN:
+        return Defect("lost", start_s, end_s, f"clock set back after {start_s:.6g} s", unknown=True)
+    what = f"{samples} samples lost" if samples > 0 else "interruption"
+    return Defect("lost", start_s, end_s, f"{what} after {start_s:.6g} s")
 
 
 def describe(defects: Sequence[Defect], most: int = 3) -> str:
@@ -248,10 +260,8 @@ class Cleaner:
             return float(time[at - 1]) if at else self._last_kept_s, float(time[at])
 
         for at, samples in lost:
-            if least <= at < time.size and (samples > 0 or at not in known | steps):
-                a, b = around(at)
-                what = f"{samples} samples lost" if samples > 0 else "interruption"
-                self._between.append(Defect("lost", a, b, f"{what} after {a:.6g} s"))
+            if least <= at < time.size and (samples != 0 or at not in known | steps):
+                self._between.append(_lost(*around(at), samples))
                 known.add(at)
         for at in sorted(steps - known):
             a, b = around(at)

@@ -148,6 +148,7 @@ def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tup
             wire_difference_mm=together.wire_difference_mm,
             speed_mm_per_s=together.speed_mm_per_s,
             temperatures=temperatures,
+            clock_s=together.clock_s,
         )
         return record, together.problems
     stroke = run.series("stroke" if len(wires) > 1 else wires[0] if wires else "stroke")

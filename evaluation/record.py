@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from evaluation.channels.sensors import SensorFault
 from evaluation.defects import Cleaner, Defect, gap
+from evaluation.gaps.clock import understand
 from evaluation.gaps.events import event_changes, lost_between
-from evaluation.gaps.stamps import unrounded
 from evaluation.gaps.steps import unusual_steps
 from foundation.errors import BadInput
 
@@ -101,6 +101,7 @@ def make_record(
     wire_difference_mm: ArrayLike | None = None,
     temperatures: Iterable[Temperature] = (),
     lost_before: Sequence[tuple[int, int]] = (),
+    clock_s: float = 0.0,
 ) -> Record:
     """Clean raw columns into a record: defective samples leave, and each leaves a break and a defect behind.
 
@@ -119,6 +120,8 @@ def make_record(
     lost_before : sequence of (index, samples)
         Interruptions that the recording knows of itself: ``samples`` are missing before sample ``index``
         (0: it does not know how many).
+    clock_s : float
+        Step of the clock, where several samples shared its stamps and have been spread again.
 
     Returns
     -------
@@ -137,11 +140,14 @@ def make_record(
     if wire_difference_mm is not None:
         difference = _as_column("wire_difference_mm", wire_difference_mm, time.size)
 
-    cleaner, moments = Cleaner(), None
-    kept, breaks = cleaner.take(time, stroke, force, lost_before)
-    if cleaner.kept + cleaner.doubled < time.size and (moments := unrounded(time)) is not None:
-        time, cleaner = moments.time_s, Cleaner()
-        kept, breaks = cleaner.take(time, stroke, force, lost_before)
+    cleaner, notes, lost = Cleaner(), [], list(lost_before)
+    kept, breaks = cleaner.take(time, stroke, force, lost)
+    if cleaner.kept + cleaner.doubled < time.size:
+        understood = understand(time)
+        if understood is not None:
+            time, cleaner, notes = understood.time_s, Cleaner(), [understood.note]
+            clock_s = max(clock_s, understood.clock_s)
+            kept, breaks = cleaner.take(time, stroke, force, [*lost, *understood.interrupted])
     check_usable(cleaner)
     record = Record(
         time_s=time[kept],
@@ -152,8 +158,8 @@ def make_record(
         breaks=tuple(breaks.tolist()),
         defects=cleaner.defects(),
         wire_difference_mm=None if difference is None else difference[kept],
-        moment_error_s=0.0 if moments is None else moments.error_s,
-        notes=() if moments is None else (moments.note,),
+        moment_error_s=0.5 * clock_s,
+        notes=tuple(notes),
     )
     return record if cleaner.even else with_own_steps(record)
 

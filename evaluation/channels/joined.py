@@ -30,6 +30,8 @@ class Joined:
     time_s, stroke_mm, force_kN : arrays, shape (N,)
     wire_difference_mm, speed_mm_per_s : array, shape (N,), or None
     problems : tuple of str
+    clock_s : float
+        Step of the clock, where readings share its stamps.
     """
 
     time_s: FloatArray
@@ -38,6 +40,7 @@ class Joined:
     wire_difference_mm: FloatArray | None
     speed_mm_per_s: FloatArray | None
     problems: tuple[str, ...] = ()
+    clock_s: float = 0.0
 
 
 def channels_of(run: Run, wires: Sequence[str]) -> list[str]:
@@ -87,7 +90,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
     BadInput
         If there is no force, or it and the stroke are nowhere read often enough to show what the other does.
     """
-    readings = _readings(run, channels_of(run, wires))
+    readings, clock_s = _readings(run, channels_of(run, wires))
     base = readings[wires[0]]
     stroke, difference = base.value, None
     if len(wires) > 1:
@@ -110,11 +113,14 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         None if difference is None else difference[common],
         None if speed is None else speed[common],
         tuple(problems),
+        clock_s,
     )
 
 
-def _readings(run: Run, names: Sequence[str]) -> dict[str, Readings]:
-    """Return the readings of each channel, in its inside unit: without blanks, each row once."""
+def _readings(run: Run, names: Sequence[str]) -> tuple[dict[str, Readings], float]:
+    """Return the readings of each channel, in its inside unit, without blanks, each row once; and the step of
+    the clock whose stamps they share, if they do.
+    """
     series: dict[str, Series] = {name: run.series(name) for name in names}
     streams = {name: run.stream_of(name).name for name in names}
     rows: dict[str, Rows] = {}
@@ -127,7 +133,7 @@ def _readings(run: Run, names: Sequence[str]) -> dict[str, Readings]:
         quantity = name.split("_", maxsplit=1)[0]
         value = to_inside(own_rows.of(each.value), quantity, each.unit)
         found[name] = Readings(*without_blanks(own_rows.time_s(each.time_s), value))
-    return found
+    return found, max((own.clock_s for own in rows.values()), default=0.0)
 
 
 def _at(own: Readings, time_s: FloatArray) -> FloatArray:

@@ -34,10 +34,13 @@ class Rows:
         None: all.
     later_s : array, shape (kept,), or None
         None: when they are stamped.
+    clock_s : float
+        Step of the clock whose stamps several readings share; 0 where each has its own.
     """
 
     kept: NDArray[np.bool_] | None = None
     later_s: FloatArray | None = None
+    clock_s: float = 0.0
 
     @property
     def are_all(self) -> bool:
@@ -69,9 +72,10 @@ def readings_of(stamps_s: FloatArray, columns: Sequence[FloatArray]) -> Rows:
     doubled = doubled_rows(stamps_s, columns)
     kept = ~doubled if doubled.any() else None
     own_s = stamps_s if kept is None else stamps_s[kept]
-    if shared_stamps(own_s) is None:
+    shared = shared_stamps(own_s)
+    if shared is None:
         return Rows(kept)
-    return Rows(kept, spread_stamps(own_s) - own_s)
+    return Rows(kept, spread_stamps(own_s) - own_s, shared[0])
 
 
 def without_blanks(time_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:

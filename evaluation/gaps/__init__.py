@@ -1,3 +1,3 @@
 """What is not on record: which steps hide something, what is rest, and what the rest may change."""
 
-__all__ = ["bounds", "bridge", "events", "found", "numbering", "stamps", "steps", "words"]
+__all__ = ["bounds", "bridge", "clock", "donors", "events", "found", "numbering", "steps", "words"]

@@ -3,7 +3,8 @@
 What lies in a hole is interpolated, and an interpolation's error grows with the hole: in proportion where
 the hole hides a corner, with its third power or more where the curve is smooth. So each hole of a record is
 widened by half its length to both sides, with samples that are known, and the record is evaluated once more:
-what a figure changes by bounds what the hole itself can have changed.
+what a figure changes by bounds what the hole itself can have changed. Where that is too much, and the run has
+cycles like this one that lack nothing, the same hole is opened in them: what it changes there is the bound.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from evaluation.cycles import find_with_harmonics
 from evaluation.gaps.bridge import Hole
+from evaluation.gaps.donors import choose_donors, opened
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.quantities import evaluate_cycles
 from evaluation.record import Record
@@ -87,16 +89,14 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
     own = _holes_of(narrow, results)
     if not own:
         return GapBounds()
-    short = _widened(record, narrow)
-    cycles, first = find_with_harmonics(short)
-    others = evaluate_cycles(short, cycles, first)
-    middles = np.array([0.5 * (other.cycle.start_s + other.cycle.end_s) for other in others])
+    short = _without(record, _beside(record, narrow))
+    others = _Evaluated.of(short)
     limits, refused, same = {}, {}, {}
     for result in results:
         index = result.cycle.index
         if index not in own:
             continue
-        other = _same_cycle(result.cycle, others, middles)
+        other = others.same(result.cycle)
         if other is None:
             refused[index] = _refused(own[index], "hide a turning point")
             continue
@@ -104,7 +104,63 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
         limits[index] = _limits(result, other)
         if why := _too_much(result, limits[index]):
             refused[index] = _refused(own[index], why)
+    for index, better in _by_donors(record, results, own, refused).items():
+        limits[index] = better
+        del refused[index]
     return GapBounds(limits, refused, own, short, same)
+
+
+def _by_donors(
+    record: Record,
+    results: Sequence[CycleResult],
+    own: Mapping[int, tuple[Hole, ...]],
+    refused: Mapping[int, str],
+) -> dict[int, dict[str, float]]:
+    """Return the bounds of refused cycles that the same holes in like cycles show to be small enough."""
+    wanted = [r for r in results if r.cycle.index in refused and r.cycle.steady]
+    donors = choose_donors(wanted, results, own) if wanted else {}
+    if not donors:
+        return {}
+    of = {result.cycle.index: result for result in results}
+    lost = [opened(record, of[at].cycle, own[at], cycles) for at, cycles in donors.items()]
+    others = _Evaluated.of(_without(record, np.concatenate(lost)))
+    found = {}
+    for index, cycles in donors.items():
+        seen = [(of[cycle.index], others.same(cycle)) for cycle in cycles]
+        changes = [_limits(one, other) for one, other in seen if other is not None]
+        if len(changes) < len(seen):
+            continue
+        limits = {
+            name: max((change.get(name, 0.0) for change in changes), key=abs)
+            for name, value in of[index].quantities._asdict().items()
+            if value is not None and name not in _LEFT_OUT
+        }
+        if not _too_much(of[index], limits):
+            found[index] = limits
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Evaluated:
+    """The cycles of a record from which samples were taken."""
+
+    results: Sequence[CycleResult]
+    middles: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, record: Record) -> _Evaluated:
+        cycles, first = find_with_harmonics(record)
+        results = evaluate_cycles(record, cycles, first)
+        return cls(results, np.array([0.5 * (r.cycle.start_s + r.cycle.end_s) for r in results]))
+
+    def same(self, cycle: Cycle) -> CycleResult | None:
+        """Return the complete one that lies where a cycle of the whole record does."""
+        if not self.middles.size:
+            return None
+        middle = 0.5 * (cycle.start_s + cycle.end_s)
+        at = int(np.argmin(np.abs(self.middles - middle)))
+        near = abs(self.middles[at] - middle) < _SAME_CYCLE * cycle.duration_s
+        return self.results[at] if near and self.results[at].cycle.complete else None
 
 
 def _refused(holes: Sequence[Hole], why: str) -> str:
@@ -129,9 +185,8 @@ def _holes_of(holes: Sequence[Hole], results: Sequence[CycleResult]) -> dict[int
     return own
 
 
-def _widened(record: Record, holes: Sequence[Hole]) -> Record:
-    """Return the record without the samples beside its holes; its first and last sample stay."""
-    keep = np.ones(record.time_s.size, dtype=bool)
+def _beside(record: Record, holes: Sequence[Hole]) -> NDArray[np.intp]:
+    """Return the samples beside holes, as many as make each twice as long."""
     starts = np.array([hole.start_s for hole in holes])
     ends = np.array([hole.end_s for hole in holes])
     more_s = WIDER * (ends - starts)
@@ -139,14 +194,18 @@ def _widened(record: Record, holes: Sequence[Hole]) -> Record:
     before = np.searchsorted(record.time_s, starts)
     after = np.searchsorted(record.time_s, ends)
     last = np.searchsorted(record.time_s, ends + more_s)
-    for a, b, c, d in zip(
-        np.minimum(first, before).tolist(),
-        before.tolist(),
-        after.tolist(),
-        np.maximum(last, after + 1).tolist(),
+    sides = zip(
+        np.concatenate((np.minimum(first, before), after)).tolist(),
+        np.concatenate((before + 1, np.maximum(last, after + 1))).tolist(),
         strict=True,
-    ):
-        keep[a : b + 1] = keep[c:d] = False
+    )
+    return np.concatenate([np.arange(a, b) for a, b in sides])
+
+
+def _without(record: Record, lost: NDArray[np.intp]) -> Record:
+    """Return the record without some samples; its first and last one stay."""
+    keep = np.ones(record.time_s.size, dtype=bool)
+    keep[lost] = False
     keep[[0, -1]] = True
     kept = np.flatnonzero(keep)
     return replace(
@@ -158,17 +217,6 @@ def _widened(record: Record, holes: Sequence[Hole]) -> Record:
         wire_difference_mm=None,
         breaks=tuple(np.searchsorted(kept, record.breaks).tolist()),
     )
-
-
-def _same_cycle(
-    cycle: Cycle, others: Sequence[CycleResult], middles: NDArray[np.float64]
-) -> CycleResult | None:
-    """Return the complete one of other cycles that lies where a cycle does."""
-    if not middles.size:
-        return None
-    at = int(np.argmin(np.abs(middles - 0.5 * (cycle.start_s + cycle.end_s))))
-    near = abs(middles[at] - 0.5 * (cycle.start_s + cycle.end_s)) < _SAME_CYCLE * cycle.duration_s
-    return others[at] if near and others[at].cycle.complete else None
 
 
 def _limits(result: CycleResult, other: CycleResult) -> dict[str, float]:

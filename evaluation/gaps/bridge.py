@@ -34,8 +34,9 @@ _REST_SAMPLES = 48
 """At most so many samples are put into a rest."""
 _BEYOND_RANGE = 0.25
 """A motion that would have gone on for this share of the record's range within the hole did stop."""
-_SET_BACK = 2
-"""So many samples in a row whose stamps lie in the past are a clock that was set: how long is not known."""
+_MORE_ROWS = 0.5
+"""Samples with stamps of the past leave; where less than this share of their own time is behind them when the
+stamps rise again, the clock was set, and how long that took is not known."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,11 @@ def bridged(record: Record) -> Bridged:
     breaks = np.array(record.breaks, dtype=np.intp)
     if not breaks.size:
         return Bridged(record)
-    unknown = _set_back(record, breaks)
+    unknown = _of_unknown_length(record, breaks)
     counts = unknown | _is_long(record.time_s, breaks)
     breaks, unknown = breaks[counts], unknown[counts]
     sampling = sampling_of(record.stroke_mm)
-    rest = _rests(record, breaks, sampling) & ~unknown
+    rest = _rests(record, breaks, sampling)
     filled, places = _filled(record, breaks, rest)
     length_s = record.time_s[breaks] - record.time_s[breaks - 1]
     wide = ~rest & (unknown | (length_s > WIDE * _shortest_stroke_s(filled, sampling)))
@@ -126,20 +127,21 @@ def _is_long(time_s: FloatArray, breaks: IndexArray) -> NDArray[np.bool_]:
     return np.asarray(step[at] > LONGER * np.nanmedian(around, axis=1))
 
 
-def _set_back(record: Record, breaks: IndexArray) -> NDArray[np.bool_]:
-    """Say at which breaks the clock was set back."""
-    ends_s = {
-        defect.end_s
-        for defect in record.defects
-        if defect.kind == "backward-time" and defect.samples >= _SET_BACK
-    }
-    if not ends_s:
+def _of_unknown_length(record: Record, breaks: IndexArray) -> NDArray[np.bool_]:
+    """Say at which breaks more samples left than time passed by their stamps: the clock was set."""
+    usual_s = float(np.median(np.diff(record.time_s))) / record.averaged
+    inside_s = [
+        0.5 * (d.start_s + d.end_s)
+        for d in record.defects
+        if d.unknown or (d.kind == "backward-time" and d.end_s - d.start_s < _MORE_ROWS * d.samples * usual_s)
+    ]
+    if not inside_s:
         return np.zeros(breaks.size, dtype=bool)
-    # Means over blocks have moments of their own: the break is the one that lies between.
-    sides = np.stack((record.time_s[breaks - 1], record.time_s[breaks]))
-    moments = np.array(sorted(ends_s))
+    moments = np.array(sorted(inside_s))
+    # Means over blocks have moments of their own: the break is the one that lies about it.
     return np.asarray(
-        np.searchsorted(moments, sides[1], side="right") > np.searchsorted(moments, sides[0], side="right")
+        np.searchsorted(moments, record.time_s[breaks], side="right")
+        > np.searchsorted(moments, record.time_s[breaks - 1])
     )
 
 

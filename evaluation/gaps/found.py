@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from evaluation.gaps.numbering import Numbering, numbering_of
 from evaluation.gaps.words import hole_warnings, with_gap_limits
 from evaluation.inertia import InertiaCorrection, InertiaForce, MovingMass, correct_inertia
 from evaluation.loops import CutLoops
+from evaluation.motion import Cycle, TurningPoint
 from evaluation.propagations import Propagations
 from evaluation.quantities import evaluate_cycles
 from evaluation.record import Record
@@ -78,6 +79,7 @@ def found_in(
     """
     bridge = bridged(record)
     cycles, first = find_with_harmonics(bridge.record, None if bridge.holes else turns)
+    cycles = _with_clock(cycles, record.moment_error_s)
     record, inertia, added = correct_inertia(bridge.record, cycles, *masses)
     # With inertia, force and so its harmonics are others than those that the cycles were found with.
     loops = CutLoops(record, [cycle for cycle in cycles if cycle.complete])
@@ -96,4 +98,20 @@ def found_in(
         bridge.holes,
         gaps,
         numbering_of(record, cycles, bridge.holes),
+    )
+
+
+def _with_clock(cycles: Sequence[Cycle], moment_error_s: float) -> tuple[Cycle, ...]:
+    """Return cycles whose turning points are known no better than the samples' moments (rectangular)."""
+    if moment_error_s == 0.0:
+        return tuple(cycles)
+    u_s = moment_error_s / float(np.sqrt(3.0))
+
+    def turn(own: TurningPoint) -> TurningPoint:
+        return own._replace(
+            u_time_s=float(np.hypot(own.u_time_s, u_s)), u_leave_s=float(np.hypot(own.u_leave_s, u_s))
+        )
+
+    return tuple(
+        cycle._replace(start=turn(cycle.start), top=turn(cycle.top), end=turn(cycle.end)) for cycle in cycles
     )

@@ -17,10 +17,15 @@ _FELL = 0.05
 
 @dataclass(frozen=True)
 class Doubt:
-    """From cycle ``first`` on numbers are not certain: what was not on record before it may hide a stroke."""
+    """From cycle ``first`` on numbers are not certain: what was not on record before it may hide a stroke.
+
+    It began at ``start_s``; ``unknown``: not even how long it lasted is known.
+    """
 
     first: int
     why: str
+    start_s: float
+    unknown: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,12 @@ def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole])
         length = "of unknown length" if hole.unknown else f"of {hole.length_s:.4g} s"
         fits = "" if hole.unknown else f" (the shortest on record takes {shortest_s:.3g} s)"
         why = f"the hole {length} after {hole.start_s:.6g} s may hide a stroke{fits}"
-        hidden.append(Doubt(behind[0] if behind else cycles[-1].index + 1, why))
+        first = behind[0] if behind else cycles[-1].index + 1
+        hidden.append(Doubt(first, why, hole.start_s, hole.unknown))
+    ended = [d for d in record.defects if d.kind == "backward-time" and d.start_s == d.end_s]
+    if ended:
+        why = f"{ended[-1].text}: what they show is not known"
+        hidden.append(Doubt(cycles[-1].index + 1, why, ended[-1].start_s, unknown=True))
     return Numbering(tuple(hidden), _begun(record, cycles))
 
 

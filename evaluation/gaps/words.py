@@ -11,6 +11,7 @@ from evaluation.gaps.bridge import Hole
 from evaluation.record import Record
 from evaluation.results import CycleResult
 
+_NEGLIGIBLE = 1e-5
 MOST_HOLES = 10
 """Holes that are named one by one in the warnings of a run; the rest are counted."""
 
@@ -45,7 +46,7 @@ def with_gap_limits(results: Sequence[CycleResult], gaps: GapBounds) -> list[Cyc
         replace(
             result,
             gap_limits=gaps.limits[result.cycle.index],
-            warnings=(*result.warnings, _note(gaps, result)),
+            warnings=(*result.warnings, *_note(gaps, result)),
         )
         if result.cycle.complete and result.cycle.index in gaps.limits
         else result
@@ -53,11 +54,15 @@ def with_gap_limits(results: Sequence[CycleResult], gaps: GapBounds) -> list[Cyc
     ]
 
 
-def _note(gaps: GapBounds, result: CycleResult) -> str:
-    """Return what is bridged in a cycle that is evaluated, and what that may change."""
+def _note(gaps: GapBounds, result: CycleResult) -> tuple[str, ...]:
+    """Return what is bridged in a cycle that is evaluated, and what that may change; nothing beside one."""
     holes, limits = gaps.holes[result.cycle.index], gaps.limits[result.cycle.index]
-    more = f" and {len(holes) - 1} more" if len(holes) > 1 else ""
-    energy = 100.0 * abs(limits["absorbed_energy_J"] / (result.quantities.absorbed_energy_J or float("inf")))
-    stroke = 100.0 * max(abs(limits["stroke_min_mm"]), abs(limits["stroke_max_mm"])) / result.cycle.range_mm
-    may = f"change the absorbed energy by {energy:.2g} % and the stroke by {stroke:.2g} %"
-    return f"interpolated across {holes[0].text}{more}: that may {may}, and is part of U"
+    energy = abs(limits["absorbed_energy_J"] / (result.quantities.absorbed_energy_J or float("inf")))
+    stroke = max(abs(limits["stroke_min_mm"]), abs(limits["stroke_max_mm"])) / result.cycle.range_mm
+    inside = [h for h in holes if h.end_s > result.cycle.start_s and h.start_s < result.cycle.end_s]
+    if not inside and max(energy, stroke) < _NEGLIGIBLE:
+        return ()
+    named = inside or holes
+    more = f" and {len(named) - 1} more" if len(named) > 1 else ""
+    may = f"change the absorbed energy by {100.0 * energy:.2g} % and the stroke by {100.0 * stroke:.2g} %"
+    return (f"interpolated across {named[0].text}{more}: that may {may}, and is part of U",)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from evaluation.requirements.decision import govern
 from evaluation.requirements.limit_set import Limit
 from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row, shown, unfilled_why
+from evaluation.requirements.strokes import why_not
 from evaluation.results import CycleResult, RequirementResult, Verdict
 
 
@@ -19,7 +20,7 @@ def judge_impact(case: Case) -> list[RequirementResult]:
     The category is that of the specimen; without one, or without a complete cycle, nothing can be concluded.
     """
     speed = _speed(case)
-    results = _energies(case)
+    results = _unless_missing(case, _energies(case))
     if speed is None:
         return results
     return [speed, *(govern(result, [speed]) for result in results)]
@@ -43,6 +44,17 @@ def _speed(case: Case) -> RequirementResult | None:
     return row(
         case, "impact-speed", None, text, limits, verdict, why, measured=speed, cited=cited, condition=True
     )
+
+
+def _unless_missing(case: Case, results: list[RequirementResult]) -> list[RequirementResult]:
+    """Return results inconclusive where a stroke happened that cannot be evaluated: it may be the impact."""
+    missing = next((stroke for stroke in case.strokes if not stroke.cycle.bounded), None)
+    if missing is None:
+        return results
+    return [
+        replace(r, verdict="inconclusive", conformance_probability=None, why=f"{r.why}; {why_not(missing)}")
+        for r in results
+    ]
 
 
 def _energies(case: Case) -> list[RequirementResult]:

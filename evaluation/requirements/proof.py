@@ -16,6 +16,7 @@ from evaluation.requirements.decision import govern
 from evaluation.requirements.limit_set import ProofLoad
 from evaluation.requirements.rows import Case, Limits, judged, row, shown
 from evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
+from evaluation.requirements.strokes import why_not
 from evaluation.results import RequirementResult
 
 PEAK_SAMPLES = 5
@@ -127,6 +128,9 @@ def _force(case: Case, load: ProofLoad) -> RequirementResult:
         condition=True,
     )
     why = f"{reached:.1f} kN reached" + (" in the weakest cycle" if repeated else "")
+    missing = next((stroke for stroke in case.strokes if not stroke.cycle.bounded), None)
+    if repeated and missing is not None:
+        return replace(result, verdict="inconclusive", why=f"{why}; {why_not(missing)}")
     if result.verdict in ("fail", "conditional-fail"):
         return replace(result, verdict="inconclusive", why=f"{why}: the test stopped short of the proof load")
     return replace(result, why=f"{why}; {result.why}")
