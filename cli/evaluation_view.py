@@ -51,23 +51,24 @@ def _rows(entry: Mapping[str, Any]) -> list[tuple[str, ...]]:
     """Return the row of a run, or one for each of its steps."""
     name, cycles, verdict = entry["run"]["id"], entry["cycles"], _verdict(entry)
     if not entry["steps"]:
-        return [_row(name, entry["summary"], cycles, verdict)]
+        return [_row(name, entry, cycles, verdict)]
     rows = []
     for step in entry["steps"]:
         own = [cycle for cycle in cycles if cycle["index"] in step["cycles"]]
-        rows.append(_row(f"{name}#{step['index']}", step["summary"], own, verdict))
+        rows.append(_row(f"{name}#{step['index']}", step, own, verdict))
     return rows
 
 
 def _row(
-    name: str, summary: Mapping[str, Any], cycles: Sequence[Mapping[str, Any]], verdict: str
+    name: str, part: Mapping[str, Any], cycles: Sequence[Mapping[str, Any]], verdict: str
 ) -> tuple[str, ...]:
+    summary = part["summary"]
+    warmest = (part.get("extremes") or {}).get("temperature_max_C") or {}
 
     def mean(name: str, digits: int) -> str:
         return figure((summary.get(name) or {}).get("value"), digits)
 
     expanded = (summary.get("damping") or {}).get("expanded_uncertainty")
-    reached = [cycle["temperature_C"]["max"] for cycle in cycles]
     return (
         name,
         f"{len(summary['cycles_used'])} of {len(cycles)}",
@@ -77,7 +78,7 @@ def _row(
         mean("absorbed_energy_J", 0),
         mean("damping", 3) + (f" ± {expanded:.3f}" if expanded is not None else ""),
         mean("tangent_stiffness_kN_per_mm", 2),
-        figure(max((value for value in reached if value is not None), default=None), 1),
+        figure(warmest.get("value"), 1),
         verdict,
     )
 

@@ -17,6 +17,7 @@ from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import (
     CycleResult,
+    Extreme,
     Options,
     Quantities,
     RequirementResult,
@@ -168,6 +169,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "cycles": [_cycle(result) for result in run.cycles],
         "summary": None if run.steps else _summary(run.summary),
         "steps": [_step(step) for step in run.steps],
+        "extremes": _extremes(run.extremes),
         "requirements": [_requirement(row) for row in run.requirements],
         "verdict": run.verdict,
         "warnings": list(run.warnings),
@@ -205,6 +207,7 @@ def _step(step: StepResult) -> dict[str, Any]:
         "end_s": step.end_s,
         "cycles": list(step.cycles),
         "summary": _summary(step.summary),
+        "extremes": _extremes(step.extremes),
         "half_width_95": _half_widths(step.summary),
         "budget": budget_entry(step.budget),
         "skew_sensitivity": plain(step.skew_sensitivity),
@@ -224,6 +227,23 @@ def _cycle(result: CycleResult) -> dict[str, Any]:
         "temperature_C": {"start": figures.temperature_start_C, "max": figures.temperature_max_C},
         "expanded_uncertainty": dict(result.expanded_uncertainty),
         "why": list(cycle.why),
+    }
+
+
+def _extremes(extremes: Mapping[str, Extreme]) -> dict[str, Any]:
+    return {name: _extreme(extreme) for name, extreme in extremes.items()}
+
+
+def _extreme(extreme: Extreme) -> dict[str, Any]:
+    return {
+        "value": extreme.value,
+        "expanded_uncertainty": extreme.expanded_uncertainty,
+        "coverage_factor": extreme.coverage_factor,
+        "half_width_95": extreme.half_width_95,
+        "time_s": extreme.time_s,
+        "channel": extreme.channel,
+        "cycle": extreme.cycle,
+        "doubt": extreme.doubt,
     }
 
 

@@ -28,14 +28,14 @@ def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
 
 
 def _impact(run: RunEvaluation) -> dict[str, float | None] | None:
-    """Return speed and mass as stated, and the largest force on record; None of any other kind of run."""
+    """Return speed and mass as stated, and the greatest force on record; None of any other kind of run."""
     if run.facts.kind != "impact":
         return None
-    forces = [q.force_max_kN for c in run.cycles if (q := c.quantities).force_max_kN is not None]
+    greatest = run.extremes.get("force_max_kN")
     return {
         "speed_km_h": run.facts.impact_speed_km_h,
         "mass_t": run.facts.impact_mass_t,
-        "force_max_kN": max(forces, default=None),
+        "force_max_kN": None if greatest is None else greatest.value,
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -16,8 +16,9 @@ from evaluation.channels.joined import are_apart, joined
 from evaluation.channels.rows import is_stamped
 from evaluation.channels.sensors import said, true_readings
 from evaluation.choices import ForceCell
+from evaluation.extremes import peaks_of
 from evaluation.long_runs import Bounds, long_record, on_time, thinned
-from evaluation.record import FloatArray, Record, Temperature, make_record
+from evaluation.record import Ends, FloatArray, Record, Temperature, make_record
 from evaluation.results import RunFacts
 from foundation.channel import Channel, ChannelUncertainty
 from foundation.errors import BadInput
@@ -150,7 +151,7 @@ def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tup
             temperatures=temperatures,
             clock_s=together.clock_s,
         )
-        return record, together.problems
+        return replace(record, ends=together.ends), together.problems
     stroke = run.series("stroke" if len(wires) > 1 else wires[0] if wires else "stroke")
     time_s = stroke.time_s
     stream = run.stream_of("stroke")
@@ -200,8 +201,9 @@ def _temperatures(run: Run, bounds: Bounds) -> tuple[Temperature, ...]:
         for channel in stream.channels.values():
             if channel.quantity != "temperature" or stream.rows == 0:
                 continue
+            ends = None
             if stream.rows > bounds.whole_rows:
-                series = thinned(run, channel.name, bounds)
+                series, ends = thinned(run, channel.name, bounds, _true_ends(channel.unit))
             else:
                 series = run.series(channel.name)
             shown_C = to_inside(series.value, "temperature", series.unit)
@@ -215,9 +217,21 @@ def _temperatures(run: Run, bounds: Bounds) -> tuple[Temperature, ...]:
                     place=channel.place,
                     accuracy_C=channel.uncertainty.zero,
                     faults=faults,
+                    ends=ends,
                 )
             )
     return tuple(found)
+
+
+def _true_ends(unit: str) -> Callable[[Series], Ends | None]:
+    """Return what gives the least and greatest true reading of a stretch of a thermometer [°C]."""
+
+    def ends(series: Series) -> Ends | None:
+        shown_C = to_inside(series.value, "temperature", unit)
+        true, faults = true_readings(series.time_s, shown_C)
+        return peaks_of(series.time_s[true], shown_C[true]) if faults else peaks_of(series.time_s, shown_C)
+
+    return ends
 
 
 def _roles(metadata: Mapping[str, Any]) -> dict[str, str]:
@@ -253,6 +267,7 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         force_identity=identity_of(channels["force"], occasion) if "force" in channels else None,
         stroke_identities=tuple(identity_of(wire, occasion) for wire in there),
         stand=occasion.stand,
+        speed_uncertainty=_stated(channels["speed"]) if "speed" in channels else None,
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         moving_mass_kg=moving_mass_kg(run.metadata),
         moving_mass_accuracy_percent=_stand_number(run.metadata, "moving_mass_accuracy_percent"),

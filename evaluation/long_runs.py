@@ -7,8 +7,8 @@ cycles.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +20,8 @@ from evaluation.channels.pieces import Pieces
 from evaluation.channels.rows import is_stamped
 from evaluation.condense import block_means, block_starts
 from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
-from evaluation.record import Record, check_usable, with_own_steps
+from evaluation.extremes.peaks import joined, peaks_of
+from evaluation.record import Ends, Record, check_usable, with_own_steps
 from evaluation.splines import moved, moved_evenly
 from foundation.units import to_inside
 from recording.run import Run, Series, mean_stroke
@@ -75,7 +76,8 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     cleaner = Cleaner(_longest_usual_step_s(run, stream.name, bounds.piece_rows))
     columns = 3 + (len(wires) > 1) + run.has("speed")
     blocks = _Blocks(size, columns, stream.rows)
-    first, low_mm, high_mm = 0, np.inf, -np.inf
+    first = 0
+    ends: dict[str, Ends] = {}
     known = [] if is_stamped(run.metadata, stream.name) else run.gaps(stream.name)
     gaps = np.array(known, dtype=np.int64).reshape(-1, 2)
     apart = Pieces(run, wires, bounds.piece_rows) if are_of_streams(run, wires) else None
@@ -85,9 +87,9 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
         own = gaps[(gaps[:, 0] + 1 >= first) & (gaps[:, 0] + 1 < last)]
         lost = [(row + 1 - first, samples) for row, samples in own.tolist()]
         kept, breaks = cleaner.take(piece[0], piece[1], piece[2], lost)
-        blocks.take(piece[:, kept], breaks)
-        low_mm = min(low_mm, float(np.min(piece[1, kept], initial=np.inf)))
-        high_mm = max(high_mm, float(np.max(piece[1, kept], initial=-np.inf)))
+        usable = piece[:, kept]
+        blocks.take(usable, breaks)
+        _note_ends(ends, usable, breaks.tolist(), two_wires=len(wires) > 1, speed=run.has("speed"))
         first = last
     problems = apart.problems() if apart else ()
     check_usable(cleaner)
@@ -104,7 +106,35 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     )
     if size == 1 and not cleaner.even:
         record = with_own_steps(record)
-    return record, (*problems, *_hidden_cycles(record, high_mm - low_mm))
+    if apart:
+        ends |= _own_ends(run, bounds.piece_rows)
+    hidden = _hidden_cycles(record, ends["stroke"][1].value - ends["stroke"][0].value)
+    return replace(record, ends={} if size == 1 and not apart else ends), (*problems, *hidden)
+
+
+def _own_ends(run: Run, rows: int) -> dict[str, Ends]:
+    """Return the least and greatest force as it was read, which may be more often than the stroke."""
+    unit = run.stream_of("force").channels["force"].unit
+    ends: Ends | None = None
+    for block in run.blocks(["force"], rows):
+        series = block["force"]
+        ends = joined(ends, peaks_of(series.time_s, to_inside(series.value, "force", unit)))
+    return {} if ends is None else {"force": ends}
+
+
+def _note_ends(
+    ends: dict[str, Ends], piece: FloatArray, breaks: Sequence[int], *, two_wires: bool, speed: bool
+) -> None:
+    """Take the least and greatest samples of a piece, shape (columns, N), into those of the run so far."""
+    columns = {"stroke": piece[1], "force": piece[2]}
+    if two_wires:
+        columns |= {"stroke_1": piece[1] + 0.5 * piece[3], "stroke_2": piece[1] - 0.5 * piece[3]}
+    if speed:
+        columns["speed"] = piece[-1]
+    for name, values in columns.items():
+        known = joined(ends.get(name), peaks_of(piece[0], values, breaks))
+        if known is not None:
+            ends[name] = known
 
 
 def _hidden_cycles(record: Record, range_mm: float) -> tuple[str, ...]:
@@ -270,8 +300,18 @@ def _longest_usual_step_s(run: Run, stream: str, rows: int) -> float:
     return usual_limit_s(float(median_s), float(high_s))
 
 
-def thinned(run: Run, channel: str, bounds: Bounds) -> Series:
-    """Return a slow channel that was recorded fast: every k-th of its samples.
+def thinned(
+    run: Run, channel: str, bounds: Bounds, ends_of: Callable[[Series], Ends | None]
+) -> tuple[Series, Ends | None]:
+    """Return a slow channel that was recorded fast: every k-th of its samples, and the ends of all of them.
+
+    Parameters
+    ----------
+    run : Run
+    channel : str
+    bounds : Bounds
+    ends_of : callable
+        Gives the least and the greatest of a stretch of samples.
 
     Raises
     ------
@@ -281,9 +321,11 @@ def thinned(run: Run, channel: str, bounds: Bounds) -> Series:
     stream = run.stream_of(channel)
     stride = -(-stream.rows // bounds.readings)
     times, values, skipped = [], [], 0
+    ends: Ends | None = None
     for block in run.blocks([channel], bounds.piece_rows):
         series = block[channel]
+        ends = joined(ends, ends_of(series))
         times.append(series.time_s[skipped::stride].copy())
         values.append(series.value[skipped::stride].copy())
         skipped = (skipped - series.value.size) % stride
-    return Series(np.concatenate(times), np.concatenate(values), stream.channels[channel].unit)
+    return Series(np.concatenate(times), np.concatenate(values), stream.channels[channel].unit), ends

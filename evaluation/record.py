@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -25,6 +25,29 @@ _BY_EVENT = (
 
 
 @dataclass(frozen=True, eq=False)
+class Peak:
+    """The least or the greatest sample of a channel.
+
+    Attributes
+    ----------
+    value, time_s : float
+    near : array, shape (K,)
+        The samples about it, itself among them, none beyond a break.
+    at : int
+        Its place in ``near``.
+    """
+
+    value: float
+    time_s: float
+    near: FloatArray
+    at: int
+
+
+Ends = tuple[Peak, Peak]
+"""The least and the greatest sample."""
+
+
+@dataclass(frozen=True, eq=False)
 class Temperature:
     """A temperature channel on its own time base: ``time_s`` (N,), ``temperature_C`` (N,)."""
 
@@ -37,6 +60,8 @@ class Temperature:
     """Limit of the sensor's error, where it is known."""
     faults: tuple[SensorFault, ...] = ()
     """What it showed besides that is no reading; it is not among ``temperature_C``."""
+    ends: Ends | None = None
+    """Of all its readings, where those that are here were picked from more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +88,9 @@ class Record:
         Limit of the error of a sample's moment, where its stamp was rounded.
     notes : tuple of str
         What was understood of how the record was written, in words.
+    ends : mapping of str to (Peak, Peak)
+        Where the samples are means, or are brought to other instants: the least and the greatest sample as
+        recorded, by channel (``force``, ``stroke``, ``speed``; of two draw wires also ``stroke_1`` …).
     """
 
     time_s: FloatArray
@@ -76,6 +104,7 @@ class Record:
     averaged: int = 1
     moment_error_s: float = 0.0
     notes: tuple[str, ...] = ()
+    ends: Mapping[str, Ends] = field(default_factory=dict)
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""

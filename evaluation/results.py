@@ -56,6 +56,8 @@ class RunFacts:
     """One entry a draw wire, as ``stroke_uncertainty``; empty: nothing is known."""
     stand: str = ""
     """Id of the stand; empty where the record names none."""
+    speed_uncertainty: ChannelUncertainty | None = None
+    """Of a measured speed channel, where there is one and it states any."""
     force_delay_s: float = 0.0
     """``delay_s`` of the force channel, as applied [s]."""
     moving_mass_kg: float | None = None
@@ -171,6 +173,51 @@ class Measured:
     """Standard uncertainty of the mean by what its cycles scatter beyond their noise; part of the above."""
 
 
+EXTREME_NAMES = (
+    "force_min_kN",
+    "force_max_kN",
+    "stroke_min_mm",
+    "stroke_max_mm",
+    "speed_max_mm_per_s",
+    "speed_loading_max_mm_per_s",
+    "speed_unloading_max_mm_per_s",
+    "temperature_min_C",
+    "temperature_max_C",
+)
+"""Every extreme of a run, by its name in the document."""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The least or greatest value of a quantity over all samples of a run.
+
+    Attributes
+    ----------
+    value : float or None
+        None where the record has no such channel.
+    time_s : float or None
+        When, from the run's start.
+    expanded_uncertainty, half_width_95 : float or None
+        U = 2 u, and the half-width of the 95 % coverage interval.
+    channel : str
+        Where it was read: ``force``, ``stroke``, ``speed``, or a temperature channel. A speed of ``stroke``
+        is its derivative.
+    cycle : int or None
+        In which cycle; None outside of all.
+    doubt : str
+        Why it may be no value of the specimen; empty where nothing speaks against it.
+    """
+
+    value: float | None = None
+    time_s: float | None = None
+    expanded_uncertainty: float | None = None
+    half_width_95: float | None = None
+    channel: str = ""
+    cycle: int | None = None
+    doubt: str = ""
+    coverage_factor: float = 2.0
+
+
 @dataclass(frozen=True)
 class Summary:
     """Means over the cycles used; ``values`` by name of quantity."""
@@ -196,6 +243,8 @@ class StepResult:
     skew_sensitivity: SkewSensitivity | None = None
     mean_loop: MeanLoop | None = None
     shared_errors: SharedErrors | None = None
+    extremes: Mapping[str, Extreme] = field(default_factory=dict)
+    """Of all samples from ``start_s`` to ``end_s``."""
 
 
 @dataclass(frozen=True)
@@ -254,6 +303,8 @@ class RunEvaluation:
     """What the means owe to errors that other runs have, too; None where nothing was propagated."""
     steps: tuple[StepResult, ...] = ()
     """Of a run with several steps each one; ``summary`` is without values then. Empty for all other runs."""
+    extremes: Mapping[str, Extreme] = field(default_factory=dict)
+    """Least and greatest of all samples, by name; ``summary`` has means over cycles."""
 
 
 @dataclass(frozen=True)

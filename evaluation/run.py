@@ -10,6 +10,7 @@ from dataclasses import replace
 from evaluation.across_runs.shared import Regression, SharedErrors
 from evaluation.condense import condensed_for
 from evaluation.error_model import draw_errors, missing_facts
+from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
 from evaluation.gaps.found import found_in
 from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.record import FloatArray, Record
@@ -76,8 +77,8 @@ def _collecting_later() -> Iterator[None]:
 
 
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
-    record, facts, wires = check_wires(record, facts)
-    record, turns, coarse = condensed_for(record, facts.kind)
+    samples, facts, wires = check_wires(record, facts)
+    record, turns, coarse = condensed_for(samples, facts.kind)
     interval_s = limits.conditions.reading_interval_max_s
     found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
@@ -101,7 +102,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ())]
     warnings += found.warnings
     warnings += _record_warnings(record, facts, results, division)
-    if complete:
+    if samples.time_s.size:
         warnings += missing_facts(*stated) if options.draws else [_NOT_DRAWN]
     warnings += _cycle_warnings(results)
 
@@ -135,6 +136,11 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         )
         requirements = judge(case)
     warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
+    inertial = None if added is None else (record.time_s, added.added_kN)
+    recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty)
+    extremes = run_extremes(recorded, results, draws)
+    warnings += extreme_warnings(extremes, warnings, drawn=draws is not None)
+    steps = [replace(one, extremes=step_extremes(recorded, one, results, draws)) for one in whole.steps]
     warnings += missing_warnings(results, whole, requirements, wires, _numbered)
     return RunEvaluation(
         facts=facts,
@@ -151,8 +157,9 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         draw_wires=wires,
         inertia_correction=found.inertia,
         mean_loop=whole.mean_loop,
-        steps=whole.steps,
+        steps=tuple(steps),
         shared_errors=_with_judged(whole.shared_errors, requirements),
+        extremes=extremes,
     )
 
 

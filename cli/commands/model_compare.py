@@ -113,7 +113,7 @@ def _show_runs(runs: list[MeasuredRun], checks: list[RunCheck]) -> None:
             ("cycles", "right"),
             ("damping", "right"),
             ("model", "right"),
-            ("peak kN", "right"),
+            ("top kN", "right"),
             ("model", "right"),
             ("rms kN", "right"),
             ("worst %", "right"),

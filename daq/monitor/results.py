@@ -22,11 +22,12 @@ from recording.runfile import open_run
 LOOP_ROWS = 1500
 """Rows of a loop on the screen."""
 SHOWN = (
-    "stroke_min_mm", "stroke_max_mm", "amplitude_mm", "frequency_Hz", "force_max_kN", "damping",
-    "tangent_stiffness_kN_per_mm", "stored_energy_J", "absorbed_energy_J", "temperature_start_C",
-    "temperature_max_C",
+    "amplitude_mm", "frequency_Hz", "damping", "tangent_stiffness_kN_per_mm", "stored_energy_J",
+    "absorbed_energy_J", "temperature_start_C",
 )  # fmt: skip
-"""Values of the summary that a page shows."""
+"""Values of the summary that a page shows, means over cycles …"""
+EXTREMES = ("stroke_max_mm", "force_max_kN", "temperature_max_C")
+"""… and greatest values over all samples of the run."""
 
 
 def describe(path: Path, root: Path) -> dict[str, Any]:
@@ -41,6 +42,7 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
         "started_utc": facts.started_utc,
         "problem": facts.problem,
         "summary": {},
+        "extremes": {},
         "requirements": [],
         "warnings": [],
         "verdict": None,
@@ -59,6 +61,7 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
         entry, _ = evaluate_entry(path)
         summary = entry["summary"] or {}
         content["summary"] = {name: summary[name] for name in SHOWN if summary.get(name)}
+        content["extremes"] = {name: entry["extremes"][name] for name in EXTREMES}
         content["verdict"], content["warnings"] = entry["verdict"], entry["warnings"]
         content["requirements"] = entry["requirements"]
         content["cycles"] = len(entry["cycles"])

@@ -81,6 +81,7 @@ class _Entry(_Part):
     verdict: str | None
     steps: list[_Step] | None = None
     shared_errors: _Shared = None
+    extremes: dict[str, _Figure] | None = None
 
 
 class _Software(_Part):
@@ -326,6 +327,11 @@ def _moves(old: Entry, new: Entry, *, cycles: bool) -> Iterator[Move]:
                     for summary, own in zip((before, after), errors, strict=True)
                 )
                 yield from _moved(f"{_id(new)}{part}", name, None, one, other, same_content=same)
+    extremes = [known for entry in (old, new) if (known := entry.get("extremes")) is not None]
+    if len(extremes) == 2:  # earlier versions wrote none
+        for name in dict.fromkeys((*extremes[0], *extremes[1])):
+            one, other = (_value(known.get(name), None, name) for known in extremes)
+            yield from _moved(_id(new), f"extreme_{name}", None, one, other, same_content=same)
     used = [
         {index for summary in known.values() for index in summary.get("cycles_used") or ()}
         for known in summaries

@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from evaluation.archive.evaluate import ArchiveEvaluation
 from evaluation.archive.kept import KeptRun
 from evaluation.conformity import Purpose
+from evaluation.results import EXTREME_NAMES
 from evaluation.summary import SUMMARY_NAMES
 from recording.index import PLANNED, RECORDED
 from recording.query import Field
 
 _UNIT = re.compile(r"_(mm_per_s|kN_per_mm|mm|kN|Hz|J|C)$")
-RESULTS = ("verdict", "purpose", *(f"measured_{name}" if name in PLANNED else name for name in SUMMARY_NAMES))
-"""Facts that only an evaluation gives."""
+
+
+def _mean_name(name: str) -> str:
+    """Return the name under which the mean of a figure is asked for, where its own means something else."""
+    if name in PLANNED:
+        return f"measured_{name}"
+    return f"mean_{name}" if name in EXTREME_NAMES else name
+
+
+RESULTS = ("verdict", "purpose", *EXTREME_NAMES, *(_mean_name(name) for name in SUMMARY_NAMES))
+"""Facts that only an evaluation gives: ``…_max`` and ``…_min`` are extremes of the run, others are means."""
 
 
 _TEXTS = ("verdict", "purpose")
@@ -35,19 +45,22 @@ FIELDS: Mapping[str, Field] = _fields()
 def result_facts(run: KeptRun, purpose: Purpose | None = None) -> list[dict[str, Any]]:
     """Return what its evaluation says of a run, by the names in :data:`RESULTS`.
 
-    One set of facts; of a run with several steps one each, and ``part`` is the number of the step then (else
-    None).
+    One set of facts. Of a run with several steps one each, and ``part`` is the number of the step then (else
+    None); and one of the run as a whole, which has extremes and nothing else: they may lie between steps.
     """
     facts = run.facts
     common = {"verdict": facts["verdict"], "purpose": None if purpose is None else purpose.purpose}
-    return [
-        {**common, "part": part.get("index"), **_means(part["means"])}
-        for part in facts["steps"] or [{"means": facts["means"]}]
-    ]
+    parts = [{**common, "part": part.get("index"), **_figures(part)} for part in facts["steps"] or [facts]]
+    return [*parts, {"part": None, **_extremes(facts)}] if facts["steps"] else parts
 
 
-def _means(means: Mapping[str, Sequence[float | None]]) -> dict[str, float | None]:
-    return {f"measured_{n}" if n in PLANNED else n: means[n][0] for n in SUMMARY_NAMES if n in means}
+def _figures(part: Mapping[str, Any]) -> dict[str, float | None]:
+    means = part["means"]
+    return {**{_mean_name(n): means[n][0] for n in SUMMARY_NAMES if n in means}, **_extremes(part)}
+
+
+def _extremes(part: Mapping[str, Any]) -> dict[str, float | None]:
+    return {name: extreme[0] for name, extreme in part["extremes"].items()}
 
 
 def results_by_path(evaluation: ArchiveEvaluation) -> dict[str, list[dict[str, Any]]]:

@@ -22,7 +22,7 @@ from evaluation.across_runs.shared import shared_of
 from evaluation.conformity import Candidate, Purpose, candidate_of
 from evaluation.document import LIGHT, run_entry
 from evaluation.mean_loop import MeanLoop
-from evaluation.results import Measured, RunEvaluation, RunFacts, StepResult, Summary
+from evaluation.results import Extreme, Measured, RunEvaluation, RunFacts, StepResult, Summary
 from evaluation.table import NUMBERS, cycle_numbers, cycle_rows
 
 _HEAD = '{"run":{'
@@ -167,6 +167,7 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
         "status": run.facts.status,
         "cycles": len(run.cycles),
         **_of_summary(run.summary, run.mean_loop),
+        "extremes": _of_extremes(run.extremes),
         "steps": [
             {
                 "index": step.index,
@@ -174,6 +175,7 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
                 "end_s": step.end_s,
                 "cycles": list(step.cycles),
                 **_of_summary(step.summary, step.mean_loop),
+                "extremes": _of_extremes(step.extremes),
                 "shared_errors": None if step.shared_errors is None else step.shared_errors.entry(),
             }
             for step in run.steps
@@ -185,6 +187,10 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
         "warnings": len(run.warnings),
         "shared_errors": entry["shared_errors"],
     }
+
+
+def _of_extremes(extremes: Mapping[str, Extreme]) -> dict[str, Any]:
+    return {n: (e.value, e.expanded_uncertainty, e.time_s, bool(e.doubt)) for n, e in extremes.items()}
 
 
 def _of_summary(summary: Summary, loop: MeanLoop | None) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from evaluation.archive.evaluate import ArchiveEvaluation
 from evaluation.archive.kept import KeptRun
 from evaluation.conformity import Purpose
+from evaluation.results import EXTREME_NAMES
 from evaluation.summary import SUMMARY_NAMES
 from evaluation.table import OfRun, check_table_name, cycle_frame, write_cycle_csv, write_cycles, write_frames
 
@@ -55,7 +56,8 @@ def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
     Columns: ``run``, ``path``, ``kind``, ``specimen``, ``started``, ``status``, ``verdict``, ``purpose``,
     ``cycles``, ``cycles_used``, the means by their names in the summary, ``U(…)`` of each, ``warnings``, the
     number of requirements of each verdict, ``limit_set``, ``problem``, ``sha256``, ``settings_sha256``,
-    ``version``, ``part``.
+    ``version``, ``part``, and the extremes of all samples (``extreme_force_max_kN`` …) with ``U(…)`` and
+    ``time_s(…)`` of each.
     """
     import pandas as pd  # noqa: PLC0415
 
@@ -66,7 +68,7 @@ def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
     rows += [{"path": failure.path, "problem": failure.problem} for failure in evaluation.failures]
     trace = {"settings_sha256": evaluation.settings.sha256, "version": evaluation.software.text}
     table = pd.DataFrame([row | trace for row in rows], columns=list(RUN_COLUMNS))
-    numbers = [*SUMMARY_NAMES, *(f"U({name})" for name in SUMMARY_NAMES)]
+    numbers = [*SUMMARY_NAMES, *(f"U({name})" for name in SUMMARY_NAMES), *_EXTREME_COLUMNS]
     counts = ["part", "cycles", "cycles_used", "warnings", *_VERDICT_COLUMNS.values()]
     return table.astype(dict.fromkeys(numbers, "float64") | dict.fromkeys(counts, "Int64"))
 
@@ -77,6 +79,9 @@ _VERDICT_COLUMNS = {
         "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
     )
 }  # fmt: skip
+_EXTREME_COLUMNS = tuple(
+    column.format(f"extreme_{name}") for name in EXTREME_NAMES for column in ("{}", "U({})", "time_s({})")
+)
 RUN_COLUMNS = (
     *("run", "path", "kind", "specimen", "started", "status", "verdict", "purpose", "cycles", "cycles_used"),
     *SUMMARY_NAMES,
@@ -84,6 +89,7 @@ RUN_COLUMNS = (
     "warnings",
     *_VERDICT_COLUMNS.values(),
     *("limit_set", "problem", "sha256", "settings_sha256", "version", "part"),
+    *_EXTREME_COLUMNS,
 )
 
 
@@ -105,6 +111,7 @@ def _means(part: Mapping[str, Any]) -> dict[str, Any]:
         "cycles_used": len(part["cycles_used"]),
         **{name: mean[0] for name, mean in part["means"].items()},
         **{f"U({name})": mean[1] for name, mean in part["means"].items()},
+        **dict(zip(_EXTREME_COLUMNS, _extreme_numbers(part["extremes"]), strict=True)),
     }
 
 
@@ -128,6 +135,11 @@ def _run_row(run: KeptRun, purpose: Purpose) -> dict[str, Any]:
         **{column: judged.get(verdict, 0) for verdict, column in _VERDICT_COLUMNS.items()},
         "limit_set": None if facts["limit_set"] is None else facts["limit_set"]["id"],
     }
+
+
+def _extreme_numbers(extremes: Mapping[str, Any]) -> Iterator[float | None]:
+    for name in EXTREME_NAMES:
+        yield from extremes.get(name, (None, None, None))[:3]
 
 
 def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path | None) -> None:

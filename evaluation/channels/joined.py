@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from evaluation.channels.bring import bring, same_instants, usable, usual_step_s
 from evaluation.channels.rates import Rates, Readings, Seen, within
 from evaluation.channels.rows import Rows, readings_of, without_blanks
+from evaluation.extremes.peaks import peaks_of
+from evaluation.record import Ends
 from foundation.errors import BadInput
 from foundation.units import to_inside
 from recording.run import Run, Series
@@ -32,6 +34,8 @@ class Joined:
     problems : tuple of str
     clock_s : float
         Step of the clock, where readings share its stamps.
+    ends : mapping of str to (Peak, Peak)
+        Least and greatest reading of each channel among its own, also of those that are left out.
     """
 
     time_s: FloatArray
@@ -41,6 +45,7 @@ class Joined:
     speed_mm_per_s: FloatArray | None
     problems: tuple[str, ...] = ()
     clock_s: float = 0.0
+    ends: Mapping[str, Ends] = field(default_factory=dict)
 
 
 def channels_of(run: Run, wires: Sequence[str]) -> list[str]:
@@ -114,7 +119,15 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         None if speed is None else speed[common],
         tuple(problems),
         clock_s,
+        _ends(readings, Readings(base.time_s, stroke), wires),
     )
+
+
+def _ends(readings: Mapping[str, Readings], stroke: Readings, wires: Sequence[str]) -> dict[str, Ends]:
+    columns = {name: each for name, each in readings.items() if len(wires) > 1 or name not in wires}
+    columns["stroke"] = stroke
+    found = {name: peaks_of(each.time_s, each.value) for name, each in columns.items()}
+    return {name: ends for name, ends in found.items() if ends is not None}
 
 
 def _readings(run: Run, names: Sequence[str]) -> tuple[dict[str, Readings], float]:

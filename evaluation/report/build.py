@@ -130,7 +130,7 @@ def _summary(source: Source) -> Section:
     if others:
         sentence += f" Of the other {others} nothing is required: they state characteristics."
     damping = [value for run in source.runs if (value := run.result("damping")) is not None]
-    forces = [value for run in source.runs if (value := run.result("force_max_kN")) is not None]
+    forces = [one.value for run in source.runs if (one := run.extreme("force_max_kN")) and one.value]
     if forces:
         sentence += f" Greatest force {max(forces):.1f} kN."
     if damping:

@@ -21,7 +21,7 @@ from evaluation.report.source import ReportRun, runs_text
 from evaluation.report.verdicts import name_of, run_verdict_cell
 
 _QUANTITIES = (
-    ("force_max_kN", "Force max.", "kN"),
+    ("force_max_kN", "Largest force of a cycle, mean", "kN"),
     ("stored_energy_J", "Stored energy Wₛ", "J"),
     ("absorbed_energy_J", "Absorbed energy Wₐ", "J"),
     ("damping", "Damping Wₐ/Wₛ", "–"),
@@ -70,10 +70,21 @@ def compared_of(conditions: Sequence[Condition]) -> list[Compared]:
             Compared(condition, name, words, unit, tuple(_summary_value(run, name) for run in condition.runs))
             for name, words, unit in _QUANTITIES
         ]
+        rows.insert(0, _greatest_force(condition))
         rows += _to_common_stroke(condition)
         rows += _windows(condition)
         found += [row for row in rows if sum(value is not None for value in row.values) > 1]
     return found
+
+
+def _greatest_force(condition: Condition) -> Compared:
+    """Return the greatest force of all samples of each side."""
+    found = [None if run is None else run.extreme("force_max_kN") for run in condition.runs]
+    values = tuple(
+        None if one is None or one.value is None else Value(one.value, one.expanded_uncertainty)
+        for one in found
+    )
+    return Compared(condition, "extreme_force_max_kN", "Force max. of all samples", "kN", values)
 
 
 def _summary_value(run: ReportRun | None, name: str) -> Value | None:

@@ -88,12 +88,19 @@ def _required(
 
 def _speed(source: Source) -> tuple[Cell, ...]:
     speeds = {
-        run.number: max(values)
+        run.number: value
         for run in source.runs
-        if run.kind == "harmonic" and (values := [v for cycle in run.cycles for v in _speeds(cycle)])
+        if run.kind == "harmonic" and (value := _greatest_speed(run)) is not None
     }
-    shown = _span(list(speeds.values()), 1) if speeds else _missing("no harmonic run has a complete cycle")
+    shown = _span(list(speeds.values()), 1) if speeds else _missing("no harmonic run shows a speed")
     return _row("Greatest speed of harmonic runs", shown, "mm/s", speeds)
+
+
+def _greatest_speed(run: ReportRun) -> float | None:
+    """Return the greatest speed of all samples; of the cycles where the document has no extremes."""
+    if (extreme := run.extreme("speed_max_mm_per_s")) is not None:
+        return extreme.value
+    return max((value for cycle in run.cycles for value in _speeds(cycle)), default=None)
 
 
 def _speeds(cycle: Mapping[str, Any]) -> list[float]:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
+from evaluation.extremes import sample_extremes
 from evaluation.record import Record
 from evaluation.report.content import DASH, Cell
 from evaluation.report.fields import ReportFields
 from evaluation.report.numbers import moment_of, usable
 from evaluation.requirements.limit_set import LimitSet
+from evaluation.results import Extreme
 
 if TYPE_CHECKING:  # that module answers to the runs defined here
     from evaluation.report.modelled import Modelled
 
 NOT_RECORDED = "not recorded in the run file"
+_OF_EXTREME = tuple(each.name for each in fields(Extreme))
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,6 +192,18 @@ class ReportRun:
             return usable(entry.get("value")) if isinstance(entry, Mapping) else usable(entry)
         cycle = self.shown_cycle() if self.cycles_used else None
         return None if cycle is None else usable(cycle.get(name))
+
+    def extreme(self, name: str) -> Extreme | None:
+        """Return an extreme of all samples (``force_max_kN`` …), or None where there is none.
+
+        An evaluation document of an earlier version has no extremes: they are the samples' own then.
+        """
+        known = self.evaluated.get("extremes")
+        if isinstance(known, Mapping):
+            entry = known.get(name) or {}
+            value = usable(entry.get("value"))
+            return None if value is None else Extreme(**{key: entry[key] for key in _OF_EXTREME})
+        return None if self.record is None else sample_extremes(self.record).get(name)
 
     def shown_cycle(self) -> Mapping[str, Any] | None:
         """Return the cycle that stands for the run: the last one used, else the last complete one."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from evaluation.report.content import DASH, Cell, Column, Section, Table
+from evaluation.report.extremes import extremes_table
 from evaluation.report.numbers import measured_cell, moment_text, quantity_cell, usable
 from evaluation.report.source import NOT_RECORDED, ReportRun, Source
 from evaluation.report.verdicts import run_verdict_cell
@@ -87,7 +88,8 @@ def runs_section(source: Source) -> Section:
             Column("Verdict"),
         ),
         tuple(_result(part) for run in source.runs for part in run.parts),
-        note="Means over the cycles used; U = k u with coverage factor k = 2. The tangent stiffness is the "
+        note="Means over the cycles used, but for Force max. and Temperature max., which are those of all "
+        "samples of the run; U = k u with coverage factor k = 2. The tangent stiffness is the "
         "slope of the loading branch at the cycle’s mean stroke. Prestress is the mean stroke, amplitude "
         "half the range."
         + (
@@ -96,7 +98,7 @@ def runs_section(source: Source) -> Section:
             else ""
         ),
     )
-    return Section("runs", "Runs", (done, results))
+    return Section("runs", "Runs", (done, results, extremes_table(source)))
 
 
 def _done(run: ReportRun) -> tuple[Cell, ...]:
@@ -124,9 +126,11 @@ def _result(run: ReportRun) -> tuple[Cell, ...]:
         "no complete cycle in the run" if shown is None else "no cycle of the run is complete and steady"
     )
     cells = [Cell(run.label, "number")]
-    for name in ("prestress_mm", "amplitude_mm", "frequency_Hz", "force_max_kN"):
+    for name in ("prestress_mm", "amplitude_mm", "frequency_Hz"):
         why = why_missing(run, shown, name) if shown is not None and run.cycles_used else nothing
         cells.append(quantity_cell(name, run.result(name), why))
+    greatest = run.extreme("force_max_kN")
+    cells.append(quantity_cell("force_max_kN", None if greatest is None else greatest.value, nothing))
     for name in ("stored_energy_J", "damping", "tangent_stiffness_kN_per_mm"):
         entry = run.summary.get(name)
         why = why_missing(run, shown, name) if shown is not None and run.cycles_used else nothing
@@ -146,17 +150,16 @@ def _no_record(run: ReportRun) -> str:
 
 def _temperature_of_run(run: ReportRun) -> Cell:
     starts = [usable((cycle.get("temperature_C") or {}).get("start")) for cycle in run.cycles]
-    tops = [usable((cycle.get("temperature_C") or {}).get("max")) for cycle in run.cycles]
     known_starts = [value for value in starts if value is not None]
-    known_tops = [value for value in tops if value is not None]
-    if not known_starts or not known_tops:
+    warmest = run.extreme("temperature_max_C")
+    if not known_starts or warmest is None or warmest.value is None:
         why = _no_record(run) or (
             "the run has no temperature channel"
             if run.record is None or not run.record.temperatures
             else "no reading within a cycle"
         )
         return Cell(DASH, "missing", why)
-    return Cell(f"{known_starts[0]:.1f} → {max(known_tops):.1f}".replace("-", "−"), "number")
+    return Cell(f"{known_starts[0]:.1f} → {warmest.value:.1f}".replace("-", "−"), "number")
 
 
 def cycles_section(source: Source) -> Section:

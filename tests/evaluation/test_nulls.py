@@ -11,7 +11,7 @@ import pytest
 
 from evaluation.document import evaluation_document
 from evaluation.record import Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
+from evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
@@ -25,14 +25,21 @@ REASONS = {
     "shared_errors": ("no summary", "no cycle found", "no expanded uncertaint"),
     "skew_sensitivity": ("no summary", "no cycle found", "no closed form", "no change of damping"),
     "draw_wires": ("draw wires",),
+    "steps.extremes.temperature": ("no temperature", "no expanded uncertaint"),
+    "steps.extremes": ("no value", "no expanded uncertaint"),
+    "extremes.temperature": ("no temperature", "no expanded uncertaint"),
+    "extremes.force": ("no cycle found", "no expanded uncertaint"),
+    "extremes.stroke": ("no cycle found", "no expanded uncertaint"),
+    "extremes.speed": ("no value", "no cycle found", "no expanded uncertaint"),
     "impact.": ("not on record: impact_", "no cycle found"),
 }
 NO_VALUES = (
     "verdict", "purpose", "limit_set", "inspection", "budget", "requirements.cycle",
     "requirements.lower_limit", "requirements.upper_limit", "requirements.stroke_mm",
+    *(f"{part}extremes.{name}.cycle" for name in EXTREME_NAMES for part in ("", "steps.")),
 )  # fmt: skip
 """Null means «none» there, and of ``impact`` itself: no verdict is due, no limit on this side, the whole run,
-no place, an infinite number."""
+no place, an infinite number, outside of all cycles."""
 
 
 def nulls(value: Any, path: str = "") -> Iterator[str]:

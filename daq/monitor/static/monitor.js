@@ -201,11 +201,11 @@ function value(entry, digits, factor = 1) {
   return u ? `${fixed(entry.value * factor, digits)} ± ${fixed(u * factor, digits)}` : fixed(entry.value * factor, digits);
 }
 function runRow(run, index) {
-  const row = make("tr", index === state.chosen ? "chosen" : ""), s = run.summary;
+  const row = make("tr", index === state.chosen ? "chosen" : ""), s = run.summary, x = run.extremes;
   row.tabIndex = 0;
   const first = make("td", "", run.step || run.id);
   first.append(make("br"), make("small", "", run.problem ? run.problem : `${run.file.split("/").pop()} · ${run.status}`));
-  row.append(first, ...[run.verdict || "–", value(s.damping, 3), value(s.tangent_stiffness_kN_per_mm, 2), value(s.absorbed_energy_J, 0), value(s.force_max_kN, 1), value(s.stroke_max_mm, 1), value(s.temperature_max_C, 1)].map((text) => make("td", "", text)));
+  row.append(first, ...[run.verdict || "–", value(s.damping, 3), value(s.tangent_stiffness_kN_per_mm, 2), value(s.absorbed_energy_J, 0), value(x.force_max_kN, 1), value(x.stroke_max_mm, 1), value(x.temperature_max_C, 1)].map((text) => make("td", "", text)));
   row.addEventListener("click", () => choose(index));
   row.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
   return row;

@@ -1,0 +1,112 @@
+"""How far an extreme of a run is known: the errors of its channel, and the noise that chose it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.error_model import Draws, stroke_term_slopes
+from evaluation.extremes.speeds import SpeedPeak
+from evaluation.record import FloatArray
+from evaluation.uncertainty import NEAR_LARGEST, expanded, half_width_95, overreach, stroke_error_mm
+from foundation.channel import ChannelUncertainty
+
+INERTIA = 5
+"""Place of the moving mass among the force terms (:func:`evaluation.error_model.force_terms`)."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """An extreme reading of noisy ones.
+
+    Attributes
+    ----------
+    value : float
+    sigma : float
+        Standard deviation of the noise of one reading.
+    rivals : float
+        How many readings might have been the extreme one by their noise, itself included.
+    """
+
+    value: float
+    sigma: float
+    rivals: float
+
+
+def rivals_of(values: FloatArray, extreme: float, sigma: float, averaged: int = 1) -> float:
+    """Return how many samples, shape (N,), lie within three standard deviations of an extreme one."""
+    reach = NEAR_LARGEST * sigma
+    # One of the two finds all of them: an extreme has neighbours on one side only.
+    near = np.count_nonzero(np.abs(values - extreme) <= reach) if sigma > 0.0 else 1
+    return float(max(1, int(near) * averaged))
+
+
+def force_errors(draws: Draws, reading: Reading, falls_from_kN: float, inertia_kN: float) -> FloatArray:
+    """Return the error of an extreme force for every draw [kN], shape (N,).
+
+    Parameters
+    ----------
+    draws : Draws
+    reading : Reading
+    falls_from_kN : float
+        The force from which it fell, for the error of reversibility; 0: it is no falling force.
+    inertia_kN : float
+        What the correction for a moving mass added to it.
+    """
+    force, errors = reading.value, draws.force
+    whole = force * errors[:, 1] + errors[:, 2]
+    if falls_from_kN > 0.0:
+        whole = whole + force * (1.0 - min(1.0, abs(force) / falls_from_kN)) * errors[:, 3]
+    if errors.shape[1] > INERTIA:
+        whole = whole + inertia_kN * errors[:, INERTIA]
+    return np.asarray(whole + _noise(draws, reading, 0))
+
+
+def stroke_errors(draws: Draws, reading: Reading) -> FloatArray:
+    """Return the error of an extreme stroke for every draw [mm], shape (N,)."""
+    return stroke_error_mm(draws, reading.value) + _noise(draws, reading, 1)
+
+
+def speed_errors(draws: Draws, peak: SpeedPeak, sigma_mm: float) -> FloatArray:
+    """Return the error of a greatest slope of the stroke for every draw [mm/s], shape (N,).
+
+    The deviations of the draw wires stretch the stroke where the slope was read; noise makes the largest of
+    many slopes overreach.
+    """
+    stretch = np.einsum("ni,i->n", draws.stroke, stroke_term_slopes(peak.stroke_mm))
+    window = max(2.0, peak.window)
+    u = sigma_mm * float(np.sqrt(12.0 / (window * (window**2 - 1.0)))) / peak.step_s
+    noise = _noise(draws, Reading(0.0, u, peak.rivals(u)), 2)
+    return np.asarray(peak.speed_mm_per_s * (stretch + draws.time_base) + noise)
+
+
+def channel_errors(draws: Draws, reading: Reading, stated_by: ChannelUncertainty) -> FloatArray:
+    """Return the error of an extreme reading of a channel of its own for every draw, shape (N,).
+
+    Accuracy (in per cent of the value) and zero are limits, drawn from rectangular distributions.
+    """
+    count = draws.overreach.size
+    scale, zero = np.random.default_rng((count, 3)).uniform(-1.0, 1.0, (2, count))
+    share = 0.01 * (stated_by.accuracy_percent or 0.0)
+    errors = reading.value * share * scale + (stated_by.zero or 0.0) * zero
+    return np.asarray(errors + _noise(draws, reading, 2))
+
+
+def temperature_errors(draws: Draws, accuracy_C: float) -> FloatArray:
+    """Return the error of an extreme temperature for every draw [K], shape (N,)."""
+    return np.asarray(accuracy_C * draws.thermometer)
+
+
+def _noise(draws: Draws, reading: Reading, stream: int) -> FloatArray:
+    """Return what noise makes of an extreme: how far it overreaches, with either sign, and its scatter."""
+    count = draws.overreach.size
+    generator = np.random.default_rng((count, stream))  # its own: other figures' draws stay what they are
+    scatter = reading.sigma / float(np.sqrt(1.0 + np.log(reading.rivals)))
+    most = overreach(reading.rivals) if reading.rivals > 1.0 else 0.0
+    return np.asarray(most * reading.sigma * draws.overreach + scatter * generator.standard_normal(count))
+
+
+def stated(errors: FloatArray) -> tuple[float, float]:
+    """Return U = 2 u and the half-width of the 95 % coverage interval of drawn errors."""
+    return expanded(errors), half_width_95(errors)
