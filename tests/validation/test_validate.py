@@ -143,5 +143,15 @@ def test_results_that_are_none_are_refused(tmp_path: Path, text: str) -> None:
         run("--out", tmp_path, "--results", file)
 
 
+@pytest.mark.parametrize("identity", list(SETS))
+def test_this_installation_finds_what_is_agreed(identity: str) -> None:
+    result = evaluate_set(SETS[identity])
+    missed = [
+        f"{c.agreed.of.text} {c.agreed.what}: {c.agreed.value} ± {c.agreed.tolerance}, found {c.found}"
+        for c in result.missed
+    ]
+    assert (result.problem, missed) == ("", [])
+
+
 def test_a_validation_of_nothing_is_none() -> None:
     assert not Validation((), MOMENT, validate([SETS["closed-form/elastic"]]).software).good
