@@ -16,6 +16,7 @@ import numpy as np
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
+from evaluation.across_runs.skew_floors import Resolution, skew_floors
 from evaluation.alignment import advanced, area_rate_J_per_s
 from evaluation.choices import REFERENCE_LOSS
 from evaluation.cycles import find_cycles
@@ -58,6 +59,8 @@ class SkewPoint:
     skew_s: float
     standard_uncertainty_s: float
     by_phase_s: float
+    resolution_s: float = 0.0
+    """What the steps of the converters do to it, in the best of its cycles [s]."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ class SkewMeasurement:
     reference_loss : float
         Loss factor of the reference: its assumed limit, or the fitted one.
     standard_uncertainties_s : mapping
-        By source.
+        By source: the scatter of the cycles, and what does not show in it (:func:`skew_floors`).
     force_delay_s : float
         ``delay_s`` that the force channel of these runs has.
     delay_s : float
@@ -102,6 +105,7 @@ class _OfCycle:
     amplitude_mm: float
     skew_s: float
     by_phase_s: float
+    resolution_s: float
 
 
 def cycle_skew_s(record: Record, cycle: Cycle) -> float:
@@ -138,7 +142,8 @@ def measure_skew(
     runs : sequence of (Record, RunFacts)
         At one frequency, or better at several; the complete, steady cycles of all count.
     reference_loss : float
-        Largest loss factor of the reference; counts only where all runs have one frequency.
+        Largest loss factor of the reference: its limit where all runs have one frequency; else a tenth of it
+        (or of the one found) is the limit of what it may vary by over the frequencies.
 
     Returns
     -------
@@ -178,6 +183,7 @@ def measure_skew(
 
 def _cycles_of(record: Record, facts: RunFacts) -> list[_OfCycle]:
     found = []
+    steps = Resolution.of(record)
     for cycle in find_cycles(record):
         if not (cycle.complete and cycle.steady):
             continue
@@ -187,9 +193,10 @@ def _cycles_of(record: Record, facts: RunFacts) -> list[_OfCycle]:
             raise BadInput(error.problem, file=facts.path or facts.id, remedy=error.remedy) from None
         first = first_harmonic(record, cycle)
         phase_s = -float(np.arctan2(first.imag, first.real)) * cycle.duration_s / (2.0 * np.pi)
-        found.append(
-            _OfCycle(facts.id, 1.0 / cycle.duration_s, 0.5 * cycle.range_mm, skew_s, phase_s),
-        )
+        half_mm, frequency_Hz = 0.5 * cycle.range_mm, 1.0 / cycle.duration_s
+        samples = int(np.diff(np.searchsorted(record.time_s, [cycle.start_s, cycle.end_s]))[0])
+        resolution_s = steps.skew_s(abs(first) * half_mm, half_mm, max(1, samples), frequency_Hz)
+        found.append(_OfCycle(facts.id, frequency_Hz, half_mm, skew_s, phase_s, resolution_s))
     return found
 
 
@@ -214,6 +221,7 @@ def _point(group: Sequence[_OfCycle]) -> SkewPoint:
         skew_s=float(np.mean(skews)),
         standard_uncertainty_s=scatter,
         by_phase_s=float(np.mean([one.by_phase_s for one in group])),
+        resolution_s=min(one.resolution_s for one in group),
     )
 
 
@@ -234,7 +242,8 @@ def _combined(
     columns = np.column_stack((omega, -np.ones_like(omega))) if several else omega[:, None]
     weighted = columns / (omega * u)[:, None]
     covariance = np.linalg.inv(weighted.T @ weighted)
-    fit = covariance @ weighted.T @ np.column_stack((skew / u, phase / u))
+    operator = covariance @ weighted.T / u
+    fit = operator @ np.column_stack((skew, phase))
     left = len(points) - columns.shape[1]
     if left > 0:
         chi2 = float(np.sum((weighted @ fit[:, 0] - skew / u) ** 2))
@@ -262,11 +271,19 @@ def _combined(
                 f"the reference loses energy itself (loss factor {loss:.3f}): if that loss depends on the "
                 "rate, it is part of the skew found"
             )
+    tau = float(fit[0, 0])
+    budget |= skew_floors(
+        omega,
+        operator[0],
+        [point.resolution_s for point in points],
+        skew_s=tau,
+        delay_s=force_delay_s + tau,
+        loss=max(abs(loss), reference_loss) if several else None,
+    )
     combined = float(np.sqrt(sum(value**2 for value in budget.values())))
     # Welch-Satterthwaite: only the scatter has few degrees of freedom.
     free = dof * (combined / budget["scatter"]) ** 4 if budget["scatter"] > 0.0 else float("inf")
     factor = float(student.ppf(0.5 * (1.0 + _COVERED), min(free, 1e6)))
-    tau = float(fit[0, 0])
     return SkewMeasurement(
         skew_s=tau,
         expanded_uncertainty_s=factor * combined,

@@ -82,6 +82,8 @@ def _show(measured: SkewMeasurement) -> None:
         f"skew: the force is {abs(measured.skew_s) * 1e3:.4f} ms {late} against the stroke, "
         f"U = {measured.expanded_uncertainty_s * 1e3:.4f} ms (k = {measured.coverage_factor:.2f})"
     )
+    sources = sorted(measured.standard_uncertainties_s.items(), key=lambda item: -item[1])
+    click.echo("  u by source [µs]: " + ", ".join(f"{name} {1e6 * u:.2g}" for name, u in sources))
     click.echo(f"  by the phase of the first harmonic: {measured.by_phase_s * 1e3:+.4f} ms")
     if measured.criterion == "no-area":
         click.echo(f"  the reference's own loss factor is taken to be at most {measured.reference_loss:g}")

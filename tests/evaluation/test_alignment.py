@@ -99,6 +99,41 @@ def test_one_frequency_carries_the_loss_that_the_reference_may_have() -> None:
     assert tight.expanded_uncertainty_s < 0.2 * wide.expanded_uncertainty_s
 
 
+def test_no_skew_is_known_to_nanoseconds() -> None:
+    """Records made by a program scatter by nothing; time stamps, clock and reference are no better for it."""
+    several = measured(*(elastic(f, 8e-4, cycles=8.5) for f in (0.5, 1.0, 2.5)))
+    own = several.standard_uncertainties_s
+    assert own["time stamps"] == pytest.approx(np.sqrt(2.0) * 1e-6 / np.sqrt(12.0))
+    assert own["clock"] == pytest.approx(1e-4 * 8e-4 / np.sqrt(3.0), rel=1e-3)
+    assert own["reference loss over rate"] == pytest.approx(
+        0.1 * 1e-3 / (4.0 * np.pi) / np.sqrt(3.0), rel=1e-3
+    )
+    assert several.expanded_uncertainty_s == pytest.approx(
+        2.0 * np.sqrt(sum(u**2 for u in own.values())), 0.01
+    )
+    assert several.expanded_uncertainty_s > 9e-6
+    sure = measured(elastic(1.0, 5e-5), reference_loss=0.0)
+    assert sure.expanded_uncertainty_s > 0.8e-6
+
+
+def test_a_filter_that_delays_more_differs_more_from_another() -> None:
+    slow = measure_skew([(elastic(2.5, 0.0), facts(delay_s=8e-3))])
+    fast = measure_skew([(elastic(2.5, 0.0), facts(delay_s=8e-4))])
+    ratio = slow.standard_uncertainties_s["filters"] / fast.standard_uncertainties_s["filters"]
+    assert ratio == pytest.approx(1000.0, rel=0.01)
+    expected = 8e-3 * (2.0 * np.pi * 2.5 * 8e-3) ** 2 / 3.0 / np.sqrt(3.0)
+    assert slow.standard_uncertainties_s["filters"] == pytest.approx(expected, rel=0.01)
+
+
+def test_converter_steps_that_repeat_in_every_cycle_do_not_average_out() -> None:
+    fine = elastic(1.0, 5e-4)
+    coarse = replace(fine, stroke_mm=np.round(fine.stroke_mm / 0.1) * 0.1)
+    found = measured(coarse, reference_loss=0.0).standard_uncertainties_s["resolution"]
+    expected = np.sqrt(2.0 / 1000.0) * 0.1 / np.sqrt(12.0) / 15.0 / (2.0 * np.pi)
+    assert found == pytest.approx(expected, rel=0.05)
+    assert measured(fine).standard_uncertainties_s["resolution"] == 0.0
+
+
 def covered(trials: int, frequencies: tuple[float, ...]) -> int:
     """Count how often the interval holds the truth, by noise alone (a reference without loss)."""
     inside = 0
