@@ -158,20 +158,26 @@ def measured(
     force: ChannelUncertainty = FORCE,
     wires: tuple[ChannelUncertainty, ...] = WIRES,
     noise: tuple[float, float] = (NOISE_KN, NOISE_MM),
+    errors: np.random.Generator | None = None,
 ) -> tuple[Floats, Floats, Floats]:
-    """Return time, stroke and force as a chain with errors within the stated facts records them."""
+    """Return time, stroke and force as a chain with errors within the stated facts records them.
+
+    ``errors``: what the channels' errors are drawn from, if other than noise and phase are. Runs whose errors
+    come from generators of one seed were made with the same transducers.
+    """
+    shared = random if errors is None else errors
     period = 1.0 / loop.frequency_Hz + loop.rest_s
     time = np.arange(round(cycles * rate_Hz * period)) / rate_Hz
-    clock = 1.0 + random.uniform(-1.0, 1.0) * CLOCK_LIMIT
+    clock = 1.0 + shared.uniform(-1.0, 1.0) * CLOCK_LIMIT
     # A static test starts and ends at rest; anything else anywhere.
     start = -random.uniform(0.2, 0.8) * loop.rest_s if loop.rest_s else random.uniform(0.0, period)
     true_time = time * clock + start
-    skew = random.normal(0.0, force.u_delay_s or 0.0)
+    skew = shared.normal(0.0, force.u_delay_s or 0.0)
     true_force, falling = loop.force(true_time - skew)
     peak = float(LOADING(loop.high_mm))
 
     def within(limit: float | None) -> float:
-        return float(random.uniform(-1.0, 1.0)) * (limit or 0.0)
+        return float(shared.uniform(-1.0, 1.0)) * (limit or 0.0)
 
     reversal = 0.01 * within(force.reversibility_percent)
     recorded = true_force * (1.0 + 0.01 * within(force.accuracy_percent))
@@ -182,7 +188,7 @@ def measured(
     read = []
     for wire in wires:
         one = stroke * (1.0 + 0.01 * within(wire.accuracy_percent))
-        one = one + wire_deviation(stroke, wire.linearity or 0.0, random) + within(wire.zero)
+        one = one + wire_deviation(stroke, wire.linearity or 0.0, shared) + within(wire.zero)
         read.append(_steps(one + each_mm * random.standard_normal(time.size), STEP_MM))
     return time, np.mean(read, axis=0), _steps(recorded, STEP_KN)
 
