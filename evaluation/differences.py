@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from evaluation.across_runs.combine import Figure, Figures
-from evaluation.across_runs.shared import Source
+from evaluation.across_runs.shared import Owed
 
 _COVERAGE = 2.0
 
@@ -22,7 +22,7 @@ class Value:
 
     value: float
     expanded_uncertainty: float | None = None
-    shared: Mapping[Source, float] = field(default_factory=dict)
+    shared: Owed = field(default_factory=Owed)
 
 
 @dataclass(frozen=True)

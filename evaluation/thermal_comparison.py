@@ -12,6 +12,7 @@ import numpy as np
 
 from evaluation.across_runs.combine import Figure, Figures
 from evaluation.across_runs.runs import assumption, basis_of
+from evaluation.across_runs.shared import Owed
 from evaluation.grouping import grouped
 from evaluation.mean_loop import MeanLoop
 from evaluation.quantities import is_two_sided
@@ -254,12 +255,11 @@ def _relative(run: RunEvaluation, loop: MeanLoop, name: str, value: float | None
     if stroke is None:
         return force
     # A stroke that reads too much has its force at too large a stroke: the end force is too small there.
-    shared = {
-        source: force.shared.get(source, 0.0) - stroke.shared.get(source, 0.0)
-        for source in dict.fromkeys((*force.shared, *stroke.shared))
-    }
+    one, other = force.shared.by_source, stroke.shared.by_source
+    shared = {s: one.get(s, 0.0) - other.get(s, 0.0) for s in dict.fromkeys((*one, *other))}
+    explained = float(np.sqrt(sum(c * c for c in shared.values())))
     own = float(np.hypot(force.own_u, stroke.own_u))
-    return Figure(1.0, float(np.sqrt(own**2 + sum(c * c for c in shared.values()))), shared)
+    return Figure(1.0, float(np.hypot(own, explained)), Owed(shared, explained))
 
 
 def _share(run: RunEvaluation, loop: MeanLoop, name: str, factor: float) -> Figure | None:
@@ -267,9 +267,9 @@ def _share(run: RunEvaluation, loop: MeanLoop, name: str, factor: float) -> Figu
     U, mean = loop.expanded_uncertainties.get(name), loop.means.get(name)
     if U is None or not mean:
         return None
-    shared = (run.shared_errors.of(name) if run.shared_errors is not None else None) or {}
+    shared = Owed() if run.shared_errors is None else run.shared_errors.of(name)
     scale = factor / mean
-    return Figure(1.0, abs(scale) * U / _COVERAGE, {source: scale * own for source, own in shared.items()})
+    return Figure(1.0, abs(scale) * U / _COVERAGE, shared.scaled(scale))
 
 
 def _difference_uncertainty_K(one: MeanLoop, two: MeanLoop) -> float | None:  # noqa: N802 - the unit

@@ -3,7 +3,7 @@
 from evaluation.across_runs.combine import Figure, Figures, Spread, coverage_factor_95
 from evaluation.across_runs.identity import ChannelIdentity, Occasion, identity_of
 from evaluation.across_runs.line import Line, fit_line
-from evaluation.across_runs.shared import Chain, Regression, SharedErrors, Source, shared_of
+from evaluation.across_runs.shared import Chain, Owed, Regression, SharedErrors, Source, shared_of
 
 __all__ = [
     "Chain",
@@ -12,6 +12,7 @@ __all__ = [
     "Figures",
     "Line",
     "Occasion",
+    "Owed",
     "Regression",
     "SharedErrors",
     "Source",

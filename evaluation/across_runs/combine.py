@@ -7,13 +7,13 @@ every figure that is Σ_s (Σᵢ aᵢ cᵢₛ)² + Σᵢ aᵢ² oᵢ², where o�
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
 
-from evaluation.across_runs.shared import Source
+from evaluation.across_runs.shared import Owed
 from evaluation.record import FloatArray
 
 PROBABILITY = 0.95
@@ -26,17 +26,17 @@ _HALVINGS = 40
 class Figure:
     """A figure of a run: its value, its standard uncertainty, and what of that other runs have, too.
 
-    ``shared`` has the standard contribution of every source, with its sign; empty: all is the run's own.
+    Without any of that all is the run's own.
     """
 
     value: float
     u: float
-    shared: Mapping[Source, float] = field(default_factory=dict)
+    shared: Owed = field(default_factory=Owed)
 
     @property
     def own_u(self) -> float:
         """Standard uncertainty by what is this run's alone: noise, turning points, scatter, bounds."""
-        return math.sqrt(max(0.0, self.u**2 - sum(c * c for c in self.shared.values())))
+        return math.sqrt(max(0.0, self.u**2 - self.shared.explained_u**2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +52,8 @@ class Figures:
     @classmethod
     def of(cls, figures: Sequence[Figure]) -> Figures:
         """Return the figures of several runs, in their order."""
-        sources = list(dict.fromkeys(source for figure in figures for source in figure.shared))
-        rows = [[figure.shared.get(source, 0.0) for source in sources] for figure in figures]
+        sources = list(dict.fromkeys(source for figure in figures for source in figure.shared.by_source))
+        rows = [[figure.shared.by_source.get(source, 0.0) for source in sources] for figure in figures]
         return cls(
             np.array([figure.value for figure in figures]),
             np.array(rows, dtype=np.float64).reshape(len(figures), len(sources)),

@@ -1,13 +1,14 @@
 """A straight line through figures of several runs, whose errors hang together.
 
-Each figure has the weight of what its run has of its own; the covariance of slope and intercept is that of the
-shared errors, too. Weights by the whole covariance would be those of least variance only if line and shared
+Each figure has the weight of what its run has of its own; the covariance of slope and intercept is that of
+the shared errors, too. Weights by the whole covariance would have the least variance only if line and shared
 contributions were exact: where runs have little noise, they make the most of the small amounts by which a
-shared error is no straight line, and trust the result (a force 0.3 ms late: 4.4 of its u from the truth). Where
-shared errors are straight lines, both are the same. Runs that
-scatter about the line by more than that differ by something that nobody stated: a variance common to all is
-added then, as large as makes the scatter what is to be expected (Mandel and Paule, Analytical Chemistry 42
-(1970) 1194), and Student's t accounts for how little a few runs say of it.
+shared error is no straight line (a force 0.3 ms late: 4.4 of its u from the truth). Where shared errors are
+straight lines, both are the same.
+
+Runs that scatter about the line by more than they state differ by something that nobody stated: a variance
+common to all is added then, as large as makes the scatter what is to be expected (Mandel and Paule,
+Analytical Chemistry 42 (1970) 1194), and Student's t accounts for how little a few runs say of it.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from evaluation.record import FloatArray
 _HALVINGS = 60
 _ROUNDING = 1e-9
 _LEAST_OWN = 0.02
-"""Least share of a figure's uncertainty that counts as its own in weights and scatter: what is shared is known
-to a few per cent, and no line is exact."""
+"""Least share of a figure's uncertainty that counts as its own in weights and scatter: what is shared is
+known to a few per cent, and no line is exact."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from evaluation.across_runs.combine import Figure
 from evaluation.across_runs.identity import Basis, weakest
+from evaluation.across_runs.shared import Owed
 from evaluation.results import RunEvaluation
 from evaluation.uncertainty import COVERAGE
 
@@ -20,8 +21,8 @@ def figure_of(run: RunEvaluation, quantity: str) -> Figure | None:
     measured = run.summary.values.get(quantity)
     if measured is None or measured.value is None or measured.expanded_uncertainty is None:
         return None
-    shared = None if run.shared_errors is None else run.shared_errors.of(quantity)
-    return Figure(measured.value, measured.expanded_uncertainty / COVERAGE, shared or {})
+    shared = Owed() if run.shared_errors is None else run.shared_errors.of(quantity)
+    return Figure(measured.value, measured.expanded_uncertainty / COVERAGE, shared)
 
 
 def assumption(basis: Basis) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -36,6 +36,28 @@ class Source(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Owed:
+    """What a figure owes to errors that other runs have, too.
+
+    Attributes
+    ----------
+    by_source : mapping of Source to float
+        Standard contributions, with their signs.
+    explained_u : float
+        Standard uncertainty that they explain of what was drawn. Not the root of their squares: in a few
+        hundred draws independent errors are correlated by chance, and what a run has of its own is the small
+        difference of two large numbers, which must have the same chance in them.
+    """
+
+    by_source: Mapping[Source, float] = field(default_factory=dict)
+    explained_u: float = 0.0
+
+    def scaled(self, factor: float) -> Owed:
+        """Return what so many times the figure owes."""
+        return Owed({s: factor * c for s, c in self.by_source.items()}, abs(factor) * self.explained_u)
+
+
+@dataclass(frozen=True)
 class Weighted:
     """A source, and its share of the standard uncertainty of the error that it is part of (Σ share² = 1)."""
 
@@ -55,7 +77,8 @@ class SharedErrors:
     sources : tuple of Weighted
         Instruments behind these errors: each wire has its own share of an error of their mean.
     contributions : mapping of str to tuple of float
-        By quantity, in its unit: the standard contribution of each of ``errors``, with its sign.
+        By quantity, in its unit: the standard contribution of each of ``errors``, with its sign, and last
+        what all of them explain (:class:`Owed`).
     """
 
     basis: Basis
@@ -63,19 +86,19 @@ class SharedErrors:
     sources: tuple[Weighted, ...]
     contributions: Mapping[str, tuple[float, ...]]
 
-    def of(self, quantity: str) -> dict[Source, float] | None:
-        """Return the standard contribution of every source to a mean; None where it was not propagated."""
+    def of(self, quantity: str) -> Owed:
+        """Return what a mean owes to every source; nothing where it was not propagated."""
         own = self.contributions.get(quantity)
         if own is None:
-            return None
-        by_error = dict(zip(self.errors, own, strict=True))
+            return Owed()
+        by_error = dict(zip(self.errors, own[:-1], strict=True))
         found: dict[Source, float] = {}
         for weighted in self.sources:
             contribution = by_error[weighted.source.error] * weighted.share
             if contribution != 0.0:
                 # Two wires that name one instrument have one error of it.
                 found[weighted.source] = found.get(weighted.source, 0.0) + contribution
-        return found
+        return Owed(found, own[-1])
 
     def entry(self) -> dict[str, Any]:
         """Return it as JSON holds it."""
@@ -91,7 +114,8 @@ class SharedErrors:
                 }
                 for w in self.sources
             ],
-            "contributions": {name: list(own) for name, own in self.contributions.items()},
+            "contributions": {name: list(own[:-1]) for name, own in self.contributions.items()},
+            "explained": {name: own[-1] for name, own in self.contributions.items()},
         }
 
 
@@ -107,14 +131,17 @@ def shared_of(entry: Mapping[str, Any] | None) -> SharedErrors | None:
         return None
     try:
         errors = tuple(str(name) for name in entry["errors"])
-        contributions = {str(name): tuple(map(float, own)) for name, own in entry["contributions"].items()}
+        contributions = {
+            str(name): (*map(float, own), float(entry["explained"][name]))
+            for name, own in entry["contributions"].items()
+        }
         sources = tuple(
             Weighted(Source(w["error"], w["instrument"], w["distribution"]), float(w["share"]))
             for w in entry["sources"]
         )
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise ValueError(f"no errors shared by runs: {error!r}") from None
-    if any(len(own) != len(errors) for own in contributions.values()):
+    if any(len(own) != len(errors) + 1 for own in contributions.values()):
         raise ValueError("no errors shared by runs: a quantity has not one contribution an error")
     if not {w.source.error for w in sources} <= set(errors):
         raise ValueError("no errors shared by runs: a source is of an error that is not listed")
@@ -160,13 +187,15 @@ class Regression:
         columns = np.stack([drawn[name] - np.mean(drawn[name]) for name in self._names])
         columns /= np.sqrt(np.mean(columns**2, axis=1))[:, None]
         # What independent draws have in common by chance is taken off by regressing on all at once.
-        self._gain = np.linalg.inv(columns @ columns.T) @ columns
+        self._columns, self._gain = columns, np.linalg.inv(columns @ columns.T) @ columns
 
     def contributions(self, values: FloatArray) -> tuple[float, ...]:
-        """Return the standard contribution of each error to a figure, from its draws, shape (N,)."""
+        """Return what a figure owes to each error, and what all explain, from its draws, shape (N,)."""
         found = self._gain @ (values - np.mean(values))
+        explained = float(np.sqrt(np.mean((found @ self._columns) ** 2)))
         least = _NOTHING * float(np.max(np.abs(found), initial=0.0))
-        return tuple(float(f"{c:.{_DIGITS}g}") if abs(c) > least else 0.0 for c in found.tolist())
+        kept = [c if abs(c) > least else 0.0 for c in found.tolist()]
+        return tuple(float(f"{c:.{_DIGITS}g}") for c in (*kept, explained))
 
     def shared(self, contributions: Mapping[str, tuple[float, ...]]) -> SharedErrors:
         """Return the contributions to figures, by name, with the instruments behind them."""

@@ -18,7 +18,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from evaluation.across_runs.shared import SharedErrors, shared_of
+from evaluation.across_runs.shared import Owed, SharedErrors, shared_of
 from evaluation.differences import Value, difference
 from evaluation.document import SCHEMA
 from evaluation.table import version_text
@@ -373,8 +373,8 @@ def _value(figure: Mapping[str, Any] | None, errors: SharedErrors | None, name: 
     """Return a mean with its uncertainty and what of it is shared; None where there is none."""
     if figure is None or figure.get("value") is None:
         return None
-    shared = None if errors is None else errors.of(name)
-    return Value(figure["value"], figure.get("expanded_uncertainty"), shared or {})
+    shared = Owed() if errors is None else errors.of(name)
+    return Value(figure["value"], figure.get("expanded_uncertainty"), shared)
 
 
 def _figures(cycle: Mapping[str, Any]) -> dict[str, float | None]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.across_runs.shared import Source, shared_of
+from evaluation.across_runs.shared import Owed, shared_of
 from evaluation.differences import Difference, Value, difference, equivalences
 from evaluation.figures.loops import Loop
 from evaluation.report.conformity import conformity_section
@@ -95,13 +95,13 @@ def _summary_value(run: ReportRun | None, name: str) -> Value | None:
     return Value(value, expanded, _shared(run, name))
 
 
-def _shared(run: ReportRun, name: str) -> dict[Source, float]:
+def _shared(run: ReportRun, name: str) -> Owed:
     """Return what of a figure's uncertainty other runs have, too; nothing where it is not stated."""
     try:
         shared = shared_of(run.evaluated.get("shared_errors"))
     except ValueError:
-        return {}
-    return {} if shared is None else shared.of(name) or {}
+        return Owed()
+    return Owed() if shared is None else shared.of(name)
 
 
 def _windows(condition: Condition) -> list[Compared]:
@@ -176,8 +176,7 @@ def _like(run: ReportRun, name: str, value: float) -> Value:
     if whole is None or whole.expanded_uncertainty is None or not whole.value:
         return Value(value)
     scale = value / whole.value
-    shared = {source: scale * own for source, own in whole.shared.items()}
-    return Value(value, abs(scale) * whole.expanded_uncertainty, shared)
+    return Value(value, abs(scale) * whole.expanded_uncertainty, whole.shared.scaled(scale))
 
 
 def comparison_sections(sides: Sides, compared: Sequence[Compared]) -> list[Section]:

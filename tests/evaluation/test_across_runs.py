@@ -17,6 +17,7 @@ from evaluation.across_runs import (
     Figure,
     Figures,
     Occasion,
+    Owed,
     Regression,
     Source,
     coverage_factor_95,
@@ -43,6 +44,10 @@ def run(frequency_Hz: float, **facts: Any) -> RunEvaluation:
     record = make_record(*Ellipse(mean_kN=250.0).columns(frequency_Hz, 400.0 * frequency_Hz, 4.5, noise=1e-4))
     known = {**STATED, **facts}
     return evaluate_run(record, RunFacts(f"r{frequency_Hz}", "harmonic", **known), Options(draws=500))
+
+
+def owed(source: Source, contribution: float) -> Owed:
+    return Owed({source: contribution}, abs(contribution))
 
 
 def channel(name: str = "force", delay_s: float = 0.001, **calibration: Any) -> Channel:
@@ -99,7 +104,7 @@ class TestContributions:
         mean = 7.0 * errors["force scale"] - 2e3 * errors["delay"] + noise
         regression = Regression(chain, draws)
         found = regression.shared({"damping": regression.contributions(mean)})
-        own = dict(zip(found.errors, found.contributions["damping"], strict=True))
+        own = dict(zip(found.errors, found.contributions["damping"][:-1], strict=True))
         assert own["force scale"] == pytest.approx(7.0 * 0.005 / np.sqrt(3.0), rel=0.03)
         assert own["delay"] == pytest.approx(-2e3 * np.hypot(2e-4, 1e-4 / np.sqrt(2.0)), rel=0.03)
         assert all(abs(v) < 1e-4 for name, v in own.items() if name not in ("force scale", "delay"))
@@ -110,11 +115,10 @@ class TestContributions:
         zero = draws.errors()["stroke zero"]
         regression = Regression(Chain(FORCE, (WIRE, WIRE)), draws)
         found = regression.shared({"stroke_min_mm": regression.contributions(zero)})
-        by_source = found.of("stroke_min_mm")
-        assert by_source is not None
+        by_source = found.of("stroke_min_mm").by_source
         shares = [c for source, c in by_source.items() if source.error == "stroke zero"]
         assert shares == pytest.approx([0.1 / np.sqrt(3.0)] * 2, rel=0.05)
-        assert found.of("damping") is None
+        assert found.of("damping") == Owed()
 
     def test_one_wire_of_two_shares_its_part_only(self) -> None:
         one = ChannelIdentity("w1", "w1 z", "w1 d", "certificate")
@@ -125,7 +129,7 @@ class TestContributions:
         a, b = figure_of(both, "stored_energy_J"), figure_of(alone, "stored_energy_J")
         assert a is not None
         assert b is not None
-        common = {source.instrument for source in a.shared if source in b.shared}
+        common = {s.instrument for s in a.shared.by_source if s in b.shared.by_source}
         assert "w1" in common
         assert "w2" not in common
 
@@ -146,13 +150,20 @@ class TestContributions:
         "spoiled",
         [
             {"errors": ["a"]},
-            {"contributions": {"damping": [1.0]}},
+            {"contributions": {"d": [1.0]}},
+            {"explained": {}},
             {"sources": [{"error": "x", "instrument": "", "distribution": "normal", "share": 1.0}]},
             {"sources": 3},
         ],
     )
     def test_what_is_none_is_refused(self, spoiled: dict[str, Any]) -> None:
-        whole = {"basis": "stand", "errors": ["a", "b"], "sources": [], "contributions": {"d": [1.0, 2.0]}}
+        whole = {
+            "basis": "stand",
+            "errors": ["a", "b"],
+            "sources": [],
+            "contributions": {"d": [1.0, 2.0]},
+            "explained": {"d": 2.2},
+        }
         assert shared_of(whole) is not None
         with pytest.raises(ValueError, match="no errors shared by runs"):
             shared_of(whole | spoiled)
@@ -163,8 +174,8 @@ class TestSums:
     @given(st.floats(0.1, 10.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
     def test_what_is_all_shared_cancels_in_a_difference(self, u: float, share: float, other: float) -> None:
         """Of the same error in both, a share of u², only what each has of its own is left."""
-        one = Figure(1.0, u, {SCALE: u * np.sqrt(share)})
-        two = Figure(2.0, u, {SCALE: u * np.sqrt(other)})
+        one = Figure(1.0, u, owed(SCALE, u * np.sqrt(share)))
+        two = Figure(2.0, u, owed(SCALE, u * np.sqrt(other)))
         spread = Figures.of([one, two]).weighted(np.array([-1.0, 1.0]))
         expected = u * u * ((np.sqrt(share) - np.sqrt(other)) ** 2 + (1.0 - share) + (1.0 - other))
         assert spread.u**2 == pytest.approx(expected, rel=1e-9, abs=1e-12)
@@ -198,7 +209,7 @@ class TestLine:
     def test_a_late_force_turns_the_whole_line(self) -> None:
         """An error proportional to x goes into the slope undiminished, and into nothing else."""
         x = [0.1, 0.5, 1.0, 2.0]
-        figures = [Figure(3.0 - 0.5 * f, float(np.hypot(0.02 * f, 1e-4)), {SKEW: 0.02 * f}) for f in x]
+        figures = [Figure(3.0 - 0.5 * f, float(np.hypot(0.02 * f, 1e-4)), owed(SKEW, 0.02 * f)) for f in x]
         found = fit_line(x, figures)
         assert found.slope.u == pytest.approx(0.02, rel=1e-3)
         assert found.intercept.u < 1e-3
@@ -207,7 +218,7 @@ class TestLine:
 
     def test_an_error_that_all_have_leaves_the_slope(self) -> None:
         x = [0.1, 0.5, 1.0, 2.0]
-        found = fit_line(x, [Figure(3.0 - 0.5 * f, 0.1, {SCALE: 0.0999999}) for f in x])
+        found = fit_line(x, [Figure(3.0 - 0.5 * f, 0.1, owed(SCALE, 0.0999999)) for f in x])
         assert found.slope.u < 1e-4
         assert found.intercept.u == pytest.approx(0.1, rel=1e-3)
         assert found.intercept.half_width_95 == pytest.approx(0.1 * 1.645, rel=0.01)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.across_runs import Source
+from evaluation.across_runs import Owed, Source
 from evaluation.differences import Value, difference, equivalences
 
 number = st.floats(-1e6, 1e6, allow_nan=False)
@@ -50,18 +50,18 @@ SCALE = Source("force scale", "cell", "rectangular")
 
 def test_what_both_share_cancels_as_far_as_it_acts_alike() -> None:
     """0.4 of 0.5 is the same cell's scale: what is left is 0.3 of each, and the scale of the difference."""
-    one, two = Value(100.0, 1.0, {SCALE: 0.4}), Value(110.0, 1.0, {SCALE: 0.44})
+    one, two = Value(100.0, 1.0, Owed({SCALE: 0.4}, 0.4)), Value(110.0, 1.0, Owed({SCALE: 0.44}, 0.44))
     assert difference(two, one).expanded_uncertainty == pytest.approx(
         2.0 * math.sqrt(0.3**2 + (0.25 - 0.44**2) + 0.04**2)
     )
-    other = Value(110.0, 1.0, {Source("force scale", "another cell", "rectangular"): 0.44})
+    other = Value(110.0, 1.0, Owed({Source("force scale", "another cell", "rectangular"): 0.44}, 0.44))
     assert difference(other, one).expanded_uncertainty == pytest.approx(math.sqrt(2.0))
-    mean, found = equivalences([Value(v, 1.0, {SCALE: 0.5}) for v in (1.0, 2.0, 4.0)])
+    mean, found = equivalences([Value(v, 1.0, Owed({SCALE: 0.5}, 0.5)) for v in (1.0, 2.0, 4.0)])
     assert mean == pytest.approx(7.0 / 3.0)
     assert [one.expanded_uncertainty for one in found] == pytest.approx([0.0] * 3, abs=1e-7)
 
 
 def test_of_one_rectangular_error_the_half_width_is_less_than_twice_its_u() -> None:
-    apart = difference(Value(2.0, 1.0, {SCALE: 0.5}), Value(1.0, 0.0))
+    apart = difference(Value(2.0, 1.0, Owed({SCALE: 0.5}, 0.5)), Value(1.0, 0.0))
     assert apart.expanded_uncertainty == pytest.approx(1.0)
     assert apart.half_width_95 == pytest.approx(0.5 * 0.95 * math.sqrt(3.0), rel=1e-3)

@@ -133,6 +133,7 @@ SHARED = {
         {"error": "force scale", "instrument": "cell 7", "distribution": "rectangular", "share": 1.0}
     ],
     "contributions": {"damping": [0.004]},
+    "explained": {"damping": 0.004},
 }
 
 
