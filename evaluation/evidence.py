@@ -24,6 +24,7 @@ def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
         "draw_wires": wires,
         "inertia_correction": plain(run.inertia_correction),
         "impact": _impact(run),
+        "first_contact": None if run.first_contact is None else run.first_contact.entry(),
     }
 
 

@@ -23,6 +23,7 @@ from foundation.purpose import Purpose
 
 if TYPE_CHECKING:  # these modules make their facts from the results defined here
     from evaluation.alignment import SkewSensitivity
+    from evaluation.contact import FirstContact
     from evaluation.mean_loop import MeanLoop
     from evaluation.requirements.inspection import Inspection
     from evaluation.wires import DrawWires
@@ -297,6 +298,8 @@ class RunEvaluation:
     draw_wires: DrawWires | None = None
     """None where the record has no two wires."""
     inertia_correction: InertiaCorrection | None = None
+    first_contact: FirstContact | None = None
+    """None of any run but a static one."""
     mean_loop: MeanLoop | None = None
     """The loop that stands for the run, for comparisons; None where no cycle is complete."""
     shared_errors: SharedErrors | None = None

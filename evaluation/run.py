@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from evaluation.across_runs.shared import Regression, SharedErrors
 from evaluation.condense import condensed_for
+from evaluation.contact import contact_warnings, first_contact_of
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
 from evaluation.gaps.found import found_in
@@ -16,7 +17,7 @@ from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import run_verdict
 from evaluation.requirements.inspection import inspection_of
-from evaluation.requirements.judge import assumptions, is_judged, judge, why_not_judged
+from evaluation.requirements.judge import assumptions, is_judged, judge_with_contact, why_not_judged
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts
@@ -113,6 +114,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         division,
     )
     warnings += _off_plan(facts, whole)
+    contact = first_contact_of(record, facts, results)
     requirements: list[RequirementResult] = []
     inspection = inspection_of(facts, options.inspections)
     if unfit := why_not_judged(facts, limits):
@@ -134,7 +136,8 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
             found.widened,
             regression,
         )
-        requirements = judge(case)
+        requirements = judge_with_contact(case, contact)
+    warnings += contact_warnings(contact, requirements)
     warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
     inertial = None if added is None else (record.time_s, added.added_kN)
     recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty)
@@ -158,6 +161,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         inertia_correction=found.inertia,
         mean_loop=whole.mean_loop,
         steps=tuple(steps),
+        first_contact=contact,
         shared_errors=_with_judged(whole.shared_errors, requirements),
         extremes=extremes,
     )

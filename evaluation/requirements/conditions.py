@@ -180,6 +180,7 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     if last and cycle.stroke_end_mm > stroke:
         stroke, force = cycle.stroke_end_mm, float(case.prepared[cycle.index].loop.force_kN[-1])
         when = "after the cycle"
+    stroke -= case.zero_mm
     # Judged by the stroke alone: at first contact the force is anything up to the preload.
     verdict = _met(limits, stroke)
     why = f"{stroke:.2f} mm and {force:.1f} kN {when}"
@@ -200,7 +201,7 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
     if not result.cycle.complete:
         text = "cycle to full stroke"
         return not_evaluated(case, "full-stroke", text, Limits(None, None, "mm"), result)
-    reached, force = result.cycle.stroke_max_mm, result.quantities.force_max_kN or 0.0
+    reached, force = result.cycle.stroke_max_mm - case.zero_mm, result.quantities.force_max_kN or 0.0
     proof = case.limits.proof_load("F1") if case.limits.readings.static_extent == "proof-load" else None
     contact = _contact_text(case, result)
     if proof is not None:

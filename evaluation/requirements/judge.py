@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from evaluation.contact import FirstContact, beside
 from evaluation.requirements.impact import judge_impact
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.requirements.maintenance import judge_maintenance
@@ -32,6 +35,21 @@ def is_judged(facts: RunFacts, limits: LimitSet) -> bool:
 
 def _prepares(facts: RunFacts) -> bool:
     return facts.step.get("kind") == "conditioning"
+
+
+def judge_with_contact(case: Case, contact: FirstContact | None) -> list[RequirementResult]:
+    """Return every requirement and condition; where the stroke zero is off, as read from either zero.
+
+    Parameters
+    ----------
+    case : Case
+    contact : FirstContact or None
+        As the record shows it.
+    """
+    rows = judge(case)
+    if contact is None or contact.stroke_mm is None or not contact.beyond:
+        return rows
+    return beside(rows, judge(replace(case, zero_mm=contact.stroke_mm)))
 
 
 def judge(case: Case) -> list[RequirementResult]:

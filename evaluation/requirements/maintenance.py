@@ -108,7 +108,7 @@ def held_stroke(case: Case, force_kN: float) -> tuple[float, float] | None:
     if np.count_nonzero(inside) < _LEAST_SAMPLES or np.max(force) < (1.0 - 0.5 * HOLD_WINDOW) * force_kN:
         return None
     at_mm, slope = np.polynomial.polynomial.polyfit(force[inside] - force_kN, stroke[inside], 1)
-    return float(at_mm), float(slope)
+    return float(at_mm) - case.zero_mm, float(slope)
 
 
 def _held_uncertainty_mm(case: Case, force_kN: float, stroke_mm: float, slope: float) -> float | None:

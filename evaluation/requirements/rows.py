@@ -42,6 +42,8 @@ class Case:
     widened: Mapping[int, CyclePropagation] = field(default_factory=dict)
     regression: Regression | None = None
     """By which what was drawn of a figure says what it owes to the errors of the channels."""
+    zero_mm: float = 0.0
+    """Where strokes are counted from, on the recorded stroke: 0, or first contact."""
 
 
 @dataclass(frozen=True)

@@ -87,8 +87,8 @@ def _window(case: Case, result: CycleResult, window: ForceWindow) -> Requirement
     if stroke_mm is None:
         why = unfilled_why(case)
         return row(case, window.id, index, text, limits, "not-tested", why, cited=window)
-    if stroke_mm > top + REACH_MM:
-        why = f"the stroke ended at {top:.2f} mm"
+    if stroke_mm + case.zero_mm > top + REACH_MM:
+        why = f"the stroke ended at {top - case.zero_mm:.2f} mm"
         return row(case, window.id, index, text, limits, "not-tested", why, cited=window)
     return _read_force(case, result, window, stroke_mm)
 
@@ -98,13 +98,14 @@ def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm:
     limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
     prepared, top = case.prepared[result.cycle.index], result.cycle.stroke_max_mm
     index, text = result.cycle.index, f"force at {stroke_mm:g} mm stroke, loading"
-    first = max(stroke_mm - FORCE_HALF_WIDTH_MM, result.cycle.stroke_min_mm)
-    last = min(stroke_mm + FORCE_HALF_WIDTH_MM, top)
-    reading = prepared.fit(stroke_mm, first, last, 2)
+    at = stroke_mm + case.zero_mm
+    first = max(at - FORCE_HALF_WIDTH_MM, result.cycle.stroke_min_mm)
+    last = min(at + FORCE_HALF_WIDTH_MM, top)
+    reading = prepared.fit(at, first, last, 2)
     if reading is None:
         why = f"too few samples about {stroke_mm:g} mm"
         return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
-    wider = None if index not in case.widened else case.widened[index].fit(stroke_mm, first, last, 2)
+    wider = None if index not in case.widened else case.widened[index].fit(at, first, last, 2)
     drawn = _drawn(case, reading, _bound_kN(case, index, reading, wider))
     verdict = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
     contact_mm = block_contact(prepared.loop, case.limits.conditions.block_slope_ratio)
@@ -141,8 +142,10 @@ def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
     """Return the preload judged, by the reading of the limit set; ``why`` states the other reading."""
     prepared = case.prepared[index]
     limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
-    line = prepared.fit(0.0, PRELOAD_FROM_MM, PRELOAD_TO_MM, 1)
-    near = prepared.fit(PRELOAD_READING_MM, 0.0, 2.0 * PRELOAD_READING_MM, 1)
+    zero = case.zero_mm
+    over_line = (zero, zero + PRELOAD_FROM_MM, zero + PRELOAD_TO_MM)
+    about = (zero + PRELOAD_READING_MM, zero, zero + 2.0 * PRELOAD_READING_MM)
+    line, near = prepared.fit(*over_line, 1), prepared.fit(*about, 1)
     extrapolated = (case.options.preload_reading or case.limits.readings.preload) == "extrapolated"
     reading = line if extrapolated else near
     text = (
@@ -156,11 +159,7 @@ def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
     wider = None
     if index in case.widened:
         loop = case.widened[index]
-        wider = (
-            loop.fit(0.0, PRELOAD_FROM_MM, PRELOAD_TO_MM, 1)
-            if extrapolated
-            else loop.fit(PRELOAD_READING_MM, 0.0, 2.0 * PRELOAD_READING_MM, 1)
-        )
+        wider = loop.fit(*over_line, 1) if extrapolated else loop.fit(*about, 1)
     drawn = _drawn(case, reading, _bound_kN(case, index, reading, wider))
     result = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
     other = near if extrapolated else line

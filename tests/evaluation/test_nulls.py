@@ -31,6 +31,7 @@ REASONS = {
     "extremes.force": ("no cycle found", "no expanded uncertaint"),
     "extremes.stroke": ("no cycle found", "no expanded uncertaint"),
     "extremes.speed": ("no value", "no cycle found", "no expanded uncertaint"),
+    "first_contact.": ("no first contact",),
     "impact.": ("not on record: impact_", "no cycle found"),
 }
 NO_VALUES = (
@@ -58,7 +59,7 @@ def unexplained(run: RunEvaluation) -> set[str]:
     warnings = entry["warnings"]
     left = set()
     for path in set(nulls({key: value for key, value in entry.items() if key != "run"})):
-        if path.startswith(NO_VALUES) or path == "impact":
+        if path.startswith(NO_VALUES) or path in ("impact", "first_contact"):
             continue
         if path.startswith("requirements."):
             reasons: tuple[str, ...] = (

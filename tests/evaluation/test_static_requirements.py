@@ -33,7 +33,7 @@ def test_good_test_passes_everything() -> None:
     assert GOOD_RUN.verdict == "pass"
     # nothing is wrong; what has no value or no uncertainty by its nature says so
     assert [text for text in GOOD_RUN.warnings if not text.startswith("no ")] == []
-    assert len(GOOD_RUN.warnings) == 4
+    assert len(GOOD_RUN.warnings) == 5
 
 
 def test_rows_of_a_good_test() -> None:

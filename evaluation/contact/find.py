@@ -1,0 +1,202 @@
+"""The stroke of first contact, found in the first loading branch and the approach before it.
+
+Before contact the force stands at a rest level (the offset of the cell, the friction of the guides). At
+contact it leaves that level for good: with a preload it jumps, along the compliance of the frame; without
+one it rises with the slope of the spring. The last sample at the rest level and the first one above it bound
+the place. Where the branch, extrapolated back, meets the rest level before the force is seen to rise, the
+place is anywhere between the two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from evaluation.record import FloatArray, Record
+
+_FEWEST = 20
+"""Samples up to the first upper turning point, below which nothing is looked for."""
+_REST_SAMPLES = 200
+"""The rest level is the median of so many samples before the force rises, or of what there is …"""
+_FEWEST_REST = 5
+"""… but not of fewer than this."""
+_SURE = 6.0
+"""A force is above the rest level by so many standard deviations of its noise."""
+_FIRST_SHARE = 0.005
+"""Share of the largest force that the first look takes for noise and friction of the stand."""
+_OFFSET_SHARE = 0.01
+"""A rest level beyond this share of the largest force is no offset of a cell: the record begins loaded."""
+_UNLOADED_SHARE = 0.005
+"""Nor is one that lies above the lowest force of the record by more than this share (at least 2 kN)."""
+_LEAST_SLOPE = 0.5
+"""A spring is stiffer than this [kN/mm]; it bounds how much of the approach may lie behind the contact."""
+_FARTHEST_MM = 4.0
+"""So much of the approach is left out at most, as it may lie behind the contact."""
+_MOVED_MM = 0.1
+"""The approach moves where it is so far from where it stood."""
+_CURVED = 0.15
+"""A branch that is extrapolated may bend by this share of the way."""
+_BRANCH_MM = 2.0
+"""The branch that is extrapolated back: so far from where the force rises, without its first third."""
+
+
+@dataclass(frozen=True)
+class FirstContact:
+    """First contact as the record shows it; what it does not show is None, and ``why`` says why.
+
+    Attributes
+    ----------
+    stroke_mm : float or None
+        Place of the contact on the recorded stroke.
+    expanded_uncertainty : float or None
+        Half of the stretch in which it surely lies, noise of the stroke included [mm].
+    recorded_zero_offset_mm : float or None
+        Recorded zero of the stroke as counted from the contact: negative where the zero lies before it.
+    rest_force_kN : float or None
+        Force before contact.
+    stated_zero_mm : float
+        Limit of the error of the zero that the stroke channels state (0: none).
+    beyond : bool
+        Whether the zero is off by more than U and what is stated.
+    how : str
+        ``jump`` (preload), ``rise`` (none to be seen) or ``not on record``.
+    why : str
+    """
+
+    stroke_mm: float | None
+    expanded_uncertainty: float | None
+    recorded_zero_offset_mm: float | None
+    rest_force_kN: float | None
+    stated_zero_mm: float
+    beyond: bool
+    how: str
+    why: str
+
+    def entry(self) -> dict[str, Any]:
+        """Return it as the document holds it."""
+        return dict(self.__dict__)
+
+
+def find_first_contact(record: Record, top_s: float, stated_zero_mm: float = 0.0) -> FirstContact:
+    """Return the first contact of a static run.
+
+    Parameters
+    ----------
+    record : Record
+    top_s : float
+        Moment of the first upper turning point [s].
+    stated_zero_mm : float
+        Limit of the error of the stroke's zero, as the channels state it.
+    """
+    last = int(np.searchsorted(record.time_s, top_s)) + 1
+    stroke, force = record.stroke_mm[:last], record.force_kN[:last]
+    if stroke.size < _FEWEST:
+        return _not_shown(
+            "the record has too few samples before its first upper turning point", stated_zero_mm
+        )
+    largest = float(np.max(force))
+    level, band, at = _rest(stroke, force, largest)
+    if at is None:
+        why = "the record begins loaded: it has no samples at a rest level before the force rises"
+        return _not_shown(why, stated_zero_mm)
+    low = record.force_kN.size // 50
+    lowest = float(np.partition(record.force_kN, low)[low])
+    if abs(level) > _OFFSET_SHARE * largest or level - lowest > max(2.0, _UNLOADED_SHARE * largest):
+        return _not_shown(f"the record begins loaded, with {level:.1f} kN", stated_zero_mm)
+    if at + 1 >= stroke.size or record.has_break(max(0, at - 1), at + 1):
+        return _not_shown("the record has a hole where the force begins to rise", stated_zero_mm)
+    low_mm, high_mm, how = _stretch(stroke, force, at, level, band)
+    place = 0.5 * (low_mm + high_mm)
+    expanded = 0.5 * (high_mm - low_mm) + 2.0 * _noise_mm(stroke, at)
+    beyond = abs(place) > expanded + stated_zero_mm
+    why = f"first contact at {place:.2f} ± {expanded:.2f} mm of the recorded stroke"
+    return FirstContact(place, expanded, -place, level, stated_zero_mm, beyond, how, why)
+
+
+def _not_shown(why: str, stated_zero_mm: float) -> FirstContact:
+    return FirstContact(None, None, None, None, stated_zero_mm, False, "not on record", why)
+
+
+def _rest(stroke_mm: FloatArray, force_kN: FloatArray, largest_kN: float) -> tuple[float, float, int | None]:
+    """Return rest level, the band about it that noise makes, and the last sample in it; None without one.
+
+    The first look takes little forces for friction. The level is then that of the approach while it moves,
+    where it is long enough, and not of the actuator standing still before it; samples that may lie behind a
+    contact without preload are left out.
+    """
+    first = float(np.median(force_kN[:_FEWEST]))
+    band = _FIRST_SHARE * largest_kN + _SURE * _scatter(force_kN[:_REST_SAMPLES])
+    below = np.flatnonzero(force_kN <= first + band)
+    if below.size < _FEWEST_REST:
+        return first, band, None
+    at = int(below[-1])
+    behind = (stroke_mm > stroke_mm[at]) & (stroke_mm <= stroke_mm[at] + _BRANCH_MM)
+    behind[: at + 1] = False
+    slope = _LEAST_SLOPE
+    if np.count_nonzero(behind) >= _FEWEST_REST:
+        slope = max(slope, float(np.polyfit(stroke_mm[behind], force_kN[behind], 1)[0]))
+    before = below[stroke_mm[below] < stroke_mm[at] - min(band / slope, _FARTHEST_MM)]
+    if before.size < _FEWEST_REST:
+        return first, band, at
+    stood = float(np.median(stroke_mm[:_FEWEST_REST]))
+    moved = max(_MOVED_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
+    moving = before[stroke_mm[before] > stood + moved]
+    if moving.size >= 2 * _FEWEST_REST:
+        rest = force_kN[moving[-_REST_SAMPLES:]]
+        band = _SURE * _noise_kN(rest)
+    else:
+        rest = force_kN[before[-_REST_SAMPLES:]]
+    level = float(np.median(rest))
+    band = max(band, 1e-4 * largest_kN)
+    below = np.flatnonzero(force_kN <= level + band)
+    return level, band, int(below[-1]) if below.size >= _FEWEST_REST else None
+
+
+def _scatter(values: FloatArray) -> float:
+    """Return the standard deviation of noise from the differences of neighbours, whatever the trend."""
+    steps = np.diff(values)
+    return 1.4826 * float(np.median(np.abs(steps - np.median(steps)))) / float(np.sqrt(2.0))
+
+
+def _noise_kN(force_kN: FloatArray) -> float:  # noqa: N802 - the unit's own letters
+    """Return the standard deviation of a stretch at rest, from the median of its deviations."""
+    return 1.4826 * float(np.median(np.abs(force_kN - np.median(force_kN))))
+
+
+def _stretch(
+    stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float, band_kN: float
+) -> tuple[float, float, str]:
+    """Return between which strokes the contact lies, and whether the force jumps or rises there."""
+    before, after = sorted((float(stroke_mm[at]), float(stroke_mm[at + 1])))
+    beyond, pushed = stroke_mm[at + 1 :] - after, force_kN[at + 1 :]
+    far = max(
+        _BRANCH_MM, float(np.partition(beyond, min(_FEWEST, beyond.size - 1))[min(_FEWEST, beyond.size - 1)])
+    )
+    near = (beyond > far / 3.0) & (beyond <= far)
+    if np.count_nonzero(near) < _FEWEST_REST:
+        return before, after, "jump"
+    slope, offset = np.polyfit(beyond[near], pushed[near], 1)
+    left = pushed[near] - slope * beyond[near] - offset
+    u_offset = float(np.std(left)) * 2.0 / float(np.sqrt(left.size - 2))
+    jump = float(offset - slope * (after - before)) - level_kN
+    if slope <= 0.0:
+        return before, after, "jump"
+    if jump <= 2.0 * band_kN + 3.0 * u_offset:
+        # A spring without preload is seen to rise when it has left the band, which noise may delay.
+        reach = (1.0 + _CURVED) * (float(offset) - level_kN) + 3.0 * u_offset
+        crossing = after - reach / max(float(slope), _LEAST_SLOPE)
+        return min(crossing, before), after, "rise"
+    # Up the ramp of the frame: what of it is hidden by noise lies before the last sample at rest.
+    half = int(np.argmax(pushed >= level_kN + 0.5 * jump))
+    ramp = max(float(stroke_mm[at + 1 + half]) - before, 0.0) / (0.5 * jump)
+    return before - ramp * band_kN, after, "jump"
+
+
+def _noise_mm(stroke_mm: FloatArray, at: int) -> float:
+    """Return the standard deviation of the stroke's noise about a sample, from its second differences."""
+    around = stroke_mm[max(0, at - 100) : at + 100]
+    if around.size < _FEWEST_REST:
+        return 0.0
+    return 1.4826 * float(np.median(np.abs(np.diff(around, n=2)))) / float(np.sqrt(6.0))

@@ -1,0 +1,49 @@
+"""The first contact of a run, and what is to be said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from evaluation.contact.find import FirstContact, find_first_contact
+from evaluation.contact.rows import COUNTED
+from evaluation.record import Record
+from evaluation.results import CycleResult, RequirementResult, RunFacts
+
+
+def first_contact_of(record: Record, facts: RunFacts, results: Sequence[CycleResult]) -> FirstContact | None:
+    """Return the first contact of a static run; None of any other, and of one without a stroke."""
+    if facts.kind != "static" or not results:
+        return None
+    wires = facts.stroke_uncertainty
+    stated_mm = sum(wire.zero or 0.0 for wire in wires) / max(1, len(wires))
+    return find_first_contact(record, results[0].cycle.top.time_s, stated_mm)
+
+
+def contact_warnings(contact: FirstContact | None, requirements: Sequence[RequirementResult]) -> list[str]:
+    """Say that the stroke zero is off, and what hangs on it; or that the record does not show the contact.
+
+    Parameters
+    ----------
+    contact : FirstContact or None
+    requirements : sequence of RequirementResult
+        As judged (:func:`evaluation.contact.rows.beside`).
+    """
+    if contact is None:
+        return []
+    if contact.stroke_mm is None:
+        return [f"no first contact: {contact.why}; strokes are counted from the recorded zero"]
+    if not contact.beyond:
+        return []
+    side = "before" if contact.stroke_mm > 0.0 else "behind"
+    text = f"{contact.why}: the stroke zero lies {abs(contact.stroke_mm):.2f} mm {side} it"
+    told = [row for row in requirements if COUNTED in row.why and row.measured is not None]
+    first = [row for row in told if row.cycle == told[0].cycle]
+    if not first:
+        return [text]
+    each = "; ".join(f"{row.id} reads {row.measured:.4g} instead of {_counted(row)}" for row in first)
+    of = "" if first[0].cycle is None else f"in cycle {first[0].cycle} "
+    return [f"{text}; {of}{each}"]
+
+
+def _counted(row: RequirementResult) -> str:
+    return row.why.partition(COUNTED)[0].rpartition("; ")[2].strip()

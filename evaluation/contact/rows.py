@@ -1,0 +1,60 @@
+"""What a wrong stroke zero makes of verdicts: each row as read from the recorded zero and from the contact.
+
+The strokes of a requirement are counted from first contact. A zero that is off by more than its uncertainty
+is a known error that is not corrected, so that U grows by all of it (JCGM 100, F.2.4.5); a verdict that hangs
+on it is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from evaluation.results import RequirementResult, Verdict
+
+COUNTED = " counted from first contact"
+"""Words behind the value that a row has from the contact."""
+_SAME: tuple[tuple[Verdict, ...], ...] = (("pass", "conditional-pass"), ("fail", "conditional-fail"))
+"""Verdicts that differ by their distance from the limit only; the weaker one comes last."""
+
+
+def beside(
+    recorded: Sequence[RequirementResult], from_contact: Sequence[RequirementResult]
+) -> list[RequirementResult]:
+    """Return the rows as read from the recorded zero, with what the other zero says of each.
+
+    Parameters
+    ----------
+    recorded, from_contact : sequences of RequirementResult
+        The same requirements in the same order, read from either zero.
+    """
+    return [_joined(one, other) for one, other in zip(recorded, from_contact, strict=True)]
+
+
+def _joined(one: RequirementResult, other: RequirementResult) -> RequirementResult:
+    if one.verdict == other.verdict and one.measured == other.measured:
+        return one
+    why, uncertainty, probability = one.why, one.expanded_uncertainty, one.conformance_probability
+    if one.measured is not None and other.measured is not None and one.measured != other.measured:
+        why += f"; {other.measured:.4g} {one.unit}{COUNTED}"
+        if uncertainty is not None:
+            uncertainty += abs(other.measured - one.measured)
+    verdict = _verdict(one.verdict, other.verdict)
+    if verdict == "inconclusive":
+        probability = None
+    elif probability is not None and other.conformance_probability is not None:
+        probability = min(probability, other.conformance_probability)
+    if verdict != one.verdict and verdict == "inconclusive":
+        why += f"; {other.verdict} from first contact: the stroke zero is off"
+    return replace(
+        one, verdict=verdict, why=why, expanded_uncertainty=uncertainty, conformance_probability=probability
+    )
+
+
+def _verdict(one: Verdict, other: Verdict) -> Verdict:
+    if one == other:
+        return one
+    for family in _SAME:
+        if one in family and other in family:
+            return family[-1]
+    return "inconclusive"

@@ -1,0 +1,171 @@
+"""First contact: found with preload and without, and what a wrong zero makes of verdicts and U."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evaluation.contact import beside, find_first_contact
+from evaluation.document import evaluate_file
+from evaluation.record import make_record
+from evaluation.results import Options, RequirementResult, RunEvaluation, Verdict
+from tests.evaluation.contacts import Approach
+from tests.evaluation.signals import StaticTest
+
+SAMPLE = Path(__file__).resolve().parents[2] / "sample_runs" / "runs" / "001-static-5mm_s.h5"
+GOOD = Approach()
+
+
+def some(count: int) -> list[Approach]:
+    """Return tests of many kinds, drawn with a fixed seed."""
+    random = np.random.default_rng(1)
+    return [
+        Approach(
+            contact_mm=float(random.uniform(-5.0, 5.0)),
+            preload_kN=float(random.choice([0.0, 0.5, 5.0, 10.0, 20.0, 50.0])),
+            approach_mm=float(random.uniform(0.5, 8.0)),
+            noise_kN=float(random.choice([0.01, 0.1, 0.5])),
+            noise_mm=float(random.choice([0.002, 0.01, 0.05])),
+            offset_kN=float(random.uniform(-2.0, 2.0)),
+            friction_kN=float(random.choice([0.0, 0.3, 0.8])),
+            rate_Hz=float(random.choice([20.0, 100.0, 400.0])),
+            slope=float(random.uniform(1.0, 4.0)),
+            seed=seed,
+        )
+        for seed in range(count)
+    ]
+
+
+def covered(tests: list[Approach]) -> float:
+    """Return the share of tests in which the truth lies within U of what was found."""
+    inside = 0
+    for test in tests:
+        found = test.found()
+        assert found.stroke_mm is not None, test
+        assert found.expanded_uncertainty is not None
+        inside += abs(found.stroke_mm - test.contact_mm) <= found.expanded_uncertainty
+    return inside / len(tests)
+
+
+def test_the_contact_lies_within_its_u() -> None:
+    assert covered(some(150)) >= 0.96
+
+
+@pytest.mark.long
+def test_the_contact_lies_within_its_u_in_many() -> None:
+    assert covered(some(2000)) >= 0.975
+
+
+@pytest.mark.parametrize("preload_kN", [5.0, 10.0, 20.0, 50.0])
+@pytest.mark.parametrize("contact_mm", [0.0, 0.2, 1.5, 5.0, -3.0])
+def test_a_preload_tells_the_place_sharply(preload_kN: float, contact_mm: float) -> None:
+    found = replace(GOOD, preload_kN=preload_kN, contact_mm=contact_mm).found()
+    assert found.how == "jump"
+    assert found.stroke_mm == pytest.approx(contact_mm, abs=0.08)
+    assert found.expanded_uncertainty is not None
+    assert found.expanded_uncertainty < 0.15
+    assert found.recorded_zero_offset_mm == -found.stroke_mm
+    assert found.beyond == (abs(contact_mm) > 0.15)
+    assert found.rest_force_kN == pytest.approx(0.1, abs=0.1)
+
+
+def test_more_noise_never_makes_it_surer() -> None:
+    """Tendency."""
+    tests = [replace(GOOD, preload_kN=0.0, noise_kN=noise) for noise in (0.05, 0.2, 0.8)]
+    us = [test.found().expanded_uncertainty for test in tests]
+    assert us == sorted(us, key=lambda u: u or 0.0)
+
+
+def test_a_record_that_begins_loaded_does_not_show_it() -> None:
+    run = StaticTest().evaluate()
+    assert run.first_contact is not None
+    assert run.first_contact.stroke_mm is None
+    assert "begins loaded, with 15.0 kN" in run.first_contact.why
+    assert any(w.startswith("no first contact: the record begins loaded") for w in run.warnings)
+    assert run.verdict == "pass"
+    late = GOOD.columns()[0] > 15.0
+    record = make_record(*(column[late] for column in GOOD.columns()))
+    assert find_first_contact(record, 22.0).stroke_mm is None
+
+
+def test_the_shipped_static_run_begins_at_its_zero() -> None:
+    run = evaluate_file(SAMPLE, Options(draws=0))
+    assert run.first_contact is not None
+    assert run.first_contact.stroke_mm == pytest.approx(0.0, abs=0.1)
+    assert not run.first_contact.beyond
+
+
+def row(run: RunEvaluation, identity: str, cycle: int = 1) -> RequirementResult:
+    return next(r for r in run.requirements if (r.id, r.cycle) == (identity, cycle))
+
+
+def test_a_right_zero_changes_nothing() -> None:
+    run = GOOD.evaluate()
+    assert run.verdict == "pass"
+    assert run.first_contact is not None
+    assert not run.first_contact.beyond
+    assert not any("first contact" in r.why for r in run.requirements)
+
+
+def test_a_wrong_zero_is_named_and_in_u() -> None:
+    right, run = GOOD.evaluate(), replace(GOOD, contact_mm=1.5).evaluate()
+    assert run.verdict == "pass"
+    for identity in ("preload", "force-at-25mm", "force-at-60mm", "force-at-100mm"):
+        read, true = row(run, identity), row(right, identity)
+        assert read.measured is not None
+        assert true.measured is not None
+        assert read.expanded_uncertainty is not None
+        assert abs(read.measured - true.measured) < read.expanded_uncertainty
+        assert "counted from first contact" in read.why
+    for identity in ("stored-energy", "absorbed-energy-ratio"):
+        assert row(run, identity).measured == pytest.approx(row(right, identity).measured, rel=2e-3)
+        assert "first contact" not in row(run, identity).why
+    (said,) = [w for w in run.warnings if "stroke zero" in w]
+    assert said.startswith(
+        "first contact at 1.52 ± 0.05 mm of the recorded stroke: the stroke zero lies 1.52"
+    )
+    assert "preload reads 15.92 instead of 19.85 kN" in said
+
+
+# From the recorded zero the verdict would be a false one.
+NEAR = {
+    "false fail": replace(GOOD, preload_kN=11.4, contact_mm=1.5),
+    "false pass": replace(GOOD, preload_kN=8.0, contact_mm=-1.5),
+}
+
+
+@pytest.mark.parametrize("name", NEAR)
+def test_a_verdict_that_hangs_on_the_zero_is_none(name: str) -> None:
+    run = NEAR[name].evaluate()
+    assert {r.verdict for r in run.requirements if r.id == "preload"} == {"inconclusive"}
+    assert "from first contact: the stroke zero is off" in row(run, "preload").why
+    assert row(run, "preload").conformance_probability is None
+    assert run.verdict == "inconclusive"
+
+
+def test_a_specimen_that_rests_behind_the_zero_is_released() -> None:
+    """It stands at 3 mm of the recorded stroke before each cycle, and is 2 mm away from contact there."""
+    run = replace(GOOD, approach_mm=2.0, contact_mm=5.0).evaluate()
+    assert {r.verdict for r in run.requirements if r.id == "full-release"} == {"inconclusive"}
+    assert "invalid" not in {r.verdict for r in run.requirements}
+    assert run.verdict == "inconclusive"
+
+
+def test_rows_joined() -> None:
+    base = row(GOOD.evaluate(), "preload")
+    assert beside([base], [base]) == [base]
+    cases: list[tuple[Verdict, Verdict, Verdict]] = [
+        ("pass", "conditional-pass", "conditional-pass"),
+        ("conditional-fail", "fail", "conditional-fail"),
+        ("pass", "fail", "inconclusive"),
+        ("fail", "pass", "inconclusive"),
+        ("invalid", "pass", "inconclusive"),
+        ("not-tested", "pass", "inconclusive"),
+        ("fail", "fail", "fail"),
+    ]
+    for one, two, joined in cases:
+        (found,) = beside([replace(base, verdict=one)], [replace(base, verdict=two, measured=1.0)])
+        assert found.verdict == joined
