@@ -151,7 +151,7 @@ def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tup
             temperatures=temperatures,
             clock_s=together.clock_s,
         )
-        return replace(record, ends=together.ends), together.problems
+        return replace(record, ends=together.ends, between=together.between), together.problems
     stroke = run.series("stroke" if len(wires) > 1 else wires[0] if wires else "stroke")
     time_s = stroke.time_s
     stream = run.stream_of("stroke")

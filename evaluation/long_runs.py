@@ -74,13 +74,13 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     stream = run.stream_of(wires[0])
     size = bounds.samples_a_block(stream.rows)
     cleaner = Cleaner(_longest_usual_step_s(run, stream.name, bounds.piece_rows))
-    columns = 3 + (len(wires) > 1) + run.has("speed")
+    apart = Pieces(run, wires, bounds.piece_rows) if are_of_streams(run, wires) else None
+    columns = 3 + (len(wires) > 1) + run.has("speed") + (apart is not None)
     blocks = _Blocks(size, columns, stream.rows)
     first = 0
     ends: dict[str, Ends] = {}
     known = [] if is_stamped(run.metadata, stream.name) else run.gaps(stream.name)
     gaps = np.array(known, dtype=np.int64).reshape(-1, 2)
-    apart = Pieces(run, wires, bounds.piece_rows) if are_of_streams(run, wires) else None
     pieces = apart.columns() if apart else _pieces(run, wires, gaps[:, 0] + 1, bounds.piece_rows)
     for piece in pieces:
         last = first + piece.shape[1]
@@ -94,6 +94,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     problems = apart.problems() if apart else ()
     check_usable(cleaner)
     time_s, stroke_mm, force_kN, *others = blocks.columns()
+    between = apart.between(time_s, others.pop()) if apart else None
     record = Record(
         time_s=time_s,
         stroke_mm=stroke_mm,
@@ -103,6 +104,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
         defects=cleaner.defects(),
         wire_difference_mm=others.pop() if others else None,
         averaged=size,
+        between=between,
     )
     if size == 1 and not cleaner.even:
         record = with_own_steps(record)

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evaluation.channels.between import Between
 from evaluation.channels.sensors import SensorFault
 from evaluation.defects import Cleaner, Defect, gap
 from evaluation.gaps.clock import understand
@@ -86,6 +87,8 @@ class Record:
         Samples as recorded that each sample is the mean of (:mod:`evaluation.condense`).
     moment_error_s : float
         Limit of the error of a sample's moment, where its stamp was rounded.
+    between : Between, or None
+        What may lie between the readings of a force that was interpolated.
     notes : tuple of str
         What was understood of how the record was written, in words.
     ends : mapping of str to (Peak, Peak)
@@ -105,6 +108,7 @@ class Record:
     moment_error_s: float = 0.0
     notes: tuple[str, ...] = ()
     ends: Mapping[str, Ends] = field(default_factory=dict)
+    between: Between | None = None
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""

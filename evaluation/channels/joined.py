@@ -8,11 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.channels.between import Between
 from evaluation.channels.bring import bring, same_instants, usable, usual_step_s
 from evaluation.channels.rates import Rates, Readings, Seen, within
 from evaluation.channels.rows import Rows, readings_of, without_blanks
 from evaluation.extremes.peaks import peaks_of
 from evaluation.record import Ends
+from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
 from foundation.units import to_inside
 from recording.run import Run, Series
@@ -31,6 +33,8 @@ class Joined:
     ----------
     time_s, stroke_mm, force_kN : arrays, shape (N,)
     wire_difference_mm, speed_mm_per_s : array, shape (N,), or None
+    between : Between, or None
+        Where the force was interpolated between readings that are not more frequent than the stroke's.
     problems : tuple of str
     clock_s : float
         Step of the clock, where readings share its stamps.
@@ -43,6 +47,7 @@ class Joined:
     force_kN: FloatArray
     wire_difference_mm: FloatArray | None
     speed_mm_per_s: FloatArray | None
+    between: Between | None
     problems: tuple[str, ...] = ()
     clock_s: float = 0.0
     ends: Mapping[str, Ends] = field(default_factory=dict)
@@ -101,7 +106,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
     if len(wires) > 1:
         two = _at(readings[wires[1]], base.time_s)
         stroke, difference = 0.5 * (base.value + two), base.value - two
-    force, problems = _force_at(run, readings["force"], Readings(base.time_s, stroke))
+    force, between, problems = _force_at(run, readings["force"], Readings(base.time_s, stroke))
     speed = _at(readings["speed"], base.time_s) if "speed" in readings else None
     apart = not same_instants(readings["force"].time_s, base.time_s)
     common = _common(base.time_s, force) if apart else slice(0, base.time_s.size)
@@ -117,6 +122,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         force[common],
         None if difference is None else difference[common],
         None if speed is None else speed[common],
+        between,
         tuple(problems),
         clock_s,
         _ends(readings, Readings(base.time_s, stroke), wires),
@@ -155,23 +161,29 @@ def _at(own: Readings, time_s: FloatArray) -> FloatArray:
     return bring(*usable(*own), time_s).value
 
 
-def _force_at(run: Run, force: Readings, stroke: Readings) -> tuple[FloatArray, list[str]]:
+def _force_at(run: Run, force: Readings, stroke: Readings) -> tuple[FloatArray, Between | None, list[str]]:
     """Return the force at the instants of the stroke, NaN where one of them is read too seldom."""
     if same_instants(force.time_s, stroke.time_s):
-        return force.value, []
+        return force.value, None, []
     force, known = Readings(*usable(*force)), Readings(*usable(*stroke))
-    value = bring(*force, stroke.time_s).value
+    brought = bring(*force, stroke.time_s)
+    value = brought.value
     rates = Rates.of(usual_step_s(known.time_s), usual_step_s(force.time_s), known.value, force.value)
+    there = np.isfinite(stroke.time_s)
+    between = None
+    if rates.slow != "stroke":
+        step_s = usual_step_s(force.time_s)
+        between = Between(step_s, stroke.time_s[there], brought.halved[there], noise_sigma(force.value))
     coarse = rates.too_coarse(known, force)
     if coarse is None or not coarse.any():
-        return value, []
+        return value, between, []
     slow = force if rates.slow == "force" else known
     seen = Seen()
     seen.look(slow.time_s, coarse)
     if coarse.all():
         raise BadInput(seen.text(rates), file=run.path, place=f"channel {rates.slow}", remedy=rates.remedy)
     value[within(slow.time_s, coarse, stroke.time_s)] = np.nan
-    return value, [f"{seen.text(rates)}: nothing is evaluated there; {rates.remedy}"]
+    return value, between, [f"{seen.text(rates)}: nothing is evaluated there; {rates.remedy}"]
 
 
 def _common(time_s: FloatArray, force_kN: FloatArray) -> slice:

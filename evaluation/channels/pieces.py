@@ -7,9 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.channels.between import Between
 from evaluation.channels.bring import bring, usable, usual_step_s
 from evaluation.channels.joined import channels_of
 from evaluation.channels.rates import Rates, Readings, Seen, within
+from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
 from foundation.units import to_inside
 from recording.run import Run
@@ -84,8 +86,9 @@ class Pieces:
         self._seen = Seen()
 
     def columns(self) -> Iterator[FloatArray]:
-        """Return time, stroke, force and, where there are, wire difference and speed; shape (columns, rows).
+        """Return time, stroke, force, where there are, wire difference and speed; shape (columns, rows).
 
+        The last column is what every second reading of the force gives, less what all give.
         What lies before the force's first reading and behind its last one is left out.
 
         Raises
@@ -107,18 +110,26 @@ class Pieces:
             span = float(np.min(known)), float(np.max(known))
             stroke = to_inside(block[self._wires[0]].value, "stroke", block[self._wires[0]].unit)
             about = {name: feed.about(*span) for name, feed in others.items()}
-            at = {name: bring(*readings, time_s).value for name, readings in about.items()}
+            brought = {name: bring(*readings, time_s) for name, readings in about.items()}
+            at = {name: own.value for name, own in brought.items()}
             difference = []
             if len(self._wires) > 1:
                 difference = [stroke - at[self._wires[1]]]
                 stroke = stroke - 0.5 * difference[0]
             force = self._checked(at["force"], time_s, base.about(*span), about["force"])
             speed = [at["speed"]] if "speed" in at else []
-            piece = np.stack([time_s, stroke, force, *difference, *speed])
+            halved = np.nan_to_num(brought["force"].halved)
+            piece = np.stack([time_s, stroke, force, *difference, *speed, halved])
             reach_s = usual_step_s(known)
             out = (time_s < others["force"].first_s - reach_s) | (time_s > others["force"].last_s + reach_s)
             out &= ~np.isfinite(force)
             yield piece[:, ~out] if out.any() else piece
+
+    def between(self, time_s: FloatArray, halved_kN: FloatArray) -> Between | None:
+        """Return what may lie between the readings of the force; None where they are more frequent."""
+        if self._rates.slow == "stroke":
+            return None
+        return Between(self._force_step_s, time_s, halved_kN, self._force_noise_kN)
 
     def problems(self) -> tuple[str, ...]:
         """Return what a user must know, once all pieces have been taken.
@@ -152,6 +163,7 @@ class Pieces:
             quantity = name.split("_", maxsplit=1)[0]
             values.append(to_inside(np.append(some, extremes), quantity, unit))
             steps.append(float(np.median(own_steps)) if own_steps else np.inf)
+        self._force_step_s, self._force_noise_kN = steps[1], noise_sigma(values[1][:-2])
         return Rates.of(steps[0], steps[1], values[0], values[1])
 
     def _checked(

@@ -5,6 +5,9 @@ the hole hides a corner, with its third power or more where the curve is smooth.
 widened by half its length to both sides, with samples that are known, and the record is evaluated once more:
 what a figure changes by bounds what the hole itself can have changed. Where that is too much, and the run has
 cycles like this one that lack nothing, the same hole is opened in them: what it changes there is the bound.
+
+Between the readings of a force that was brought to the stroke's instants, it is the same: the record is
+evaluated once more with what every second reading gives (:mod:`evaluation.channels.bring`).
 """
 
 from __future__ import annotations
@@ -83,13 +86,17 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
     Returns
     -------
     GapBounds
-        Empty where nothing is bridged in a complete cycle.
+        Empty where nothing is bridged or interpolated in a complete cycle.
     """
     narrow = [hole for hole in holes if not (hole.rest or hole.wide)]
     own = _holes_of(narrow, results)
+    if record.between is not None:
+        own = {r.cycle.index: own.get(r.cycle.index, ()) for r in results if r.cycle.complete}
     if not own:
         return GapBounds()
-    short = _without(record, _beside(record, narrow))
+    short = _without(record, _beside(record, narrow)) if narrow else record
+    if record.between is not None:
+        short = replace(short, force_kN=short.force_kN + record.between.at(short.time_s))
     others = _Evaluated.of(short)
     limits, refused, same = {}, {}, {}
     for result in results:
@@ -98,12 +105,12 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
             continue
         other = others.same(result.cycle)
         if other is None:
-            refused[index] = _refused(own[index], "hide a turning point")
+            refused[index] = _refused(record, own[index], "hide a turning point")
             continue
         same[index] = other.cycle._replace(index=index)
         limits[index] = _limits(result, other)
-        if why := _too_much(result, limits[index]):
-            refused[index] = _refused(own[index], why)
+        if why := _too_much(result, limits[index], _noise_J(record, result.cycle)):
+            refused[index] = _refused(record, own[index], why)
     for index, better in _by_donors(record, results, own, refused).items():
         limits[index] = better
         del refused[index]
@@ -117,6 +124,8 @@ def _by_donors(
     refused: Mapping[int, str],
 ) -> dict[int, dict[str, float]]:
     """Return the bounds of refused cycles that the same holes in like cycles show to be small enough."""
+    if record.between is not None:  # no cycle is free of it
+        return {}
     wanted = [r for r in results if r.cycle.index in refused and r.cycle.steady]
     donors = choose_donors(wanted, results, own) if wanted else {}
     if not donors:
@@ -135,7 +144,7 @@ def _by_donors(
             for name, value in of[index].quantities._asdict().items()
             if value is not None and name not in _LEFT_OUT
         }
-        if not _too_much(of[index], limits):
+        if not _too_much(of[index], limits, 0.0):
             found[index] = limits
     return found
 
@@ -163,7 +172,10 @@ class _Evaluated:
         return self.results[at] if near and self.results[at].cycle.complete else None
 
 
-def _refused(holes: Sequence[Hole], why: str) -> str:
+def _refused(record: Record, holes: Sequence[Hole], why: str) -> str:
+    if not holes and record.between is not None:
+        readings = f"the readings of the force, {record.between.step_s:.3g} s apart"
+        return f"what lies between {readings}, may {why}: record or export it at a higher rate"
     more = f" and {len(holes) - 1} more" if len(holes) > 1 else ""
     return f"what is not on record of it may {why}: {holes[0].text}{more}"
 
@@ -242,12 +254,20 @@ def _moved_mm(one: TurningPoint, other: TurningPoint, by_mm: float) -> float:
     return float(np.sign(by_mm)) * SURE * max(0.0, abs(by_mm) - explained)
 
 
-def _too_much(result: CycleResult, limits: Mapping[str, float]) -> str:
+def _noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital
+    """Return what the noise of an interpolated force explains of a change of W_a."""
+    if record.between is None:
+        return 0.0
+    return SURE * _NOISE * record.between.noise_J(cycle.range_mm, cycle.duration_s)
+
+
+def _too_much(result: CycleResult, limits: Mapping[str, float], noise_J: float) -> str:
     """Return why a cycle is not evaluated, or nothing."""
     energy_J = result.quantities.absorbed_energy_J
     if energy_J is None:
         return ""
-    energy = abs(limits.get("absorbed_energy_J", np.inf)) / abs(energy_J) if energy_J else np.inf
+    change_J = max(0.0, abs(limits.get("absorbed_energy_J", np.inf)) - noise_J)
+    energy = change_J / abs(energy_J) if energy_J else np.inf
     range_mm = result.cycle.range_mm
     end_mm = limits["stroke_min_mm"], limits["stroke_max_mm"]
     stroke = max(map(abs, end_mm)) / range_mm

@@ -12,7 +12,7 @@ from evaluation.cycles import find_with_harmonics
 from evaluation.gaps.bounds import GapBounds, gap_bounds
 from evaluation.gaps.bridge import Hole, bridged
 from evaluation.gaps.numbering import Numbering, numbering_of
-from evaluation.gaps.words import hole_warnings, with_gap_limits
+from evaluation.gaps.words import between_warnings, hole_warnings, with_gap_limits
 from evaluation.inertia import InertiaCorrection, InertiaForce, MovingMass, correct_inertia
 from evaluation.loops import CutLoops
 from evaluation.motion import Cycle, TurningPoint
@@ -50,7 +50,9 @@ class Found:
     def warnings(self) -> list[str]:
         """What is to be said of how it was recorded."""
         notes = self.record.notes
-        return [*notes, *hole_warnings(self.record, self.holes), *self.numbering.warnings]
+        holes = hole_warnings(self.record, self.holes)
+        between = between_warnings(self.record, self.results, self.gaps)
+        return [*notes, *holes, *between, *self.numbering.warnings]
 
 
 def found_in(

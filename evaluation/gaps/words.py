@@ -54,9 +54,27 @@ def with_gap_limits(results: Sequence[CycleResult], gaps: GapBounds) -> list[Cyc
     ]
 
 
+def between_warnings(record: Record, results: Sequence[CycleResult], gaps: GapBounds) -> list[str]:
+    """Return what the interpolation between readings of the force may change, over all cycles."""
+    if record.between is None:
+        return []
+    shares = [
+        abs(gaps.limits[r.cycle.index]["absorbed_energy_J"] / r.quantities.absorbed_energy_J)
+        for r in results
+        if r.cycle.complete and r.cycle.index in gaps.limits and r.quantities.absorbed_energy_J
+    ]
+    if not shares:
+        return []
+    readings = f"readings that are {record.between.step_s:.3g} s apart"
+    most = f"the absorbed energy of a cycle by up to {100.0 * max(shares):.2g} %"
+    return [f"the force is interpolated between {readings}: that may change {most}, and is part of U"]
+
+
 def _note(gaps: GapBounds, result: CycleResult) -> tuple[str, ...]:
     """Return what is bridged in a cycle that is evaluated, and what that may change; nothing beside one."""
     holes, limits = gaps.holes[result.cycle.index], gaps.limits[result.cycle.index]
+    if not holes:
+        return ()
     energy = abs(limits["absorbed_energy_J"] / (result.quantities.absorbed_energy_J or float("inf")))
     stroke = max(abs(limits["stroke_min_mm"]), abs(limits["stroke_max_mm"])) / result.cycle.range_mm
     inside = [h for h in holes if h.end_s > result.cycle.start_s and h.start_s < result.cycle.end_s]

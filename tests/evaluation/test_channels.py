@@ -19,7 +19,7 @@ from evaluation.run import evaluate_run
 from foundation.errors import BadInput
 from recording.foreign.importing import import_file
 from recording.foreign.wanted import ImportOptions
-from tests.evaluation.signals import Ellipse, Floats
+from tests.evaluation.signals import Ellipse, Floats, StaticTest
 from tests.recording.foreign.test_instants import every, written
 
 ELLIPSE = Ellipse()
@@ -267,3 +267,50 @@ def test_a_long_run_of_too_few_readings_is_refused_like_a_short_one(tmp_path: Pa
             load_run(file, bounds)
         texts.append(caught.value.message())
     assert texts[0] == texts[1]
+
+
+# --- what lies between the readings of a slower force -------------------------------------------------
+
+
+@pytest.mark.parametrize("rows", [20, 50])
+def test_what_interpolation_may_change_is_part_of_u_and_said(tmp_path: Path, rows: int) -> None:
+    made = columns()
+    run = evaluated(written(tmp_path / "r.csv", made.time_s, made.stroke_mm, every(made.force_kN, rows)))
+    assert_true(run, cycles=3)
+    assert any("the force is interpolated between readings" in text for text in run.warnings)
+    bounds = [c.gap_limits["absorbed_energy_J"] for c in run.cycles if c.cycle.complete]
+    assert all(abs(bound) > 0.0 for bound in bounds)
+
+
+def test_a_force_of_few_readings_a_cycle_has_no_figures_and_says_why(tmp_path: Path) -> None:
+    """Eight readings a cycle could be told from the truth; every second one of them could not."""
+    made = columns()
+    corners = made.force_kN + 20.0 * np.sign(np.sin(2.0 * np.pi * FREQUENCY_HZ * made.time_s))
+    run = evaluated(written(tmp_path / "r.csv", made.time_s, made.stroke_mm, every(corners, 125)))
+    assert not run.summary.cycles_used
+    assert any("what lies between the readings of the force, 0.125 s apart" in text for text in run.warnings)
+
+
+def test_noise_of_a_slow_force_is_no_reason_to_leave_a_cycle_out(tmp_path: Path) -> None:
+    made = columns()
+    noisy = made.force_kN + 1.0 * np.random.default_rng(4).standard_normal(made.time_s.size)
+    run = evaluated(written(tmp_path / "r.csv", made.time_s, made.stroke_mm, every(noisy, 20)))
+    assert len(run.summary.cycles_used) == 5
+
+
+def test_a_static_test_with_a_slower_force_is_judged(tmp_path: Path) -> None:
+    """Its force has corners where the stroke turns: the figures of the full record are within U."""
+    time_s, stroke, force = StaticTest(rate_Hz=100.0).columns()
+    mapping = stated(tmp_path)
+    runs = []
+    for name, rows in (("full", 1), ("slow", 10)):
+        path = written(tmp_path / f"{name}.csv", time_s, stroke, every(force, rows))
+        runs.append(evaluated(path, ImportOptions(kind="static", mapping=mapping)))
+    full, slow = runs
+    assert len(slow.cycles) == len(full.cycles) == 3
+    for one, other in zip(full.cycles, slow.cycles, strict=True):
+        assert other.cycle.complete
+        for name in ("absorbed_energy_J", "stored_energy_J", "damping"):
+            true, value = getattr(one.quantities, name), getattr(other.quantities, name)
+            assert abs(value - true) <= (other.expanded_uncertainty[name] or 0.0), name
+            assert value == pytest.approx(true, rel=5e-3), name
