@@ -262,6 +262,9 @@ def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Se
     if same_instants(at_s, wanted_s):
         return value
     brought = np.full(wanted_s.size, np.nan)
+    set_back = np.flatnonzero(np.diff(at_s) < 0.0) + 1  # what is behind is a stretch of its own
+    if set_back.size:
+        edges = np.union1d(edges, set_back).tolist()
     for first, last in pairwise(edges):
         at, known, wanted = at_s[first:last], value[first:last], wanted_s[first:last]
         even = moved_evenly(at, known, wanted)

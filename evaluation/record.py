@@ -94,6 +94,8 @@ class Record:
     ends : mapping of str to (Peak, Peak)
         Where the samples are means, or are brought to other instants: the least and the greatest sample as
         recorded, by channel (``force``, ``stroke``, ``speed``; of two draw wires also ``stroke_1`` …).
+    by_event : bool
+        A sample was written whenever something had changed: in a long step nothing did but at its end.
     """
 
     time_s: FloatArray
@@ -109,6 +111,7 @@ class Record:
     notes: tuple[str, ...] = ()
     ends: Mapping[str, Ends] = field(default_factory=dict)
     between: Between | None = None
+    by_event: bool = False
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""
@@ -213,6 +216,7 @@ def with_own_steps(record: Record) -> Record:
         breaks=tuple(sorted((set(record.breaks) | new) - gone)),
         defects=tuple(sorted(known, key=lambda defect: defect.start_s)),
         notes=notes,
+        by_event=changes is not None,
     )
 
 

@@ -30,6 +30,8 @@ WIDE = 0.1
 _LEAST_NEAR, _MOST_NEAR = 3, 12
 """The stroke is still beside a hole if its samples over half the hole's length, at least and at most so many,
 have no slope that would have led it anywhere within the hole."""
+_HELD, _HELD_SAMPLES = 8.0, 8
+"""In a record by event the stroke rests in a step of so many usual ones; so many samples say so."""
 _REST_SAMPLES = 48
 """At most so many samples are put into a rest."""
 _BEYOND_RANGE = 0.25
@@ -82,6 +84,8 @@ def bridged(record: Record) -> Bridged:
     Bridged
         The same record where it has no breaks.
     """
+    if record.by_event:
+        record = _held(record)
     breaks = np.array(record.breaks, dtype=np.intp)
     if not breaks.size:
         return Bridged(record)
@@ -113,6 +117,34 @@ def bridged(record: Record) -> Bridged:
         )
     )
     return Bridged(replace(filled, breaks=tuple(places[wide].tolist())), holes)
+
+
+def _held(record: Record) -> Record:
+    """Return a record that is written by event with a few samples in its long steps, in which it rests.
+
+    The stroke stays within an event of where it was until about the usual step before the next sample.
+    """
+    step_s = np.diff(record.time_s)
+    usual_s = float(np.median(step_s))
+    long = np.flatnonzero(step_s > _HELD * usual_s)
+    long = np.setdiff1d(long, np.array(record.breaks, dtype=np.intp) - 1)
+    count = np.minimum(np.round(step_s[long] / usual_s).astype(np.intp) - 1, _HELD_SAMPLES)
+    at = np.repeat(long, count)
+    rank = np.concatenate([np.arange(1, own + 1) for own in count.tolist()] or [np.zeros(0)])
+    width_s = np.repeat((step_s[long] - usual_s) / np.maximum(count, 1), count)
+
+    def column(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else np.insert(values, at + 1, values[at])
+
+    return replace(
+        record,
+        time_s=np.insert(record.time_s, at + 1, record.time_s[at] + rank * width_s),
+        stroke_mm=np.insert(record.stroke_mm, at + 1, record.stroke_mm[at]),
+        force_kN=np.insert(record.force_kN, at + 1, record.force_kN[at]),
+        speed_mm_per_s=column(record.speed_mm_per_s),
+        wire_difference_mm=column(record.wire_difference_mm),
+        breaks=tuple(b + int(np.searchsorted(at, b - 1)) for b in record.breaks),
+    )
 
 
 def _is_long(time_s: FloatArray, breaks: IndexArray) -> NDArray[np.bool_]:

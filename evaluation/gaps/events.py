@@ -14,8 +14,10 @@ IndexArray = NDArray[np.intp]
 
 _LEAST_SAMPLES = 32
 _WIDE_TIME = 3.0
-"""Steps of time differ by event: what 98 % stay below is this many times what 2 % do at least …"""
-_APART = (0.02, 0.98)
+"""Steps of time differ by event: what 99 % stay below is this many times what 2 % do at least …"""
+_APART = (0.02, 0.99)
+_BEAT = 0.9
+"""Steps of nearly the longest (this share of it) may be those of a logger that writes now and then anyway."""
 _ALIKE = (0.05, 0.98)
 _NARROW_CHANGE = 0.4
 """… and the changes do not: all but 5 % are no less than this share of that which 98 % stay below."""
@@ -38,7 +40,10 @@ def event_changes(time_s: FloatArray, stroke_mm: FloatArray, force_kN: FloatArra
     if time_s.size < _LEAST_SAMPLES:
         return None
     step = np.diff(time_s)
-    short, long = np.quantile(step, _APART)
+    written = step < _BEAT * float(np.max(step))
+    if np.count_nonzero(written) < _LEAST_SAMPLES:
+        return None
+    short, long = np.quantile(step[written], _APART)
     if long < _WIDE_TIME * short:
         return None
     shares = []
@@ -47,7 +52,7 @@ def event_changes(time_s: FloatArray, stroke_mm: FloatArray, force_kN: FloatArra
         most = float(np.quantile(change, _ALIKE[1]))
         shares.append(change / most if most > 0.0 else np.zeros_like(change))
     change = np.maximum(*shares)
-    return change if float(np.quantile(change, _ALIKE[0])) >= _NARROW_CHANGE else None
+    return change if float(np.quantile(change[written], _ALIKE[0])) >= _NARROW_CHANGE else None
 
 
 def lost_between(changes: FloatArray) -> IndexArray:

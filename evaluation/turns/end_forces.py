@@ -151,6 +151,7 @@ def _read(terms: FloatArray, force: FloatArray, count: IndexArray) -> tuple[Floa
     c00, c01, c02 = m11 * m22 - m12**2, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
     c12, c22 = m01 * m02 - m00 * m12, m00 * m11 - m01**2
     whole = m00 * c00 + m01 * c01 + m02 * c02
+    whole = np.where(whole > 0.0, whole, np.inf)  # two terms are one: nothing is read, the samples bound it
     first = np.stack((c00, c01, c02)) / whole
     third = np.stack((c02, c12, c22)) / whole
     value, bend = np.einsum("ai,ai->i", first, right), np.einsum("ai,ai->i", third, right)
@@ -159,7 +160,7 @@ def _read(terms: FloatArray, force: FloatArray, count: IndexArray) -> tuple[Floa
     scatter = np.einsum("ij,ij->i", away, away) / np.maximum(count - 3, 1)
     shown = bend**2 > _SHOWN**2 * scatter * third[2]
     # Without the third term, by the formula for a matrix less one row and column.
-    share = third[0] / third[2]
+    share = third[0] / np.where(third[2] > 0.0, third[2], np.inf)
     gain = first[0] - np.where(shown, 0.0, share * third[0])
     return np.where(shown, value, value - share * bend), np.sqrt(np.maximum(gain, 0.0))
 
