@@ -13,6 +13,7 @@ import numpy as np
 from evaluation.budget_lines import budget_entry
 from evaluation.conformity import candidate_of, decide_purposes
 from evaluation.evidence import comparison_entries, evidence_entry, plain
+from evaluation.history import RunHistory, across_entries
 from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import (
@@ -110,11 +111,15 @@ def assemble(
 
 
 def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
-    """Return ``trends`` and ``temperature_comparisons`` of the document; each step of a run is a point."""
+    """Return ``trends``, ``temperature_comparisons``, ``before_after`` and ``proof_load_totals``.
+
+    Each step of a run is a point.
+    """
     points = [point for run in runs for point in points_of(run)]
     return {
         "trends": [_trend(trend) for trend in find_trends(points)],
         "temperature_comparisons": comparison_entries(points),
+        **across_entries(runs, points),
     }
 
 
@@ -170,6 +175,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "summary": None if run.steps else _summary(run.summary),
         "steps": [_step(step) for step in run.steps],
         "extremes": _extremes(run.extremes),
+        **_history(run.history),
         "requirements": [_requirement(row) for row in run.requirements],
         "verdict": run.verdict,
         "warnings": list(run.warnings),
@@ -227,6 +233,16 @@ def _cycle(result: CycleResult) -> dict[str, Any]:
         "temperature_C": {"start": figures.temperature_start_C, "max": figures.temperature_max_C},
         "expanded_uncertainty": dict(result.expanded_uncertainty),
         "why": list(cycle.why),
+    }
+
+
+def _history(history: RunHistory | None) -> dict[str, Any]:
+    known = history or RunHistory()
+    return {
+        "holds": [plain(hold) for hold in known.holds],
+        "residual_strokes": [plain(stroke) for stroke in known.residual_strokes],
+        "settling": [plain(one) for one in known.settling],
+        "cumulated_energy_J": plain(known.cumulated),
     }
 
 

@@ -24,6 +24,7 @@ from foundation.purpose import Purpose
 if TYPE_CHECKING:  # these modules make their facts from the results defined here
     from evaluation.alignment import SkewSensitivity
     from evaluation.contact import FirstContact
+    from evaluation.history.facts import RunHistory
     from evaluation.mean_loop import MeanLoop
     from evaluation.requirements.inspection import Inspection
     from evaluation.wires import DrawWires
@@ -308,6 +309,8 @@ class RunEvaluation:
     """Of a run with several steps each one; ``summary`` is without values then. Empty for all other runs."""
     extremes: Mapping[str, Extreme] = field(default_factory=dict)
     """Least and greatest of all samples, by name; ``summary`` has means over cycles."""
+    history: RunHistory | None = None
+    """Holds, residual strokes, settling and cumulated energy."""
 
 
 @dataclass(frozen=True)

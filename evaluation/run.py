@@ -13,6 +13,7 @@ from evaluation.contact import contact_warnings, first_contact_of
 from evaluation.error_model import draw_errors, missing_facts
 from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
 from evaluation.gaps.found import found_in
+from evaluation.history import history_of
 from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import run_verdict
@@ -164,6 +165,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         first_contact=contact,
         shared_errors=_with_judged(whole.shared_errors, requirements),
         extremes=extremes,
+        history=history_of(record, facts, results, steps),
     )
 
 

@@ -11,6 +11,7 @@ import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from datetime import datetime
 from functools import cached_property
 from typing import Any
 
@@ -110,6 +111,8 @@ class KeptRun:
                 path=self.path,
                 sha256=facts["sha256"],
                 specimen=facts["specimen"],
+                started=None if facts["started"] is None else datetime.fromisoformat(facts["started"]),
+                proof_load=facts["proof_load"],
             ),
             summary=_summary(facts),
             verdict=facts["verdict"],
@@ -165,6 +168,7 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
         "sha256": run.facts.sha256,
         "started": None if run.facts.started is None else run.facts.started.isoformat(),
         "status": run.facts.status,
+        "proof_load": run.facts.proof_load,
         "cycles": len(run.cycles),
         **_of_summary(run.summary, run.mean_loop),
         "extremes": _of_extremes(run.extremes),

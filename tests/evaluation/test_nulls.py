@@ -32,9 +32,11 @@ REASONS = {
     "extremes.stroke": ("no cycle found", "no expanded uncertaint"),
     "extremes.speed": ("no value", "no cycle found", "no expanded uncertaint"),
     "first_contact.": ("no first contact",),
+    "holds": ("no expanded uncertaint",),
     "impact.": ("not on record: impact_", "no cycle found"),
 }
 NO_VALUES = (
+    "settling", "cumulated_energy_J",
     "verdict", "purpose", "limit_set", "inspection", "budget", "requirements.cycle",
     "requirements.lower_limit", "requirements.upper_limit", "requirements.stroke_mm",
     *(f"{part}extremes.{name}.cycle" for name in EXTREME_NAMES for part in ("", "steps.")),
