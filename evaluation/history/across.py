@@ -121,7 +121,9 @@ def _value(run: RunEvaluation, name: str) -> Value | None:
     if measured is None or measured.value is None:
         return None
     shared = None if run.shared_errors is None else run.shared_errors.of(name)
-    return Value(measured.value, measured.expanded_uncertainty, shared or {})
+    if shared is None:
+        return Value(measured.value, measured.expanded_uncertainty)
+    return Value(measured.value, measured.expanded_uncertainty, shared)
 
 
 def _warmer(first: RunEvaluation, later: Sequence[RunEvaluation]) -> list[str]:
