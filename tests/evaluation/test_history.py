@@ -129,7 +129,9 @@ def test_runs_of_a_specimen_are_compared_before_and_after_in_their_order() -> No
     change = after["changes"]["absorbed_energy_J"]
     assert change["relative_change"] == pytest.approx(-0.1, abs=0.005)
     assert change["beyond"]
-    assert after["changes"]["tangent_stiffness_kN_per_mm"]["beyond"] is False
+    stiffness = after["changes"]["tangent_stiffness_kN_per_mm"]
+    # Nothing changed: beyond U (2 u) it may be by chance once in twenty, beyond 2 U it is not.
+    assert abs(stiffness["change"]) < 2.0 * stiffness["expanded_uncertainty"]
     kept = what_runs_say_together([keep(run).light() for run in runs])
     assert kept["before_after"] == [found], "the same from an archive's cache"
 
