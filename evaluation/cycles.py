@@ -29,6 +29,8 @@ STEADY_DISTORTION = 0.02
 """… and its stroke distortion within this much (absolute)."""
 REST_CLOSURE = 0.05
 """A cycle that begins or ends at rest returns within this share of its range."""
+EDGE_SAME = 0.003
+"""A record that ends in motion, but so near to its other lower turn (share of the range), ends there."""
 EDGE_CLOSURE = 0.02
 """A cycle that begins or ends with the record returns within this share of its range."""
 _LEAST_SAMPLES = 8
@@ -64,7 +66,7 @@ def find_with_harmonics(
     index = find_reversals(record.stroke_mm, sampling) if reversals is None else reversals
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
-    turns = _fit_turns(record, index, sampling)
+    turns = _with_edges(record, _fit_turns(record, index, sampling), sampling)
     triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
     why, broken = _incomplete(record, triples)
     whole = np.array([not reasons for reasons in why])
@@ -82,6 +84,29 @@ def find_with_harmonics(
         for i in range(len(triples))
     ]
     return _judge_steady(cycles), found.first_harmonic()
+
+
+def _with_edges(record: Record, turns: list[TurningPoint], sampling: Sampling) -> list[TurningPoint]:
+    """Return the turns, an end of the record taken for one where the motion begins or ends with it.
+
+    There a fit looks for a turn beyond the record, because the stroke is in motion or bends. If the record's
+    end is at the stroke of the cycle's other lower turn within :data:`EDGE_SAME`, so much is missing at most.
+    """
+    turns = list(turns)
+    for place, other, at in ((0, 2, 0), (-1, -3, record.time_s.size - 1)):
+        if len(turns) < 3 or turns[place].method != "cut" or turns[place].kind != "lower":
+            continue
+        end_mm, lower, top = float(record.stroke_mm[at]), turns[other], turns[1 if place == 0 else -2]
+        lower_mm = lower.stroke_mm if place == 0 else lower.leave_mm
+        away_mm = abs(end_mm - lower_mm)
+        noise_mm = 3.0 * (sampling.sigma + lower.u_stroke_mm)
+        if lower.method == "cut" or away_mm > EDGE_SAME * (top.stroke_mm - lower_mm) + noise_mm:
+            continue
+        moment, step_s = float(record.time_s[at]), abs(float(np.diff(record.time_s)[place]))
+        turns[place] = TurningPoint(
+            moment, moment, end_mm, end_mm, "lower", at, "edge", sampling.sigma, step_s, step_s, away_mm
+        )
+    return turns
 
 
 def _starts(turns: Sequence[TurningPoint]) -> range:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from evaluation.branches import DENSE_SAMPLES, Branches, Stretches, closed
-from evaluation.motion import Cycle, EndReading, Loop
+from evaluation.motion import Cycle, EndReading, Loop, TurningPoint
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
 from evaluation.turns import EndForces, Ends, continuous, end_forces
@@ -20,6 +20,8 @@ _CHUNK_POINTS = 65_536
 """Points of a branch that are worked on together: what is made of them stays in the processor's cache."""
 _CHUNK_LOOPS = 800
 """… and at most so many loops: short branches grow by interpolation."""
+_LEAST_REST = 4
+"""Samples of a rest from which its force is read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,13 +30,14 @@ class LoopStack:
 
     ``branches``: all loading branches, then all unloading ones. ``dwells``: time, stroke and force (3, M) of
     the samples strictly inside the dwell at the top, by row; only rows that dwell, or whose force jumps there
-    (then none). ``ends``: how the forces at both ends of each loading branch were read (2, R).
+    (then none). ``ends``: the forces at the lower turning point of each cycle, at the end of its loading, and
+    where it is back.
     """
 
     cycles: Sequence[Cycle]
     branches: Branches
     dwells: dict[int, FloatArray]
-    ends: tuple[EndForces, EndForces]
+    ends: tuple[EndForces, EndForces, EndForces]
 
     @cached_property
     def loading(self) -> Branches:
@@ -60,7 +63,7 @@ class LoopStack:
             parts = [loading, self.dwells[row], unloading]
             unload += self.dwells[row].shape[1] + 1
         whole = np.concatenate(parts, axis=1)
-        start, end = (EndReading(float(e.gain[row]), float(e.slope_kN_per_mm[row])) for e in self.ends)
+        start, end = (EndReading(float(e.gain[row]), float(e.slope_kN_per_mm[row])) for e in self.ends[:2])
         return Loop(whole[0], whole[1], whole[2], top, unload, self.loading.averaged, (start, end))
 
     def stored_energy_J(self) -> FloatArray:  # noqa: N802 - the unit keeps its capital
@@ -98,7 +101,8 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
 
     The force at a turning point is read from each branch by itself (:func:`evaluation.turns.end_forces`): the
     loading branch ends with its own. The unloading one begins with the same where the force is continuous,
-    else with its own: a jump at one stroke encloses no area.
+    else with its own: a jump at one stroke encloses no area. The same holds where a loading branch leaves a
+    rest.
 
     Parameters
     ----------
@@ -154,10 +158,14 @@ def _cut(
             (both.end_s, last, False, smooth[1::2]),
         )
     )
-    begin_kN = starts.force_kN.copy()
-    passes = inner[0].end_s == inner[1].start_s
     loading, unloading = slice(0, own), slice(own, None)
+    before = _at_rests(record, [c.start for c in cycles], starts.rows(loading), sigma_mm, leaving=True)
+    behind = _at_rests(record, [c.end for c in cycles], ends.rows(unloading), sigma_mm, leaving=False)
+    begin_kN, end_kN = starts.force_kN.copy(), ends.force_kN.copy()
+    passes = inner[0].end_s == inner[1].start_s
     one = passes & continuous(ends.rows(loading), starts.rows(unloading))
+    begin_kN[loading] = np.where(continuous(before, starts.rows(loading)), before.force_kN, begin_kN[loading])
+    end_kN[unloading] = np.where(continuous(behind, ends.rows(unloading)), behind.force_kN, end_kN[unloading])
     begin_kN[unloading] = np.where(one, ends.force_kN[loading], begin_kN[unloading])
     dwells = {}
     if not one.all():
@@ -166,8 +174,41 @@ def _cut(
         for row in np.flatnonzero(~one).tolist():
             inside = slice(int(rest.first[row]), int(rest.last[row]))
             dwells[row] = np.stack([column[inside] for column in columns])
-    branches = closed(record, both, (first, begin_kN), (last, ends.force_kN))
-    return LoopStack(cycles, branches, dwells, (starts.rows(loading), ends.rows(loading)))
+    branches = closed(record, both, (first, begin_kN), (last, end_kN))
+    return LoopStack(cycles, branches, dwells, (before, ends.rows(loading), behind))
+
+
+def _at_rests(
+    record: Record, turns: Sequence[TurningPoint], own: EndForces, sigma_mm: float, *, leaving: bool
+) -> EndForces:
+    """Return the forces at turning points, at a rest that of the rest as the stroke leaves or arrives.
+
+    Force is one before and behind that moment: a preload that it takes up within some hundredths of a
+    millimetre belongs to the branch. A record that begins or ends with the motion has one sample of the rest.
+    """
+    rests = np.array([row for row, turn in enumerate(turns) if turn.dwell_s > 0.0], dtype=np.intp)
+    found = own
+    if rests.size:
+        some = [turns[row] for row in rests.tolist()]
+        begin_s, end_s = np.array([(turn.time_s, turn.leave_s) for turn in some]).T
+        stroke = np.array([turn.leave_mm if leaving else turn.stroke_mm for turn in some])
+        inside = Stretches.between(record.time_s, begin_s, end_s).trimmed(record.time_s)
+        flat = np.ones(rests.size, dtype=bool)
+        at_s, begins = (end_s, ~flat) if leaving else (begin_s, flat)
+        there = end_forces(record, Ends(at_s, stroke, inside.first, inside.last, begins, flat), sigma_mm)
+        known = inside.last - inside.first >= _LEAST_REST
+        found = found.replaced(rests[known], there.force_kN[known], there.gain[known])
+    at = 0 if leaving else record.time_s.size - 1
+    near_s = 0.5 * abs(float(record.time_s[at] - record.time_s[1 if leaving else -2]))
+    edges = [
+        row
+        for row, turn in enumerate(turns)
+        if turn.method == "edge" and abs(turn.time_s - float(record.time_s[at])) <= near_s
+    ]
+    if edges:
+        rows = np.array(edges, dtype=np.intp)
+        found = found.replaced(rows, np.full(rows.size, record.force_kN[at]), np.ones(rows.size))
+    return found
 
 
 def cut_loop(record: Record, cycle: Cycle) -> Loop:

@@ -160,7 +160,6 @@ def _stack_figures(stack: LoopStack, first: ComplexArray) -> tuple[list[Quantiti
     stored, absorbed = stack.stored_energy_J(), stack.absorbed_energy_J()
     lowest, highest = _extreme_forces(stack)
     tangent = local_slopes(stack.loading, mean, TANGENT_WINDOW * span)
-    top = stack.loading.force_kN[np.arange(len(cycles)), stack.loading.count - 1]
     storage, loss = first.real, first.imag
     rising, stiff = stored > 0.0, storage > 0.0
     distortion = np.array([np.nan if c.stroke_distortion is None else c.stroke_distortion for c in cycles])
@@ -189,7 +188,7 @@ def _stack_figures(stack: LoopStack, first: ComplexArray) -> tuple[list[Quantiti
             "absorbed_energy_J": absorbed,
             "damping": np.where(rising, absorbed / stored, np.nan),
             "tangent_stiffness_kN_per_mm": tangent,
-            "secant_stiffness_kN_per_mm": (top - stack.loading.force_kN[:, 0]) / span,
+            "secant_stiffness_kN_per_mm": (stack.ends[1].force_kN - stack.ends[0].force_kN) / span,
             "dynamic_stiffness_kN_per_mm": np.abs(first),
             "storage_stiffness_kN_per_mm": storage,
             "loss_stiffness_kN_per_mm": loss,
@@ -251,13 +250,15 @@ def is_two_sided(force_min_kN: float, force_max_kN: float) -> bool:
 
 
 def _extreme_forces(stack: LoopStack) -> tuple[FloatArray, FloatArray]:
-    """Return least and largest force while the stroke moves, and while it dwells at the top.
+    """Return least and largest force from leaving the lower turning point to being back there.
 
-    Each branch is smoothed by itself and ends with its own force at the turning point: peaks stay sharp.
+    That includes the forces with which a rest is left and reached, and a dwell at the top, but no other part
+    of a rest. Each branch is smoothed by itself and ends with the force at its turning point: peaks stay
+    sharp.
     """
     branches = stack.branches
-    lines = np.arange(branches.count.size)
-    both = branches.force_kN[:, 0], branches.force_kN[lines, branches.count - 1]
+    before, top, behind = (ends.force_kN for ends in stack.ends)
+    both = np.append(before, branches.force_kN[before.size :, 0]), np.append(top, behind)
     least, most = np.minimum(*both), np.maximum(*both)
     for window, rows in _by_window(branches.count, FORCE_WINDOW):
         if not window:

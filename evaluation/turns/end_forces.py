@@ -72,6 +72,12 @@ class EndForces:
     nearest_kN: FloatArray
     far: BoolArray
 
+    def replaced(self, rows: IndexArray, force_kN: FloatArray, gain: FloatArray) -> EndForces:
+        """Return these, some rows of which are others, read at rest: there no error of the stroke counts."""
+        force, gains, slope = self.force_kN.copy(), self.gain.copy(), self.slope_kN_per_mm.copy()
+        force[rows], gains[rows], slope[rows] = force_kN, gain, 0.0
+        return EndForces(force, gains, slope, self.nearest_kN, self.far)
+
     def rows(self, chosen: slice) -> EndForces:
         """Return some of them."""
         return EndForces(

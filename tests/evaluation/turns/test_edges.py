@@ -1,0 +1,30 @@
+"""Records that begin and end with the motion itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from evaluation.cycles import find_cycles
+from evaluation.record import make_record
+
+
+@pytest.mark.parametrize("power", [1.0, 1.2, 2.0, 3.0])
+@pytest.mark.parametrize("samples", [100, 1000])
+@pytest.mark.parametrize("noise_mm", [0.0, 0.01])
+def test_the_first_sample_is_the_turn(power: float, samples: int, noise_mm: float) -> None:
+    """Two cycles that begin and end with the record, with more or less speed at once."""
+    time = np.arange(2 * samples + 1) / samples
+    noise = noise_mm * np.random.default_rng(0).standard_normal(time.size)
+    stroke = 40.0 * np.abs(np.sin(np.pi * time)) ** power + noise
+    cycles = find_cycles(make_record(time, stroke, stroke))
+    assert [cycle.complete for cycle in cycles] == [True, True]
+    assert cycles[0].stroke_min_mm == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_record_that_begins_half_a_percent_late_begins_within_its_cycle() -> None:
+    time = np.arange(0.05, 2.0, 0.001)
+    stroke = 40.0 * np.sin(np.pi * time) ** 2
+    cycles = find_cycles(make_record(time, stroke, stroke))
+    assert not cycles[0].complete
+    assert cycles[0].why == ("the record begins within it",)
