@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from .motions import Motion
 from .specimens import branches
@@ -139,15 +140,17 @@ def reversing(t: Array, x: Array, force: Array) -> Array:
 
 
 def unstraight(rng: np.random.Generator, x: Array, limit_mm: float) -> Array:
-    """Return a wire's deviation from its line: slow waves of random place, within its limit."""
-    values = np.zeros_like(x)
-    if limit_mm == 0.0:
-        return values
+    """Return a wire's deviation from its line: slow waves, none at contact, within its limit."""
+    places = np.linspace(-60.0, 120.0, 361)
+    wave = np.zeros_like(places)
     for k in (1, 2, 3):
-        values += rng.normal() * np.cos(np.pi * k * x / 120.0) + rng.normal() * np.sin(np.pi * k * x / 120.0)
-        values -= 0.0
-    values *= 0.46 * limit_mm / np.sqrt(3.0)
-    return values
+        wave += rng.normal() * np.cos(np.pi * k * places / 120.0) + rng.normal() * np.sin(
+            np.pi * k * places / 120.0
+        )
+    wave -= np.interp(0.0, places, wave)
+    wave *= limit_mm * rng.uniform(0.5, 1.0) / np.max(np.abs(wave))
+    smooth = CubicSpline(places, wave)
+    return np.asarray(smooth(np.clip(x, -60.0, 120.0)))
 
 
 def sample(

@@ -346,6 +346,15 @@ def stops_at_rest(rng: np.random.Generator, s: Scene) -> Applied | None:
     )
 
 
+def slower_in_motion(rng: np.random.Generator, s: Scene) -> Applied | None:
+    factor = int(rng.choice([2, 5]))
+    if _cycle_s(s) / s.dt_s < 60 * factor:
+        return None
+    at = _inner(rng, s)
+    s.keep((s.true_time_s < at) | (np.arange(len(s.time_s)) % factor == 0))
+    return Applied("rate-change-moving", f"1/{factor} of the rate from {at:.2f} s", harmless=True)
+
+
 def by_event(rng: np.random.Generator, s: Scene) -> Applied:
     mm, kN = s.span_mm * rng.uniform(0.0005, 0.003), s.force_span * rng.uniform(0.0005, 0.003)
     beat = float(rng.choice([1.0, 5.0]))
@@ -499,6 +508,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("lost-turn", 3, "lost-turn", lost_turn),
     Kind("lost-pause", 3, "lost-pause", lost_pause),
     Kind("rate-change", 3, "rate", slower_at_rest),
+    Kind("rate-change-moving", 3, "rate", slower_in_motion),
     Kind("stops-at-rest", 3, "rate", stops_at_rest),
     Kind("event-log", 3, "rate", by_event),
     Kind("nan-cells", 3, "nan", no_numbers),

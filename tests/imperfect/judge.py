@@ -54,6 +54,7 @@ class Judgement:
     ratios: list[tuple[str, float]] = field(
         default_factory=list
     )  # figure, error / U; of those that must be within U
+    seconds: float = 0.0  # processor time of import and evaluation
     refused: int = 0  # cycles on the record without figures
     whole: int = 0
 

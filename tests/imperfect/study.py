@@ -31,6 +31,7 @@ def one(number: int, only: str | None = None, out: Path | None = None) -> Judgem
     try:
         scene = world.make(number, only)
         files = world.write(scene, folder)
+        begun = time.process_time()
         try:
             imported = import_record(files.record, folder / "runs", ImportOptions(mapping=files.mapping))
             document = evaluate(imported.path, draws=DRAWS)
@@ -40,7 +41,10 @@ def one(number: int, only: str | None = None, out: Path | None = None) -> Judgem
             return j
         if out is not None:
             (out / f"r{number:06d}.json").write_text(json.dumps(document, indent=1, default=str))
-        return judge(scene, document, list(imported.warnings))
+        spent = time.process_time() - begun
+        j = judge(scene, document, list(imported.warnings))
+        j.seconds = spent
+        return j
     finally:
         if out is None:
             shutil.rmtree(folder, ignore_errors=True)
@@ -122,7 +126,9 @@ def tables(judgements: list[Judgement], seconds: float | None = None) -> str:
     for name, (count, inside_U, more) in coverage(judgements).items():
         lines.append(f"| {name} | {count} | {inside_U:.1f} | {more:.1f} |")
     if seconds is not None:
-        lines += ["", f"{len(judgements)} records in {seconds:.0f} s"]
+        longest = max(judgements, key=lambda j: j.seconds)
+        slow = f"longest evaluation: {longest.seconds:.1f} s of processor time (record {longest.number})"
+        lines += ["", f"{len(judgements)} records in {seconds:.0f} s; {slow}"]
     return "\n".join(lines)
 
 
