@@ -40,6 +40,7 @@ ALARMS = {
     "sensor": r"power-on|disconnect",
     "lost": r"\blost\b|\bgaps?\b",
 }
+PLACES_MM = {"force-at-25mm": 25.0, "force-at-60mm": 60.0, "force-at-100mm": 100.0}
 STANDING = re.compile(r"no (expanded|conformance|comparison|mean|highest|uncertainty)")
 Finding = tuple[str, str, str]  # category, what, detail
 
@@ -260,8 +261,8 @@ def _requirements(j: Judgement, scene: Scene, run: dict[str, Any], *, disturbed:
         label = f"{name} of stroke {number}" if number is not None else name
         detail = f"{verdict}, measured {row['measured']}, why: {row['why']}"
         if number is not None and number not in by_number:
-            if verdict in {"pass", "fail", "invalid"}:
-                j.say("numbering", label, f"there is no such stroke: {detail}")
+            if name == "temperature-range" and verdict in {"pass", "fail", "invalid"}:
+                j.say("numbering", "there is no such stroke", f"{label}: {detail}")
             continue
         if name in whole_run or (number is not None and name in _names(by_number[number], scene, zero_mm)):
             condition = whole_run.get(name) or conditions(scene, by_number[number], zero_mm).get(name)
@@ -341,5 +342,7 @@ def _requirement(  # noqa: PLR0912
             j.say("false fail", label, f"invalid without a broken condition: {why}")
     elif not disturbed and not (broken or maybe or unknown or perhaps):
         reached = name not in {"absorbed-energy-ratio", "stored-energy"} or short == "yes"
-        if reached and cycle.whole:
+        place = PLACES_MM.get(name)
+        top = cycle.figures.get("stroke_max_mm", (0.0, 0.0))[1]
+        if reached and cycle.whole and (place is None or top > place + 1.0):
             j.say("needless", label, why)

@@ -22,7 +22,7 @@ from . import world
 from .judge import Judgement, judge
 
 DRAWS = 1000
-FALSE = ("crash", "false pass", "false fail", "mixed", "numbering")
+FALSE = ("crash", "refused record", "false pass", "false fail", "mixed", "numbering")
 
 
 def one(number: int, only: str | None = None, out: Path | None = None) -> Judgement:
@@ -37,7 +37,10 @@ def one(number: int, only: str | None = None, out: Path | None = None) -> Judgem
             document = evaluate(imported.path, draws=DRAWS)
         except Exception as e:  # noqa: BLE001 - whatever it is, it is a finding
             j = Judgement(number, [a.name for a in scene.applied])
-            j.say("crash", type(e).__name__, traceback.format_exc()[-700:] if _is_bug(e) else str(e)[:500])
+            if _is_bug(e):
+                j.say("crash", type(e).__name__, traceback.format_exc()[-700:])
+            else:
+                j.say("refused record", "BadInput", str(e)[:500])
             return j
         if out is not None:
             (out / f"r{number:06d}.json").write_text(json.dumps(document, indent=1, default=str))
@@ -98,6 +101,7 @@ def tables(judgements: list[Judgement], seconds: float | None = None) -> str:
     columns = [
         "records",
         "crash",
+        "refused record",
         "false pass",
         "false fail",
         "mixed",

@@ -173,24 +173,28 @@ def _figures(
 
 
 def _harmonics(t: Array, x: Array, force: Array, i0: int, i1: int) -> dict[str, Interval]:
-    """First harmonics over the period from one lower turn to the next; a linear drift is taken out."""
+    """First harmonics over the period from one lower turn to the next.
+
+    Of a force that still settles they depend on whether its drift is taken out first: either reading is true.
+    """
     period = float(t[i1] - t[i0])
     tt = t[i0 : i1 + 1] - t[i0]
     turn = np.exp(-2j * np.pi * tt / period)
 
-    def first(y: Array) -> complex:
-        level = y - y[0] - (y[-1] - y[0]) * tt / period
+    def first(y: Array, drift: float) -> complex:
+        level = y - y[0] - drift * (y[-1] - y[0]) * tt / period
         return complex(2.0 / period * np.trapezoid(level * turn, tt))
 
-    stiffness = first(force[i0 : i1 + 1]) / first(x[i0 : i1 + 1])
+    x_f = (x[i0 : i1 + 1], force[i0 : i1 + 1])
+    both = [first(x_f[1], drift) / first(x_f[0], drift) for drift in (0.0, 1.0)]
     values = {
-        "frequency_Hz": 1.0 / period,
-        "dynamic_stiffness_kN_per_mm": abs(stiffness),
-        "storage_stiffness_kN_per_mm": stiffness.real,
-        "loss_stiffness_kN_per_mm": stiffness.imag,
-        "loss_factor": stiffness.imag / stiffness.real,
+        "frequency_Hz": [1.0 / period],
+        "dynamic_stiffness_kN_per_mm": [abs(k) for k in both],
+        "storage_stiffness_kN_per_mm": [k.real for k in both],
+        "loss_stiffness_kN_per_mm": [k.imag for k in both],
+        "loss_factor": [k.imag / k.real for k in both],
     }
-    return {name: (value, value) for name, value in values.items()}
+    return {name: (min(value), max(value)) for name, value in values.items()}
 
 
 def readings(x: Array, force: Array, i0: int, top: int, j0: int) -> dict[str, float | None]:
