@@ -77,10 +77,9 @@ def conditions(scene: Scene, cycle: TrueCycle, zero_mm: float) -> dict[str, Cond
     if cycle.pause_s is not None:
         out["pause-limit"] = Condition(_against(cycle.pause_s, PAUSE_S, 8.0))
     out["immediate-unloading"] = Condition(_against(cycle.dwell_s, DWELL_S, 0.4))
-    residual = max(
-        (_against(v, RESIDUAL_MM, 0.7 + abs(zero_mm)) for v in (cycle.residual_mm, cycle.left_mm)),
-        key=("ok", "near", "broken").index,
-    )
+    residual = _against(cycle.residual_mm, RESIDUAL_MM, 0.7 + abs(zero_mm))
+    if residual == "ok" and _against(cycle.left_mm, RESIDUAL_MM, 0.0) == "broken":
+        residual = "near"  # it governs the next stroke; who blames this one, too, is not wrong
     out["full-release"] = Condition(residual, "yes" if cycle.whole else "perhaps")
     top = cycle.figures.get("stroke_max_mm", (0.0, 0.0))[0]
     near = abs(top - 100.0) < 1.0 + abs(zero_mm)
