@@ -162,16 +162,15 @@ def unstraight(rng: np.random.Generator, x: Array, limit_mm: float) -> Array:
 def sample(
     rng: np.random.Generator,
     motion: Motion,
+    stamps: Array,
     force: Array,
     temperature: Array,
     stated: dict[str, Stated],
     strokes: int,
     sensors: int,
-) -> tuple[Array, list[Array], Array, list[Array], dict[str, float]]:
-    """Return stamps, strokes, force, temperatures as a good logger has them; errors as stated."""
+) -> tuple[list[Array], Array, list[Array], dict[str, float]]:
+    """Return strokes, force, temperatures as a good logger has them; errors as stated."""
     t, x = motion.time_s, motion.stroke_mm
-    start = motion.begin_s + rng.uniform(0.0, 1.0) / motion.sample_rate_Hz
-    stamps = np.arange(start, motion.end_s, 1.0 / motion.sample_rate_Hz)
     none = Stated()
     of = stated.get("force", none)
     late = of.delay_s + rng.normal() * of.u_delay_s
@@ -199,4 +198,4 @@ def sample(
         value = np.interp(held, t, temperature) + rectangular(rng, of.zero)
         thermometers.append(np.round(value / 0.0625) * 0.0625)
     facts = {"noise_kN": noise_kN, "noise_mm": noise_mm, "thermometer_every_s": every}
-    return stamps, wires, read, thermometers, facts
+    return wires, read, thermometers, facts

@@ -39,7 +39,7 @@ class Condition:
         if verdict == "fail":
             return self.state != "ok"
         if verdict in {"inconclusive", "not-tested"}:
-            return disturbed or self.shown != "yes"
+            return disturbed or self.shown != "yes" or self.state == "near"
         return False
 
 

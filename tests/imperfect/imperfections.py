@@ -367,7 +367,11 @@ def by_event(rng: np.random.Generator, s: Scene) -> Applied:
             keep[i] = True
             last = i
     s.keep(keep)
-    return Applied("event-log", f"{mm:.3f} mm, {kN:.2f} kN, {beat} s", harmless=True)
+    return Applied(
+        "event-log",
+        f"{mm:.3f} mm, {kN:.2f} kN, {beat} s",
+        harmless=max(mm / s.span_mm, kN / s.force_span) < 0.001,
+    )
 
 
 def no_numbers(rng: np.random.Generator, s: Scene) -> Applied:

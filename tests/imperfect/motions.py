@@ -56,7 +56,7 @@ def static(rng: np.random.Generator) -> Motion:
     strokes = int(rng.choice([2, 3, 4, 5], p=[0.06, 0.7, 0.14, 0.1]))
     broken = str(rng.choice(["none", "speed", "dwell", "pause", "residual"], p=[0.8, 0.05, 0.05, 0.05, 0.05]))
     bad = int(rng.integers(strokes))  # the stroke that breaks it
-    top = rng.uniform(101.5, 105.0) if rng.random() < 0.82 else rng.uniform(55.0, 97.0)
+    top = rng.uniform(101.5, 105.0) if rng.random() < 0.82 else rng.uniform(75.0, 97.0)
     low = rng.uniform(-3.0, -0.2) if rng.random() < 0.6 else 0.0
     speed = float(np.exp(rng.uniform(np.log(4.0), np.log(44.0))))
     back = min(46.0, speed * rng.uniform(0.7, 1.3))
@@ -72,7 +72,7 @@ def static(rng: np.random.Generator) -> Motion:
         rest = tail if i == strokes - 1 else rng.uniform(2.0, 40.0)
         if broken == "pause" and i == bad and i < strokes - 1:
             rest = rng.uniform(640.0, 900.0)
-        ending = rng.uniform(3.2, 9.0) if broken == "residual" and i == bad and i < strokes - 1 else low
+        ending = rng.uniform(3.1, 3.5) if broken == "residual" and i == bad and i < strokes - 1 else low
         for after, where in (
             (abs(peak - x[-1]) / v, peak),
             (hold, peak),

@@ -12,15 +12,27 @@ from evaluation.api import ImportOptions, evaluate, import_record
 
 from . import world
 from .chain import Applied, Scene
+from .expected import conditions, of_the_run
 from .judge import Judgement, judge
 
-NUMBER = 14  # a static record that meets limits and keeps all conditions
+
+def _sound() -> Scene:
+    """Return the first static record that keeps all conditions and meets the limit of the stored energy."""
+    for number in range(200):
+        scene = world.make(number, "clean")
+        if scene.motion.kind != "static" or len(scene.cycles) != 3 or not scene.stated:
+            continue
+        states = [*of_the_run(scene).values()]
+        states += [c for cycle in scene.cycles for c in conditions(scene, cycle, 0.0).values()]
+        if all(c.state == "ok" and c.shown == "yes" for c in states):
+            return scene
+    raise AssertionError("no sound record")
 
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, dict[str, Any]]:
     folder: Path = tmp_path_factory.mktemp("judged")
-    scene = world.make(NUMBER, "clean")
+    scene = _sound()
     files = world.write(scene, folder)
     imported = import_record(files.record, folder / "runs", ImportOptions(mapping=files.mapping))
     return scene, evaluate(imported.path, draws=400)

@@ -67,7 +67,7 @@ def cycles(t: Array, x: Array, force: Array, temperature: Array, *, static: bool
     found = find_strokes(x)
     out: list[TrueCycle] = []
     for k, (low, top, after) in enumerate(found):
-        edge = 0.02 * float(np.ptp(x))
+        edge = 0.0015 * float(np.ptp(x))  # what may lack of a cycle at the ends of the record
         first = 0 if low is None else low
         last = len(x) - 1 if after is None else after
         level = x[top] - 1e-9 * np.ptp(x)

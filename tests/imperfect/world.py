@@ -35,13 +35,15 @@ def make(number: int, only: str | None = None) -> Scene:
     }
     temperature = at_start[band] + rng.uniform(0.0, 2.5) * path / max(path[-1], 1.0)
     force = spring.force(t, x, temperature)
-    seen = (t >= motion.begin_s) & (t <= motion.end_s)
+    first = motion.begin_s + rng.uniform(0.0, 1.0) / motion.sample_rate_Hz
+    stamps = np.arange(first, motion.end_s, 1.0 / motion.sample_rate_Hz)
+    seen = (t >= stamps[0]) & (t <= stamps[-1])
     cycles = truth.cycles(t[seen], x[seen], force[seen], temperature[seen], static=what == "static")
     strokes = 2 if rng.random() < 0.2 else 1
     sensors = int(rng.choice([1, 2, 3], p=[0.7, 0.2, 0.1]))
     stated = state(rng, strokes, sensors)
-    stamps, wires, read, thermometers, noises = sample(
-        rng, motion, force, temperature, stated, strokes, sensors
+    wires, read, thermometers, noises = sample(
+        rng, motion, stamps, force, temperature, stated, strokes, sensors
     )
     rest = str(rng.choice(["known", "short", "unknown"], p=[0.86, 0.07, 0.07]))
     hours = {"known": rng.uniform(80.0, 2000.0), "short": rng.uniform(5.0, 66.0), "unknown": None}[rest]
