@@ -203,6 +203,14 @@ def zero_off(rng: np.random.Generator, s: Scene) -> Applied | None:
     return Applied("zero-off", f"{size:+.2f} mm", word, "judged" if starts_free else "free")
 
 
+def force_zero_off(rng: np.random.Generator, s: Scene) -> Applied:
+    size = rng.uniform(4.0, 20.0) * rng.choice([-1.0, 1.0])
+    s.force_read_kN = s.force_read_kN + size
+    starts_free = s.motion.kind == "static" and float(np.min(s.true_stroke())) < -0.15
+    word = r"zero|offset|tare" if starts_free else None
+    return Applied("force-zero-off", f"{size:+.1f} kN", word, "judged" if starts_free else "free")
+
+
 def _readings_at(s: Scene, wanted: np.ndarray) -> None:
     """Leave readings only in the rows that are wanted (mask)."""
     s.temperatures_C = [np.where(wanted, x, np.nan) for x in s.temperatures_C]
@@ -355,6 +363,15 @@ def slower_in_motion(rng: np.random.Generator, s: Scene) -> Applied | None:
     return Applied("rate-change-moving", f"1/{factor} of the rate from {at:.2f} s", harmless=True)
 
 
+def few_samples(rng: np.random.Generator, s: Scene) -> Applied | None:
+    left = float(np.exp(rng.uniform(np.log(3.0), np.log(70.0))))
+    k = int(_cycle_s(s) / s.dt_s / left)
+    if k < 2 or len(s.time_s) // k < 6:
+        return None
+    s.keep(np.arange(len(s.time_s)) % k == 0)
+    return Applied("few-samples", f"{left:.0f} a cycle", figures="within" if left > 40.0 else "judged")
+
+
 def by_event(rng: np.random.Generator, s: Scene) -> Applied:
     mm, kN = s.span_mm * rng.uniform(0.0005, 0.003), s.force_span * rng.uniform(0.0005, 0.003)
     beat = float(rng.choice([1.0, 5.0]))
@@ -491,6 +508,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("drift-beyond", 0, "drift", drift_beyond),
     Kind("force-late-beyond", 0, "late", force_late),
     Kind("zero-off", 0, "zero", zero_off),
+    Kind("force-zero-off", 0, "drift", force_zero_off),
     Kind("gain-jump", 0, "jump", gain_jump),
     Kind("offset-jump", 0, "jump", offset_jump),
     Kind("stroke-slip", 0, "jump", stroke_slip),
@@ -512,6 +530,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("lost-turn", 3, "lost-turn", lost_turn),
     Kind("lost-pause", 3, "lost-pause", lost_pause),
     Kind("rate-change", 3, "rate", slower_at_rest),
+    Kind("few-samples", 3, "rate", few_samples),
     Kind("rate-change-moving", 3, "rate", slower_in_motion),
     Kind("stops-at-rest", 3, "rate", stops_at_rest),
     Kind("event-log", 3, "rate", by_event),

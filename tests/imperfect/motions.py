@@ -106,6 +106,8 @@ def _seen(
         begins
     ]
     end = last if rng.random() < 0.75 else last - tail + late
+    if rng.random() < 0.04:  # it was stopped too early
+        end = rng.uniform(begin + 0.1 * (end - begin), end)
     return begin, end
 
 
