@@ -144,8 +144,13 @@ def _figures(
     low: Interval = (lows[0], lows[-1])
     high: Interval = (float(x[top]),) * 2
     tops = sorted((float(force[top]), float(force[arrives])))
+    starts = [float(force[i0])]
+    if (
+        static and -0.2 < x[i0] < 0.2
+    ):  # at rest in the very contact: the force is anything up to the preload's
+        starts.append(float(np.max(force[i0 : i0 + int(np.argmax(x[up] > x[i0] + 0.5)) + 1])))
     spans = (float(x[top]) - low[1], float(x[top]) - low[0])
-    secants = [(f - float(force[i0])) / s for f in tops for s in spans]
+    secants = [(f - f_0) / s for f in tops for f_0 in starts for s in spans]
     way = float(x[top] - x[i0])
     mean = 0.5 * (x[top] + x[i0])
     near = np.abs(x[up] - mean) < 0.01 * way
@@ -161,7 +166,10 @@ def _figures(
         "prestress_mm": (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[0])),
         "amplitude_mm": (0.5 * (high[0] - low[1]), 0.5 * (high[0] - low[0])),
         "force_max_kN": (float(np.max(force[i0 : j0 + 1])),) * 2,
-        "force_min_kN": (float(np.min(force[i0 : j0 + 1])),) * 2,
+        "force_min_kN": (
+            float(np.min(force[i0 : j0 + 1])),
+            max(starts[-1], float(np.min(force[i0 : j0 + 1]))),
+        ),
     }
     for name, part in (("loading", up), ("unloading", down)):
         count = part.stop - part.start
