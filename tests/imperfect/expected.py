@@ -76,7 +76,8 @@ def conditions(scene: Scene, cycle: TrueCycle, zero_mm: float) -> dict[str, Cond
     out["speed-limit"] = Condition(speed, "yes" if cycle.whole else "perhaps")
     if cycle.pause_s is not None:
         out["pause-limit"] = Condition(_against(cycle.pause_s, PAUSE_S, 8.0))
-    out["immediate-unloading"] = Condition(_against(cycle.dwell_s, DWELL_S, 0.4))
+    dwell = _against(cycle.dwell_s, DWELL_S, 0.4)
+    out["immediate-unloading"] = Condition(dwell, "yes" if cycle.whole else "perhaps")
     residual = _against(cycle.residual_mm, RESIDUAL_MM, 0.7 + abs(zero_mm))
     if residual == "ok" and _against(cycle.left_mm, RESIDUAL_MM, 0.0) == "broken":
         residual = "near"  # it governs the next stroke; who blames this one, too, is not wrong
