@@ -197,7 +197,7 @@ def _figures(  # noqa: PLR0912
             true = [by_number[n] for n, cycle in pairs.items() if cycle["index"] in used and n in by_number]
             if len(true) != len(used) or not true:
                 continue
-            if len({_step(scene, c) for c in true}) > 1:
+            if _differ([c for c in true if _step(scene, c) >= 0]):
                 j.say("mixed", "steps that do not belong together are one mean", label)
                 continue
             values = {}
@@ -242,6 +242,16 @@ def _step(scene: Scene, c: TrueCycle) -> int:
         if a - 0.3 <= c.top_s <= b + 0.3:
             return i
     return -1
+
+
+def _differ(cycles: list[TrueCycle]) -> bool:
+    """Say whether cycles are of steps that nobody would take for one."""
+    ranges = {}
+    for name, apart in (("prestress_mm", None), ("amplitude_mm", 0.1), ("frequency_Hz", 0.1)):
+        values = [c.figures[name][0] for c in cycles]
+        widest = max(values, default=0.0) - min(values, default=0.0)
+        ranges[name] = widest > (2.0 if apart is None else apart * max(values, default=1.0))
+    return any(ranges.values())
 
 
 def _summaries(run: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:

@@ -8,6 +8,7 @@ import shutil
 import tempfile
 import time
 import traceback
+import warnings
 from collections import Counter, defaultdict
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -33,12 +34,14 @@ def one(number: int, only: str | None = None, out: Path | None = None) -> Judgem
         files = world.write(scene, folder)
         begun = time.process_time()
         try:
-            imported = import_record(files.record, folder / "runs", ImportOptions(mapping=files.mapping))
-            document = evaluate(imported.path, draws=DRAWS)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # what a user would see on standard error is a finding, too
+                imported = import_record(files.record, folder / "runs", ImportOptions(mapping=files.mapping))
+                document = evaluate(imported.path, draws=DRAWS)
         except Exception as e:  # noqa: BLE001 - whatever it is, it is a finding
             j = Judgement(number, [a.name for a in scene.applied])
             if _is_bug(e):
-                j.say("crash", type(e).__name__, traceback.format_exc()[-700:])
+                j.say("crash", type(e).__name__, traceback.format_exc()[-1500:])
             else:
                 j.say("refused record", "BadInput", str(e)[:500])
             return j
