@@ -180,15 +180,13 @@ def sample(
     noise_kN = float(np.exp(rng.uniform(np.log(0.02), np.log(0.8)))) * (0.1 + np.ptp(force) / 600.0)
     read = np.interp(stamps - late, t, seen) + rng.normal(0.0, noise_kN, len(stamps))
     noise_mm = float(np.exp(rng.uniform(np.log(0.002), np.log(0.06))))
-    wires = []
+    wires, zeros = [], []
     for i in range(strokes):
         of = stated.get(f"stroke_{i + 1}", none)
         late_x = of.delay_s + rng.normal() * of.u_delay_s
-        error = (
-            x * rectangular(rng, of.accuracy_percent / 100.0)
-            + rectangular(rng, of.zero)
-            + unstraight(rng, x, of.linearity)
-        )
+        zeros.append(rectangular(rng, of.zero))
+        error = x * rectangular(rng, of.accuracy_percent / 100.0) + zeros[-1]
+        error += unstraight(rng, x, of.linearity)
         wires.append(np.interp(stamps - late_x, t, x + error) + rng.normal(0.0, noise_mm, len(stamps)))
     thermometers = []
     every = float(rng.uniform(0.5, 4.0))
@@ -197,5 +195,10 @@ def sample(
         held = np.floor(stamps / every) * every
         value = np.interp(held, t, temperature) + rectangular(rng, of.zero)
         thermometers.append(np.round(value / 0.0625) * 0.0625)
-    facts = {"noise_kN": noise_kN, "noise_mm": noise_mm, "thermometer_every_s": every}
+    facts = {
+        "zero_mm": float(np.mean(zeros)),
+        "noise_kN": noise_kN,
+        "noise_mm": noise_mm,
+        "thermometer_every_s": every,
+    }
     return wires, read, thermometers, facts

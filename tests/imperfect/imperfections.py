@@ -207,7 +207,7 @@ def force_zero_off(rng: np.random.Generator, s: Scene) -> Applied:
     size = rng.uniform(4.0, 20.0) * rng.choice([-1.0, 1.0])
     s.force_read_kN = s.force_read_kN + size
     starts_free = s.motion.kind == "static" and float(np.min(s.true_stroke())) < -0.15
-    word = r"zero|offset|tare" if starts_free else None
+    word = r"force[^;.]*(zero|offset|tare)|kN (at rest|unloaded|without)" if starts_free else None
     return Applied("force-zero-off", f"{size:+.1f} kN", word, "judged" if starts_free else "free")
 
 

@@ -87,8 +87,7 @@ def judge(scene: Scene, document: dict[str, Any], said_at_import: list[str]) -> 
 def said(run: dict[str, Any], at_import: list[str]) -> str:
     """Return what import and evaluation say of this record, without what they say of every record."""
     sentences = list(at_import) + [str(w) for w in run["warnings"]]
-    for key in ("plausibility", "contact", "first_contact"):
-        sentences += _texts(run.get(key))
+    sentences += _texts(run.get("plausibility"))
     sentences += [str(r["why"]) for r in run["requirements"] if r["verdict"] == "inconclusive"]
     return "\n".join(s for s in sentences if not STANDING.match(s))
 
@@ -205,6 +204,8 @@ def _figures(  # noqa: PLR0912
                 entry = summary.get(name) or {}
                 values[name] = (entry.get("value"), entry.get("expanded_uncertainty"))
             rows.append((label, values, true))
+    if within:
+        _contact(j, scene, run.get("first_contact") or {})
     chosen = scene.number % len(rows) if rows else 0
     for k, (label, values, true) in enumerate(rows):
         for name, (value, u) in values.items():
@@ -231,6 +232,18 @@ def _figures(  # noqa: PLR0912
                     f"{name} by {'+'.join(silent)}",
                     f"{label}: {value:.6g} ± {u:.2g}, true {truth[0]:.6g}",
                 )
+
+
+def _contact(j: Judgement, scene: Scene, found: dict[str, Any]) -> None:
+    """Hold the place of first contact against the true one: where the seat begins to bear, or bears in full."""
+    value, u = found.get("stroke_mm"), found.get("expanded_uncertainty")
+    if value is None or not u:
+        return
+    low = float(scene.facts["zero_mm"])  # type: ignore[arg-type]
+    off = max(low - value, 0.0) - max(value - low - float(scene.facts["seating_mm"]), 0.0)  # type: ignore[arg-type]
+    j.ratios.append(("first contact", off / u))
+    if abs(off) > 2.0 * u:
+        j.say("gross", "first contact", f"{value:.4g} ± {u:.2g} mm, true {low:.4g}: {found.get('how')}")
 
 
 def _mean(intervals: list[Interval]) -> Interval:

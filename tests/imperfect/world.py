@@ -53,6 +53,7 @@ def make(number: int, only: str | None = None) -> Scene:
         "band": band,
         "rest_h": hours,
         "way_of_writing": int(rng.integers(4)),
+        "seating_mm": getattr(spring, "seating_mm", 0.0),
         **noises,
     }
     scene = Scene(
