@@ -17,8 +17,7 @@ import numpy as np
 
 from evaluation.budget_lines import Budget, BudgetLine
 from evaluation.error_model import (
-    SHAPE_HALF_WAVES,
-    SHAPE_SHARE,
+    drum_periods_mm,
     mean_of_wires,
     stroke_term_slopes,
     stroke_terms,
@@ -77,8 +76,8 @@ class _Inputs:
         self.skew = GTC.ureal(0.0, math.hypot(force.u_delay_s or 0.0, stroke.u_delay_s))
         self.stroke_scale = _within(stroke.scale)
         self.stroke_zero = _within(stroke.zero_mm)
-        shape_mm = SHAPE_SHARE * stroke.linearity_mm / math.sqrt(len(SHAPE_HALF_WAVES))
-        self.shape = tuple(GTC.ureal(0.0, shape_mm) for _ in range(2 * len(SHAPE_HALF_WAVES)))
+        self.drums_mm = drum_periods_mm(wires)
+        self.shape = tuple(GTC.ureal(0.0, wave.joint_u_mm) for wave in stroke.waves for _ in range(2))
         self.mass: tuple[Any, ...] = () if inertia is None else (_within(inertia.limit),)
         self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew, *self.mass)
         self.stroke_terms = (1.0, self.stroke_scale, *self.shape)
@@ -201,9 +200,9 @@ def _tangent(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) ->
     low_mm = float(np.mean([loop.cycle.stroke_min_mm for loop in loops]))
     high_mm = float(np.mean([loop.cycle.stroke_max_mm for loop in loops]))
     # The mean stroke is measured with the same wires: their zero does not move the reading along the branch.
-    at, low, high = stroke_terms(np.array([stroke_mm, low_mm, high_mm])).T
+    at, low, high = stroke_terms(np.array([stroke_mm, low_mm, high_mm]), inputs.drums_mm).T
     error_mm = _sum((at - 0.5 * (low + high))[1:], inputs.stroke_terms[1:])
-    stretch = _sum(stroke_term_slopes(stroke_mm)[1:], inputs.stroke_terms[1:])
+    stretch = _sum(stroke_term_slopes(stroke_mm, inputs.drums_mm)[1:], inputs.stroke_terms[1:])
     slope = _sum(slopes, inputs.force_terms) * (1.0 + stretch) + bend * error_mm + noise
     return slope, (_Source("noise and resolution", "kN/mm", None, "normal", (noise,)),)
 

@@ -6,6 +6,7 @@ A limit (half-width) is drawn from a rectangular distribution, a standard uncert
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,11 +27,29 @@ the figures of the reference budget (standards.md 3) are reproduced source by so
 TIME_BASE_LIMIT = 1e-4
 """Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is
 no part of any energy; on frequency and speeds it is negligible beside the rest, and counted all the same."""
-_UNRECORDED, _BLUNT = 1, 2
+_UNRECORDED, _BLUNT, _DRUM = 1, 2, 3
 FORCE_TERMS = 5
 """Force as recorded, scale, zero, reversal, skew (order of :attr:`Draws.force`); then inertia, if any."""
 STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
 """Stroke as recorded, scale, and a cosine and a sine a half wave (order of :attr:`Draws.stroke`)."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A wave of the deviation of the mean of all draw wires from the straight line.
+
+    ``name``: by which it is listed. ``u_mm``: standard uncertainty of its cosine and of its sine, by wire, as
+    a part of the mean.
+    """
+
+    name: str
+    length_mm: float
+    u_mm: tuple[float, ...]
+
+    @property
+    def joint_u_mm(self) -> float:
+        """Standard uncertainty of both in the mean [mm]."""
+        return math.hypot(*self.u_mm)
 
 
 @dataclass(frozen=True)
@@ -47,6 +66,7 @@ class StrokeFacts:
     u_delay_s: float
     scales: tuple[float, ...]
     zeros_mm: tuple[float, ...]
+    waves: tuple[Wave, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +78,7 @@ class Draws:
     force : array, shape (N, 5 or 6)
         Factors of the force terms (:func:`force_terms`): 1, scale, zero [kN], reversibility, skew [s], and
         the share by which the moving mass is wrong where the record was corrected for one.
-    stroke : array, shape (N, 8)
+    stroke : array, shape (N, 8 + 2 D)
         Factors of the stroke terms (:func:`stroke_terms`): 1, scale, shape [mm] …
     stroke_zero_mm : array, shape (N,)
     generator : numpy.random.Generator
@@ -76,6 +96,8 @@ class Draws:
     blunt : array, shape (N, 2)
         How blunt lower and upper turns are, of what they may be: standard normal, the same in all cycles, as
         one stand makes them.
+    drums_mm : tuple of float
+        Circumferences of the wires' drums that are stated.
     """
 
     force: FloatArray
@@ -87,6 +109,7 @@ class Draws:
     overreach: FloatArray
     unrecorded: FloatArray
     blunt: FloatArray
+    drums_mm: tuple[float, ...] = ()
 
     def errors(self) -> dict[str, FloatArray]:
         """Return the errors that a certificate covers, so that other runs may have them too, by name.
@@ -95,11 +118,9 @@ class Draws:
         at every temperature: an error at one says little of that at another.
         """
         force = ("force scale", "force zero", "force reversibility", "delay", "moving mass")
-        shapes = [
-            f"stroke shape {2.0 * SHAPE_LENGTH_MM / waves:g} mm {part}"
-            for waves in SHAPE_HALF_WAVES
-            for part in ("cosine", "sine")
-        ]
+        lengths = [2.0 * SHAPE_LENGTH_MM / waves for waves in SHAPE_HALF_WAVES]
+        waves = [*(f"stroke shape {mm:g} mm" for mm in lengths), *(f"drum {mm:g} mm" for mm in self.drums_mm)]
+        shapes = [f"{wave} {part}" for wave in waves for part in ("cosine", "sine")]
         stroke = ("stroke scale", *shapes)
         return {
             **dict(zip(force, self.force.T[1:], strict=False)),  # no mass where none was corrected for
@@ -125,6 +146,33 @@ def mean_of_wires(wires: Sequence[ChannelUncertainty]) -> StrokeFacts | None:
         u_delay_s=mean([wire.u_delay_s for wire in wires]),
         scales=tuple((wire.accuracy_percent or 0.0) / 100.0 / count for wire in wires),
         zeros_mm=tuple((wire.zero or 0.0) / count for wire in wires),
+        waves=_waves(wires),
+    )
+
+
+def drum_periods_mm(wires: Sequence[ChannelUncertainty]) -> tuple[float, ...]:
+    """Return the circumferences of the wires' drums, each once, from the longest down."""
+    stated = {wire.drum_circumference_mm for wire in wires if wire.drum_circumference_mm is not None}
+    return tuple(sorted(stated, reverse=True))
+
+
+def _waves(wires: Sequence[ChannelUncertainty]) -> tuple[Wave, ...]:
+    """Return the waves of the mean of the wires. All waves of a wire have the same share of its deviation.
+
+    The wave of a drum is one more of them, so that the deviation at a stroke is as large as without it.
+    """
+
+    def part(wire: ChannelUncertainty, length_mm: float | None) -> float:
+        if length_mm is not None and wire.drum_circumference_mm != length_mm:
+            return 0.0
+        count = len(SHAPE_HALF_WAVES) + (wire.drum_circumference_mm is not None)
+        return SHAPE_SHARE * (wire.linearity or 0.0) / math.sqrt(count) / len(wires)
+
+    smooth = tuple(part(wire, None) for wire in wires)
+    lengths = [2.0 * SHAPE_LENGTH_MM / half_waves for half_waves in SHAPE_HALF_WAVES]
+    return (
+        *(Wave(f"stroke shape {mm:g} mm", mm, smooth) for mm in lengths),
+        *(Wave(f"drum {mm:g} mm", mm, tuple(part(w, mm) for w in wires)) for mm in drum_periods_mm(wires)),
     )
 
 
@@ -185,9 +233,12 @@ def draw_errors(
             generator.normal(0.0, skew_s, draws),
         )
     )
-    waves = 2 * len(SHAPE_HALF_WAVES)
-    shape_mm = SHAPE_SHARE * stroke.linearity_mm / float(np.sqrt(len(SHAPE_HALF_WAVES)))
-    shapes = generator.normal(0.0, shape_mm, (draws, waves))  # before what depends on the number of wires
+    smooth, drums = stroke.waves[: len(SHAPE_HALF_WAVES)], stroke.waves[len(SHAPE_HALF_WAVES) :]
+    shape_mm = smooth[0].joint_u_mm
+    shapes = generator.normal(0.0, shape_mm, (draws, 2 * len(smooth)))  # before what depends on the wires
+    for place, drum in enumerate(drums):  # of a generator of its own: all else stays as it was
+        own = np.random.default_rng((seed, _DRUM, place)).normal(0.0, drum.joint_u_mm, (draws, 2))
+        shapes = np.column_stack((shapes, own))
     stroke_errors = np.column_stack((np.ones(draws), within(*stroke.scales), shapes))
     zero_mm, time_base, thermometer = within(*stroke.zeros_mm), within(TIME_BASE_LIMIT), within(1.0)
     overreach = np.where(generator.random(draws) < 0.5, -1.0, 1.0)
@@ -195,26 +246,44 @@ def draw_errors(
         force_errors = np.column_stack((force_errors, within(inertia.limit)))
     # Of generators of their own: what is drawn of a record that lacks nothing stays as it was.
     unrecorded = np.random.default_rng((seed, _UNRECORDED)).uniform(-1.0, 1.0, draws)
+    drums_mm = drum_periods_mm(wires)
     blunt = np.random.default_rng((seed, _BLUNT)).standard_normal((draws, 2))
     return Draws(
-        force_errors, stroke_errors, zero_mm, generator, time_base, thermometer, overreach, unrecorded, blunt
+        force_errors,
+        stroke_errors,
+        zero_mm,
+        generator,
+        time_base,
+        thermometer,
+        overreach,
+        unrecorded,
+        blunt,
+        drums_mm,
     )
 
 
-def stroke_terms(stroke_mm: FloatArray) -> FloatArray:
-    """Return the stroke terms, shape (8, M): stroke, stroke (scale), and the shapes less their value at 0."""
+def _rates_per_mm(drums_mm: Sequence[float]) -> list[float]:
+    """Return the phase that each wave turns by in a millimetre [1/mm]."""
+    smooth = [math.pi * half_waves / SHAPE_LENGTH_MM for half_waves in SHAPE_HALF_WAVES]
+    return [*smooth, *(2.0 * math.pi / length for length in drums_mm)]
+
+
+def stroke_terms(stroke_mm: FloatArray, drums_mm: Sequence[float] = ()) -> FloatArray:
+    """Return the stroke terms, shape (8 + 2 D, M): stroke, stroke (scale), the waves less their value at 0.
+
+    ``drums_mm``: circumferences of the drums that are stated, shape (D,) (:func:`drum_periods_mm`).
+    """
     rows = [stroke_mm, stroke_mm]
-    for half_waves in SHAPE_HALF_WAVES:
-        phase = np.pi * half_waves / SHAPE_LENGTH_MM * stroke_mm
+    for rate in _rates_per_mm(drums_mm):
+        phase = rate * stroke_mm
         rows += [np.cos(phase) - 1.0, np.sin(phase)]
     return np.stack(rows)
 
 
-def stroke_term_slopes(stroke_mm: float) -> FloatArray:
-    """Return the derivative of each stroke term at a stroke, shape (8,), as recorded counted as 0."""
+def stroke_term_slopes(stroke_mm: float, drums_mm: Sequence[float] = ()) -> FloatArray:
+    """Return the derivative of each stroke term at a stroke, shape (8 + 2 D,), as recorded counted as 0."""
     slopes = [0.0, 1.0]
-    for half_waves in SHAPE_HALF_WAVES:
-        rate = np.pi * half_waves / SHAPE_LENGTH_MM
+    for rate in _rates_per_mm(drums_mm):
         slopes += [-rate * np.sin(rate * stroke_mm), rate * np.cos(rate * stroke_mm)]
     return np.array(slopes, dtype=np.float64)
 

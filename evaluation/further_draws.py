@@ -78,7 +78,9 @@ def _stretch(draws: Draws, loop: Loop, branch: slice) -> FloatArray:
     is found where the stretch is largest, so that the error leans to one side, as that by noise does.
     """
     share, stroke_mm = _speeds(loop, branch)
-    slopes = np.stack([stroke_term_slopes(float(at)) for at in stroke_mm[share >= _NEAR_LARGEST]])
+    slopes = np.stack(
+        [stroke_term_slopes(float(at), draws.drums_mm) for at in stroke_mm[share >= _NEAR_LARGEST]]
+    )
     return np.asarray(np.max(np.einsum("ni,ki->nk", draws.stroke, slopes), axis=1))
 
 

@@ -83,6 +83,8 @@ class Record:
         What caused the breaks, in order of time.
     wire_difference_mm : array, shape (N,), or None
         stroke_1 - stroke_2, where the stroke is the mean of two draw wires.
+    drums_mm : tuple of float
+        Circumferences of the drums of its draw wires, where stated: their deviation repeats with it.
     averaged : int
         Samples as recorded that each sample is the mean of (:mod:`evaluation.condense`).
     moment_error_s : float
@@ -107,6 +109,7 @@ class Record:
     defects: tuple[Defect, ...] = ()
     wire_difference_mm: FloatArray | None = None
     averaged: int = 1
+    drums_mm: tuple[float, ...] = ()
     moment_error_s: float = 0.0
     notes: tuple[str, ...] = ()
     ends: Mapping[str, Ends] = field(default_factory=dict)

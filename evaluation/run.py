@@ -10,7 +10,7 @@ from dataclasses import replace
 from evaluation.across_runs.shared import Regression, SharedErrors
 from evaluation.condense import condensed_for
 from evaluation.contact import contact_warnings, first_contact_of
-from evaluation.error_model import draw_errors, missing_facts
+from evaluation.error_model import draw_errors, drum_periods_mm, missing_facts
 from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
 from evaluation.gaps.found import found_in
 from evaluation.history import history_of
@@ -80,6 +80,8 @@ def _collecting_later() -> Iterator[None]:
 
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
     samples, facts, wires = check_wires(record, facts)
+    if drums_mm := drum_periods_mm(facts.stroke_uncertainty):
+        samples = replace(samples, drums_mm=drums_mm)
     record, turns, coarse = condensed_for(samples, facts.kind)
     interval_s = limits.conditions.reading_interval_max_s
     found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)

@@ -109,6 +109,7 @@ class CyclePropagation:
     def __init__(
         self, record: Record, cycle: Cycle, noise: Noise, inertia: InertiaForce | None = None
     ) -> None:
+        self._drums_mm = record.drums_mm
         self.cycle = cycle
         self.noise = noise
         self.loop = cut_loop(record, cycle)
@@ -127,8 +128,8 @@ class CyclePropagation:
 
     @cached_property
     def stroke(self) -> FloatArray:
-        """Terms of the stroke (:func:`evaluation.error_model.stroke_terms`), shape (8, M)."""
-        return stroke_terms(self.loop.stroke_mm)
+        """Terms of the stroke (:func:`evaluation.error_model.stroke_terms`), shape (8 + 2 D, M)."""
+        return stroke_terms(self.loop.stroke_mm, self._drums_mm)
 
     def _integrals(self, part: slice) -> FloatArray:
         middle = 0.5 * (self.force[:, part][:, 1:] + self.force[:, part][:, :-1])
@@ -274,7 +275,7 @@ def _bilinear(draws: Draws, integrals: FloatArray) -> FloatArray:
 
 def stroke_error_mm(draws: Draws, stroke_mm: float) -> FloatArray:
     """Return the error of the stroke at a stroke for every draw [mm], shape (N,)."""
-    terms = stroke_terms(np.array([stroke_mm]))[:, 0]
+    terms = stroke_terms(np.array([stroke_mm]), draws.drums_mm)[:, 0]
     return _weighted(draws.stroke[:, 1:], terms[1:]) + draws.stroke_zero_mm
 
 
@@ -293,7 +294,7 @@ def slope_draws(draws: Draws, reading: LocalReading, place_error_mm: FloatArray 
     the place is a number.
     """
     noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.slope_gain
-    stretch = _weighted(draws.stroke, stroke_term_slopes(reading.stroke_mm))
+    stretch = _weighted(draws.stroke, stroke_term_slopes(reading.stroke_mm, draws.drums_mm))
     error_mm = stroke_error_mm(draws, reading.stroke_mm)
     moved = reading.bend * (error_mm if place_error_mm is None else error_mm - place_error_mm)
     return _weighted(draws.force, reading.slope_terms) * (1.0 + stretch) + moved + noise

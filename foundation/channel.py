@@ -48,6 +48,17 @@ class ChannelUncertainty(Settings):
     """Limit of the smooth deviation from the straight line, in the channel's unit."""
     u_delay_s: float | None = Field(default=None, ge=0)
     """Standard uncertainty of the measured delay [s]."""
+    drum_circumference_mm: float | None = Field(default=None, gt=0)
+    """Travel of a draw wire in one turn of its drum [mm]: part of the deviation from the straight line
+    repeats with it."""
+
+    @model_serializer(mode="wrap")
+    def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what only some channels have: the record of any other stays as it was."""
+        content: dict[str, Any] = handler(self)
+        if self.drum_circumference_mm is None:
+            content.pop("drum_circumference_mm", None)
+        return content
 
 
 class Channel(Settings):

@@ -221,9 +221,10 @@ def _sources(chain: Chain, errors: Sequence[str]) -> list[Weighted]:
     )
     found += _several("stroke scale", "rectangular", instruments, stroke.scales)
     found += _several("stroke zero", "rectangular", zeros, stroke.zeros_mm)
+    waves = {wave.name: wave for wave in stroke.waves}
     for name in errors:
-        if name.startswith("stroke shape"):
-            found += _several(name, "normal", instruments, [c.linearity or 0.0 for c in chain.wires])
+        if (wave := waves.get(name.rpartition(" ")[0])) is not None:
+            found += _several(name, "normal", instruments, wave.u_mm)
         elif name in ("clock", "moving mass"):
             found.append(_one(name, chain.stand))
     return found

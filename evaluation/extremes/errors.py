@@ -74,7 +74,7 @@ def speed_errors(draws: Draws, peak: SpeedPeak, sigma_mm: float) -> FloatArray:
     The deviations of the draw wires stretch the stroke where the slope was read; noise makes the largest of
     many slopes overreach.
     """
-    stretch = np.einsum("ni,i->n", draws.stroke, stroke_term_slopes(peak.stroke_mm))
+    stretch = np.einsum("ni,i->n", draws.stroke, stroke_term_slopes(peak.stroke_mm, draws.drums_mm))
     window = max(2.0, peak.window)
     u = sigma_mm * float(np.sqrt(12.0 / (window * (window**2 - 1.0)))) / peak.step_s
     noise = _noise(draws, Reading(0.0, u, peak.rivals(u)), 2)

@@ -188,7 +188,8 @@ def measured(
     read = []
     for wire in wires:
         one = stroke * (1.0 + 0.01 * within(wire.accuracy_percent))
-        one = one + wire_deviation(stroke, wire.linearity or 0.0, shared) + within(wire.zero)
+        drum_mm = wire.drum_circumference_mm
+        one = one + wire_deviation(stroke, wire.linearity or 0.0, shared, drum_mm) + within(wire.zero)
         read.append(_steps(one + each_mm * random.standard_normal(time.size), STEP_MM))
     return time, np.mean(read, axis=0), _steps(recorded, STEP_KN)
 
@@ -204,14 +205,18 @@ def _steps(value: Floats, step: float) -> Floats:
     return np.round(value / step) * step
 
 
-def wire_deviation(stroke_mm: Floats, limit_mm: float, random: np.random.Generator) -> Floats:
+def wire_deviation(
+    stroke_mm: Floats, limit_mm: float, random: np.random.Generator, drum_mm: float | None = None
+) -> Floats:
     """Return a smooth random deviation of a draw wire, 0 at contact: three waves of 240, 120 and 80 mm.
 
-    Amplitudes and phases are drawn so that the deviation at a stroke is normal with 0.46 of the limit.
+    With a drum, a fourth of its circumference. Amplitudes and phases are drawn so that the deviation at a
+    stroke is normal with 0.46 of the limit.
     """
     total = np.zeros_like(stroke_mm)
-    for period in (240.0, 120.0, 80.0):
-        size = limit_mm * 0.46 * random.rayleigh() / np.sqrt(3.0)
+    periods = (240.0, 120.0, 80.0) if drum_mm is None else (240.0, 120.0, 80.0, drum_mm)
+    for period in periods:
+        size = limit_mm * 0.46 * random.rayleigh() / np.sqrt(len(periods))
         angle = random.uniform(0.0, 2.0 * np.pi)
         total = total + size * (np.cos(2.0 * np.pi * stroke_mm / period + angle) - np.cos(angle))
     return total
