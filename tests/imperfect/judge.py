@@ -235,7 +235,7 @@ def _figures(  # noqa: PLR0912
 
 
 def _contact(j: Judgement, scene: Scene, found: dict[str, Any]) -> None:
-    """Hold the place of first contact against the true one: where the seat begins to bear, or bears in full."""
+    """Hold the place of first contact against the true one: where the seat begins to bear, or bears fully."""
     value, u = found.get("stroke_mm"), found.get("expanded_uncertainty")
     if value is None or not u:
         return
