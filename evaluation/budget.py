@@ -169,6 +169,8 @@ def _energies(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) -
         share * _rms([getattr(t, name) for t in terms]) for name in ("noise_up_J", "noise_down_J", "turn_J")
     ]
     noise[2] = math.hypot(noise[2], _rms([t.blunt_J for t in terms]))  # the same in all cycles
+    if not all(map(math.isfinite, noise)):
+        return {}  # a turning point is not known at all: its figures have no U either
     e_up, e_down, e_turn = (GTC.ureal(0.0, u) for u in noise)
     stored = _bilinear(inputs, up) + e_up + e_turn
     absorbed = _bilinear(inputs, up) + e_up + _bilinear(inputs, down) + e_down

@@ -25,6 +25,7 @@ _WHY_NOT = {
     "temperature_max_C": "a sensor on the specimen states no accuracy",
 }
 _OTHERWISE = "too few samples to propagate it"
+_JUDGED = {"stored_energy_J", "absorbed_energy_J"}
 
 
 def with_uncertainty(
@@ -68,17 +69,22 @@ def with_uncertainty(
         if index in left_out:
             continue
         if index in prepared:
-            drawn = cycle_draws(draws, prepared[index])
-            drawn = {**drawn, **further_draws(draws, prepared[index], result, temperatures)}
+            # Of a cycle whose turning points hardly differ some draws have no figures; these have no U.
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                drawn = cycle_draws(draws, prepared[index])
+                drawn = {**drawn, **further_draws(draws, prepared[index], result, temperatures)}
+            drawn = _finite(drawn)
             if result.gap_limits:
                 whole[index] = _with_missing(result, {n: expanded(values) for n, values in drawn.items()})
-                drawn = with_gaps(drawn, result.gap_limits, draws)
+                drawn = _finite(with_gaps(drawn, result.gap_limits, draws))
             if index in tally:
                 tally[index].add(drawn)
-            if keep:
+            if keep and drawn.keys() >= _JUDGED:
                 kept[index] = drawn
         else:
-            drawn = {**stroke_draws(draws, result.cycle), **temperature_draws(draws, result, temperatures)}
+            drawn = _finite(
+                {**stroke_draws(draws, result.cycle), **temperature_draws(draws, result, temperatures)}
+            )
         known[index] = _with_missing(result, {name: expanded(values) for name, values in drawn.items()})
     sources = known | whole
     completed = [
@@ -88,6 +94,11 @@ def with_uncertainty(
         for r in results
     ]
     return completed, kept
+
+
+def _finite(drawn: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the figures of which every draw is a number."""
+    return {name: values for name, values in drawn.items() if np.isfinite(values).all()}
 
 
 def with_gaps(

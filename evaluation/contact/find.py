@@ -119,6 +119,9 @@ def _not_shown(why: str, stated_zero_mm: float) -> FirstContact:
     return FirstContact(None, None, None, None, stated_zero_mm, False, "not on record", why)
 
 
+_HELD_SHARE = 1e-3
+
+
 def _rest(stroke_mm: FloatArray, force_kN: FloatArray, largest_kN: float) -> tuple[float, float, int | None]:
     """Return rest level, the band about it that noise makes, and the last sample in it; None without one.
 
@@ -135,7 +138,8 @@ def _rest(stroke_mm: FloatArray, force_kN: FloatArray, largest_kN: float) -> tup
     behind = (stroke_mm > stroke_mm[at]) & (stroke_mm <= stroke_mm[at] + _BRANCH_MM)
     behind[: at + 1] = False
     slope = _LEAST_SLOPE
-    if np.count_nonzero(behind) >= _FEWEST_REST:
+    # Values that are held leave one stroke, and no slope.
+    if np.count_nonzero(behind) >= _FEWEST_REST and np.ptp(stroke_mm[behind]) > _HELD_SHARE * _BRANCH_MM:
         slope = max(slope, float(np.polyfit(stroke_mm[behind], force_kN[behind], 1)[0]))
     before = below[stroke_mm[below] < stroke_mm[at] - min(band / slope, _FARTHEST_MM)]
     if before.size < _FEWEST_REST:
