@@ -73,19 +73,19 @@ def conditions(scene: Scene, cycle: TrueCycle, zero_mm: float) -> dict[str, Cond
         if len(speeds) > 1 and "ok" in speeds and "near" in speeds
         else max(speeds, key=("ok", "near", "broken").index)
     )
-    out["speed-limit"] = Condition(speed, "yes" if cycle.whole else "perhaps")
+    out["speed-limit"] = Condition(*((speed, "yes") if cycle.closes else ("near", "perhaps")))
     if cycle.pause_s is not None:
         out["pause-limit"] = Condition(_against(cycle.pause_s, PAUSE_S, 8.0))
     dwell = _against(cycle.dwell_s, DWELL_S, 0.4)
-    out["immediate-unloading"] = Condition(dwell, "yes" if cycle.whole else "perhaps")
+    out["immediate-unloading"] = Condition(dwell, "yes" if cycle.closes else "perhaps")
     residual = _against(cycle.residual_mm, RESIDUAL_MM, 0.7 + abs(zero_mm))
     if residual == "ok" and _against(cycle.left_mm, RESIDUAL_MM, 0.0) == "broken":
         residual = "near"  # it governs the next stroke; who blames this one, too, is not wrong
-    out["full-release"] = Condition(residual, "yes" if cycle.whole else "perhaps")
+    out["full-release"] = Condition(residual, "yes" if cycle.closes else "perhaps")
     top = cycle.figures.get("stroke_max_mm", (0.0, 0.0))[0]
     near = abs(top - 100.0) < 1.0 + abs(zero_mm)
     out["full-stroke"] = Condition(
-        "ok", "perhaps" if near or not cycle.whole else "yes" if top > 100.0 else "no"
+        "ok", "perhaps" if near or not cycle.closes else "yes" if top > 100.0 else "no"
     )
     return out
 
@@ -99,7 +99,7 @@ def of_the_run(scene: Scene) -> dict[str, Condition]:
         rest = Condition("ok" if hours >= REST_H else "broken")
     else:
         rest = Condition("ok", "no")
-    whole = sum(c.whole for c in scene.cycles)
+    whole = sum(c.closes for c in scene.cycles)
     near = len(scene.cycles) != whole
     count = Condition("ok" if whole >= 3 else "near" if near and len(scene.cycles) >= 3 else "broken")
     return {"rest-after-assembly": rest, "cycle-count": count}

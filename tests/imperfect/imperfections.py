@@ -253,7 +253,7 @@ def _odd_reading(rng: np.random.Generator, s: Scene, value: float, name: str) ->
         return None
     k = int(rng.integers(len(s.temperatures_C)))
     seconds = float(rng.choice([0.0, rng.uniform(0.5, 4.0)]))
-    at = rng.uniform(s.true_time_s[0], s.true_time_s[-1] - seconds)
+    at = rng.uniform(s.true_time_s[0], max(s.true_time_s[0], s.true_time_s[-1] - seconds))
     rows = (s.true_time_s >= at) & (s.true_time_s <= at + max(seconds, 1.01 * s.dt_s))
     if not np.isfinite(s.temperatures_C[k][rows]).any():
         return None

@@ -20,18 +20,24 @@ from typing import Any
 from evaluation.api import ImportOptions, evaluate, import_record
 
 from . import world
-from .judge import Judgement, judge
+from .judge import judge
+from .judgement import Judgement
 
 DRAWS = 1000
-FALSE = ("crash", "refused record", "false pass", "false fail", "mixed", "numbering")
+FALSE = ("generator", "crash", "refused record", "false pass", "false fail", "mixed", "numbering")
 
 
 def one(number: int, only: str | None = None, out: Path | None = None) -> Judgement:
     """Make, import, evaluate and judge one record; with `out` its files stay there."""
     folder = out or Path(tempfile.mkdtemp(prefix="imperfect-"))
     try:
-        scene = world.make(number, only)
-        files = world.write(scene, folder)
+        try:
+            scene = world.make(number, only)
+            files = world.write(scene, folder)
+        except Exception:  # noqa: BLE001 - a fault of the world itself is said apart
+            j = Judgement(number, [])
+            j.say("generator", "no record", traceback.format_exc()[-1500:])
+            return j
         begun = time.process_time()
         try:
             with warnings.catch_warnings():
@@ -103,6 +109,7 @@ def tables(judgements: list[Judgement], seconds: float | None = None) -> str:
     """Return the tables as Markdown."""
     columns = [
         "records",
+        "generator",
         "crash",
         "refused record",
         "false pass",

@@ -13,7 +13,8 @@ from evaluation.api import ImportOptions, evaluate, import_record
 from . import world
 from .chain import Applied, Scene
 from .expected import conditions, of_the_run
-from .judge import Judgement, judge
+from .judge import judge
+from .judgement import Judgement
 
 
 def _sound() -> Scene:
