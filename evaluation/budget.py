@@ -41,6 +41,7 @@ _UNITS = {
 _MOST_CYCLES = 50
 """Loops are averaged over at most so many of the cycles used, evenly chosen."""
 _SQRT3 = math.sqrt(3.0)
+_GAPS, _SCATTER = "what is not on record", "scatter between cycles"
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,7 @@ def run_budget(
     prepared: Mapping[int, CyclePropagation],
     summary: Summary,
     inertia: InertiaForce | None = None,
+    gap_limits: Mapping[str, float] | None = None,
 ) -> tuple[Budget, ...]:
     """Return the budgets of a run's main results.
 
@@ -129,6 +131,9 @@ def run_budget(
         Means over the cycles used, with the uncertainty of record.
     inertia : InertiaForce, optional
         What the correction for a moving mass added.
+    gap_limits : mapping of str to float, optional
+        By how much what is not on record may change the means, by quantity (limits, in their units); of a
+        run that lacks nothing none.
 
     Returns
     -------
@@ -150,7 +155,7 @@ def run_budget(
         if figure is None or value is None:
             continue
         result, own = figure
-        own = (*own, *_scatter(name, summary.values[name].scatter_u, len(used)))
+        own = (*own, *_beside(name, (gap_limits or {}).get(name, 0.0), summary, len(used)))
         expanded = summary.values[name].expanded_uncertainty
         u_drawn = None if expanded is None else expanded / COVERAGE
         budgets.append(_drawn_up(name, value, result, inputs, own, u_drawn))
@@ -209,18 +214,27 @@ def _tangent(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) ->
     return slope, (_Source("noise and resolution", "kN/mm", None, "normal", (noise,)),)
 
 
-def _scatter(name: str, u: float, cycles: int) -> tuple[_Source, ...]:
-    """Return what the cycles scatter by beyond their noise, as an uncertainty of their mean (type A)."""
-    if cycles < LEAST_SCATTER:
-        return ()
-    return (_Source("scatter between cycles", _UNITS[name], None, "t", (GTC.ureal(0.0, u, cycles - 1),)),)
+def _beside(name: str, gap_limit: float, summary: Summary, cycles: int) -> tuple[_Source, ...]:
+    """Return the errors that are added to a mean as they are: what is not on record, and what the cycles
+    scatter by beyond their noise, as an uncertainty of their mean (type A).
+
+    The bound of a gap is one of each result by itself (damping's is not that of the energies), and one
+    rectangular error for the whole run, as it is drawn (:func:`evaluation.uncertain_results.with_gaps`).
+    """
+    found = []
+    if gap_limit:
+        limit = abs(gap_limit)
+        found.append(_Source(_GAPS, _UNITS[name], limit, "rectangular", (_within(limit),)))
+    if cycles >= LEAST_SCATTER:
+        u = GTC.ureal(0.0, summary.values[name].scatter_u, cycles - 1)
+        found.append(_Source(_SCATTER, _UNITS[name], None, "t", (u,)))
+    return tuple(found)
 
 
 def _drawn_up(
     name: str, value: float, result: Any, inputs: _Inputs, own: tuple[_Source, ...], u_drawn: float | None
 ) -> Budget:
-    scatter = [source for source in own if source.name == "scatter between cycles"]
-    whole = result + sum(source.inputs[0] for source in scatter)
+    whole = result + sum(source.inputs[0] for source in own if source.name in (_GAPS, _SCATTER))
     lines = [_line(whole, source, inputs.joint.get(source.name, 1.0)) for source in (*inputs.sources, *own)]
     dof = float(GTC.dof(whole)) if whole.u > 0.0 else math.inf
     return Budget(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from evaluation.archive.cache import Cache
-from evaluation.archive.identity import Settings, Software, software
+from evaluation.archive.identity import Settings, Software, settings_entry, software
 from evaluation.archive.kept import KeptRun, Wanted
 from evaluation.archive.work import File, Outcome
 from evaluation.conformity import Decided, decide_purposes
@@ -85,6 +85,11 @@ class ArchiveEvaluation:
         """
         return decide_purposes([run.candidate for run in self.runs], self.conformity)
 
+    @cached_property
+    def settings_entry(self) -> dict[str, Any]:
+        """Settings with the runs that the user named, and their hash, as document and tables state it."""
+        return settings_entry(self.settings.content, self.decided.named)
+
     def head(self) -> dict[str, Any]:
         """Return the keys of the evaluation document that come before its runs."""
         return {"schema": SCHEMA, "software": self._software()}
@@ -96,7 +101,7 @@ class ArchiveEvaluation:
             **what_runs_say_together([run.light() for run in self.runs]),
             "decision_rule": self.settings.options.decision_rule,
             "conformity": [statement.entry() for statement in self.decided.statements],
-            "settings": {"sha256": self.settings.sha256, **self.settings.content},
+            "settings": self.settings_entry,
             "failures": [{"path": failure.path, "problem": failure.problem} for failure in self.failures],
         }
 

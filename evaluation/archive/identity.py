@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import cache, cached_property
 from importlib import metadata
@@ -35,7 +36,7 @@ class Settings:
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        """Everything that changes a figure or a verdict, as JSON holds it."""
+        """Everything that changes a figure or a verdict of a run, as JSON holds it."""
         inspections = [inspection.record() for inspection in self.options.inspections]
         plain = {f.name: getattr(self.options, f.name) for f in fields(self.options)}
         return {**plain, "inspections": inspections, "limit_set": self.limit_set.sha256}
@@ -44,6 +45,25 @@ class Settings:
     def sha256(self) -> str:
         """Hash of the content."""
         return content_hash(self.content)
+
+
+def settings_entry(content: Mapping[str, Any], named: Sequence[str]) -> dict[str, Any]:
+    """Return ``settings`` of the evaluation document: everything that changes a figure, a verdict or a
+    statement, and the hash of it.
+
+    Parameters
+    ----------
+    content : mapping
+        :attr:`Settings.content`, or ``settings`` of a document.
+    named : sequence of str
+        Ids of the runs that the user named as conformity tests. They change no figure of any run, so that the
+        cache does not hang on them; but purposes and statements do. Without any the hash is that of
+        :class:`Settings`.
+    """
+    whole = {key: value for key, value in content.items() if key not in ("sha256", "conformity")}
+    if named:
+        whole["conformity"] = sorted(named)
+    return {"sha256": content_hash(whole), **whole}
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ def _of_run(evaluation: ArchiveEvaluation) -> OfRun:
         "kind": [run.facts["kind"] for run in runs],
         "specimen": [run.facts["specimen"].get("id") for run in runs],
         "sha256": [run.facts["sha256"] for run in runs],
-        "settings_sha256": [evaluation.settings.sha256] * len(runs),
+        "settings_sha256": [evaluation.settings_entry["sha256"]] * len(runs),
         "version": [evaluation.software.text] * len(runs),
     }
 
@@ -66,7 +66,7 @@ def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
         row for run, purpose in both for row in (_run_row(run, purpose), *_step_rows(run))
     ]
     rows += [{"path": failure.path, "problem": failure.problem} for failure in evaluation.failures]
-    trace = {"settings_sha256": evaluation.settings.sha256, "version": evaluation.software.text}
+    trace = {"settings_sha256": evaluation.settings_entry["sha256"], "version": evaluation.software.text}
     table = pd.DataFrame([row | trace for row in rows], columns=list(RUN_COLUMNS))
     numbers = [*SUMMARY_NAMES, *(f"U({name})" for name in SUMMARY_NAMES), *_EXTREME_COLUMNS]
     counts = ["part", "cycles", "cycles_used", "warnings", *_VERDICT_COLUMNS.values()]

@@ -111,10 +111,14 @@ class Statement:
 
 @dataclass(frozen=True)
 class Decided:
-    """The purpose of each run, in their order, and the statements that follow."""
+    """The purpose of each run, in their order, and the statements that follow.
+
+    ``named``: ids of the runs that the user named, whether by id or by path, each once.
+    """
 
     purposes: tuple[Purpose, ...]
     statements: tuple[Statement, ...]
+    named: tuple[str, ...] = ()
 
 
 def decide_purposes(candidates: Sequence[Candidate], chosen: Sequence[str] = ()) -> Decided:
@@ -151,7 +155,8 @@ def decide_purposes(candidates: Sequence[Candidate], chosen: Sequence[str] = ())
         for place, candidate, is_test in zip(ordered, own, taken, strict=True):
             why = statement.why if is_test else _why_not(candidate, statement)
             purposes[place] = Purpose(CONFORMITY if is_test else CHARACTERISATION, why)
-    return Decided(tuple(purposes), tuple(statements))
+    named = sorted({candidates[place].id for place in picked})
+    return Decided(tuple(purposes), tuple(statements), tuple(named))
 
 
 def _find(candidates: Sequence[Candidate], name: str) -> int:

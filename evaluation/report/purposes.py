@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from evaluation.archive.identity import settings_entry
 from evaluation.conformity import Candidate, decide_purposes, standing_of
 from evaluation.report.source import ReportRun, Source, runs_text
 from foundation.errors import BadInput
@@ -15,8 +16,10 @@ _KINDS = {"static": "static test", "impact": "impact test", "proof": "proof load
 
 def with_purposes(
     runs: Sequence[ReportRun], document: Mapping[str, Any], chosen: Sequence[str]
-) -> tuple[tuple[ReportRun, ...], tuple[Mapping[str, Any], ...]]:
-    """Return the runs with the purpose of each, and the statements that rest on them.
+) -> tuple[tuple[ReportRun, ...], tuple[Mapping[str, Any], ...], Mapping[str, Any]]:
+    """Return the runs with the purpose of each, the statements that rest on them, and the document.
+
+    Where the user names runs here, the document's settings, and their hash, have these.
 
     Parameters
     ----------
@@ -35,13 +38,15 @@ def with_purposes(
     if not chosen and "conformity" in document:
         ids = {run.id for run in runs}
         own = [s for s in document["conformity"] if ids & {*s["runs"], *s["characterisation"]}]
-        return tuple(runs), tuple(own)
+        return tuple(runs), tuple(own), document
     decided = decide_purposes([_candidate(run) for run in runs], chosen)
     told = [
         replace(run, evaluated={**run.evaluated, **purpose.entry()})
         for run, purpose in zip(runs, decided.purposes, strict=True)
     ]
-    return tuple(told), tuple(statement.entry() for statement in decided.statements)
+    if (settings := document.get("settings")) is not None:
+        document = {**document, "settings": settings_entry(settings, decided.named)}
+    return tuple(told), tuple(statement.entry() for statement in decided.statements), document
 
 
 def check_chosen(sources: Sequence[Source], chosen: Sequence[str]) -> None:

@@ -134,7 +134,7 @@ def read_source(path: Path, document: Mapping[str, Any] | None = None, given: Gi
         rule = document.get("decision_rule")
     entries = _entries(document)
     runs = tuple(_report_run(number, one, entries) for number, one in enumerate(loaded, start=1))
-    runs, statements = with_purposes(runs, document, given.conformity)
+    runs, statements, document = with_purposes(runs, document, given.conformity)
     fields = given.fields
     if fields is None:
         fields = load_fields(path if path.is_dir() else path.parent)

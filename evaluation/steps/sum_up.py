@@ -89,7 +89,7 @@ def _summed(run: Evaluated, used: tuple[int, ...], tally: MeanOfDraws) -> Summed
         from evaluation.budget import run_budget  # noqa: PLC0415 - GTC is slow to import
 
         stated = run.facts.force_uncertainty, run.facts.stroke_uncertainty
-        budget = run_budget(*stated, run.prepared, summary, run.added)
+        budget = run_budget(*stated, run.prepared, summary, run.added, _gap_limits(run.results, used))
     shared = None
     if run.regression is not None and tally.drawn:
         found = {name: run.regression.contributions(values) for name, values in tally.means().items()}
@@ -97,6 +97,17 @@ def _summed(run: Evaluated, used: tuple[int, ...], tally: MeanOfDraws) -> Summed
     return SummedUp(
         summary, budget, _skew(run, used), mean_loop(run.record, run.results, used, run.loops), shared
     )
+
+
+def _gap_limits(results: Sequence[CycleResult], used: Sequence[int]) -> dict[str, float]:
+    """Return the limits by which what is not on record may change the means over cycles.
+
+    The bounds of single cycles have signs, and are one error for the whole run: so their mean has, too.
+    """
+    wanted = set(used)
+    each = [result.gap_limits for result in results if result.cycle.index in wanted]
+    names = dict.fromkeys(name for limits in each for name in limits)
+    return {name: sum(limits.get(name, 0.0) for limits in each) / len(each) for name in names}
 
 
 def _skew(run: Evaluated, used: Sequence[int]) -> SkewSensitivity:

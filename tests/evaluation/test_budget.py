@@ -28,8 +28,21 @@ def harmonic(frequency: float, noise: float, force: ChannelUncertainty = FORCE) 
     return evaluate_run(record, facts, Options(draws=10_000))
 
 
+def gapped() -> RunEvaluation:
+    """Return a run by very good channels that lacks 0.08 s in two of its cycles."""
+    columns = Ellipse().columns(0.5, 100.0, 5.4, noise=2e-5)
+    lost = [start + n for start in (290, 493) for n in range(8)]
+    record = make_record(*(np.delete(column, lost) for column in columns))
+    force = ChannelUncertainty(accuracy_percent=0.005, reversibility_percent=0.01, zero=0.01, u_delay_s=1e-6)
+    wire = ChannelUncertainty(linearity=0.005, zero=0.01, accuracy_percent=0.002, u_delay_s=0.0)
+    facts = RunFacts("g", "harmonic", force_uncertainty=force, stroke_uncertainty=(wire,))
+    return evaluate_run(record, facts, Options(draws=10_000))
+
+
 STATIC = StaticTest().evaluate(draws=10_000)
+GAPPED = gapped()
 RUNS = {
+    "gaps": GAPPED,
     "static": STATIC,
     "0.5 Hz": harmonic(0.5, 2e-4),
     "2.5 Hz": harmonic(2.5, 5e-4),
@@ -59,6 +72,23 @@ def test_contributions_add_up(run: RunEvaluation) -> None:
         for line in budget.lines:
             if line.sensitivity is not None:
                 assert abs(line.sensitivity) * line.u == pytest.approx(line.contribution, rel=1e-9)
+
+
+def test_what_is_not_on_record_is_a_line_of_each_result() -> None:
+    """Rectangular, with the mean of the cycles' limits; a run that lacks nothing has no such line."""
+    used = set(GAPPED.summary.cycles_used)
+    cycles = [cycle for cycle in GAPPED.cycles if cycle.cycle.index in used]
+    assert sum(bool(cycle.gap_limits) for cycle in cycles) >= 2
+    shares = {}
+    for budget in GAPPED.budget:
+        limits = [cycle.gap_limits.get(budget.quantity, 0.0) for cycle in cycles]
+        (line,) = [line for line in budget.lines if line.source == "what is not on record"]
+        assert line.limit == pytest.approx(abs(sum(limits)) / len(cycles))
+        assert line.distribution == "rectangular"
+        assert line.contribution == pytest.approx(line.limit / math.sqrt(3.0))
+        shares[budget.quantity] = line.contribution / budget.u
+    assert max(shares.values()) > 0.3, "it counts here, so that agreeing with the draws says something"
+    assert all("not on record" not in line.source for b in STATIC.budget for line in b.lines)
 
 
 def test_shared_inputs_are_correlated() -> None:

@@ -14,9 +14,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cli.commands import evaluate, import_, report
+from evaluation.archive.cache import Cache
+from evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
+from evaluation.archive.identity import Settings, software
+from evaluation.archive.local import Local
+from evaluation.archive.tables import document, runs_frame
 from evaluation.conformity import Candidate, candidate_of, decide_purposes, standing_of
 from evaluation.document import assemble, run_entry
+from evaluation.report.reading import Given, read_source
+from evaluation.report.reevaluation import changes_of
+from evaluation.results import Options
 from foundation.errors import BadInput
+from recording import cachefile
+from recording.foreign.importing import import_file
 from tests.evaluation.signals import STARTED, StaticTest, later
 
 BASE = Candidate(
@@ -182,6 +192,45 @@ def record(folder: Path, name: str, test: StaticTest, purpose: str = "") -> None
         'elastic_system = "elastomer"\nassembled = 2026-01-05T08:00:00Z\n'
         f'[test]\nkind = "static"\nstarted = {started}\n{purpose}'
     )
+
+
+def test_the_settings_say_which_run_was_named_and_the_cache_does_not_hang_on_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By id or by path the same settings and hash; figures come from the cache; the report says it, too."""
+    monkeypatch.setattr(cachefile, "SETTLED_S", 0.0)
+    record(tmp_path, "proper", PROPER)
+    record(tmp_path, "warm", replace(WARM, preload_kN=5.0))
+    runs = tmp_path / "runs"
+    for name in ("proper", "warm"):
+        import_file(tmp_path / f"{name}.csv", runs)
+    files = sorted(runs.rglob("*.h5"))
+    settings = Settings(Options(draws=0))
+
+    def evaluated(*named: str) -> ArchiveEvaluation:
+        cache = Cache(tmp_path / "cache", settings.sha256, software().sha256)
+        found = evaluate_archive(files, settings, Local(1), cache, conformity=named)
+        cache.close()
+        return found
+
+    plain = evaluated()
+    warm = next(path for path in files if "warm" in path.name)
+    by_id, by_path = evaluated("warm"), evaluated(str(warm))
+    assert (plain.reused, by_id.reused, by_path.reused) == (0, 2, 2)
+    assert plain.settings_entry["sha256"] == settings.sha256
+    assert "conformity" not in plain.settings_entry
+    assert by_id.settings_entry == by_path.settings_entry
+    assert by_id.settings_entry["conformity"] == ["warm"]
+    assert by_id.settings_entry["sha256"] != settings.sha256
+    assert set(runs_frame(by_id)["settings_sha256"]) == {by_id.settings_entry["sha256"]}
+
+    earlier = document(plain)
+    given = Given(options=settings.options, conformity=("warm",), earlier=earlier)
+    for source in (read_source(runs, None, given), read_source(runs, earlier, given)):
+        assert source.document["settings"] == by_id.settings_entry
+        changes = changes_of(source)
+        assert changes is not None
+        assert changes.changed == {"conformity": (None, ["warm"])}
 
 
 def test_a_warm_single_stroke_leaves_the_statement_as_it_is(
