@@ -20,7 +20,11 @@ from tests.evaluation_report.make_runs import Made, write_campaign
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Start the command in a session of its own, as a terminal does."""
+    """Start the command in a session of its own, as a terminal does.
+
+    It ends at a hang-up, as a terminal's does, though these tests be run by ``nohup``, which has it ignored.
+    """
+    as_run = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     started: list[subprocess.Popen[str]] = []
 
     def start(*arguments: str | Path) -> subprocess.Popen[str]:
@@ -33,6 +37,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
         return started[-1]
 
     yield start
+    signal.signal(signal.SIGHUP, as_run)
     for process in started:
         try:
             os.killpg(process.pid, signal.SIGKILL)
