@@ -113,9 +113,9 @@ def assemble(
 def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
     """Return ``trends``, ``temperature_comparisons``, ``before_after`` and ``proof_load_totals``.
 
-    Each step of a run is a point.
+    Each step of a run is a point; one whose means are of spoiled cycles is none (the run's warnings say so).
     """
-    points = [point for run in runs for point in points_of(run)]
+    points = [point for run in runs for point in points_of(run) if not point.unfit]
     return {
         "trends": [_trend(trend) for trend in find_trends(points)],
         "temperature_comparisons": comparison_entries(points),
@@ -179,6 +179,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "requirements": [_requirement(row) for row in run.requirements],
         "verdict": run.verdict,
         "warnings": list(run.warnings),
+        "plausibility": [finding.entry() for finding in run.findings],
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
         "inspection": None if run.inspection is None else dict(run.inspection),
         "half_width_95": None if run.steps else _half_widths(run.summary),

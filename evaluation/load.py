@@ -11,7 +11,7 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from evaluation.across_runs.identity import Occasion, identity_of
-from evaluation.channels.bring import same_instants
+from evaluation.channels.bring import same_instants, usable
 from evaluation.channels.joined import are_apart, joined
 from evaluation.channels.rows import is_stamped
 from evaluation.channels.sensors import said, true_readings
@@ -151,7 +151,10 @@ def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tup
             temperatures=temperatures,
             clock_s=together.clock_s,
         )
-        return replace(record, ends=together.ends, between=together.between), together.problems
+        found = replace(
+            record, ends=together.ends, between=together.between, as_recorded=together.as_recorded
+        )
+        return found, together.problems
     stroke = run.series("stroke" if len(wires) > 1 else wires[0] if wires else "stroke")
     time_s = stroke.time_s
     stream = run.stream_of("stroke")
@@ -168,7 +171,18 @@ def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tup
         temperatures=temperatures,
         lost_before=[(row + 1, lost) for row, lost in gaps],
     )
-    return record, ()
+    moved = [] if same_instants(run.series("force").time_s, time_s) else ["force"]
+    return replace(record, as_recorded=_as_recorded(run, [*moved, *(wires if len(wires) > 1 else ())])), ()
+
+
+def _as_recorded(run: Run, names: Sequence[str]) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return channels at their own instants, as they were read."""
+    found = {}
+    for name in names:
+        series = run.series(name)
+        value = to_inside(series.value, name.split("_", maxsplit=1)[0], series.unit)
+        found[name] = usable(series.time_s, value)
+    return found
 
 
 def _wire_difference_mm(run: Run, time_s: FloatArray, breaks: Sequence[int]) -> FloatArray | None:

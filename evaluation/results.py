@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # these modules make their facts from the results defined her
     from evaluation.contact import FirstContact
     from evaluation.history.facts import RunHistory
     from evaluation.mean_loop import MeanLoop
+    from evaluation.plausibility.finding import Finding
     from evaluation.requirements.inspection import Inspection
     from evaluation.wires import DrawWires
 
@@ -247,6 +248,8 @@ class StepResult:
     shared_errors: SharedErrors | None = None
     extremes: Mapping[str, Extreme] = field(default_factory=dict)
     """Of all samples from ``start_s`` to ``end_s``."""
+    unfit: bool = False
+    """As that of a run."""
 
 
 @dataclass(frozen=True)
@@ -311,6 +314,10 @@ class RunEvaluation:
     """Least and greatest of all samples, by name; ``summary`` has means over cycles."""
     history: RunHistory | None = None
     """Holds, residual strokes, settling and cumulated energy."""
+    findings: tuple[Finding, ...] = ()
+    """What on record no specimen and no motion make (:mod:`evaluation.plausibility`)."""
+    unfit: bool = False
+    """Whether its means are of spoiled cycles: they are kept out of trends and comparisons."""
 
 
 @dataclass(frozen=True)

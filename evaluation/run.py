@@ -15,6 +15,8 @@ from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_e
 from evaluation.gaps.found import found_in
 from evaluation.history import history_of
 from evaluation.nulls import missing_warnings, temperature_warnings
+from evaluation.plausibility import Look, Spoiled, doubted, look_for_implausible, without_claims
+from evaluation.plausibility.means import division_without, summed_without_claims, unfit_warnings
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import run_verdict
 from evaluation.requirements.inspection import inspection_of
@@ -22,7 +24,7 @@ from evaluation.requirements.judge import assumptions, is_judged, judge_with_con
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
 from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts
-from evaluation.steps import Division, divide
+from evaluation.steps import Division
 from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
 from evaluation.summary import MeanOfDraws
 from evaluation.uncertain_results import with_uncertainty
@@ -82,17 +84,16 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     samples, facts, wires = check_wires(record, facts)
     if drums_mm := drum_periods_mm(facts.stroke_uncertainty):
         samples = replace(samples, drums_mm=drums_mm)
-    record, turns, coarse = condensed_for(samples, facts.kind)
+    record, turns, coarse = condensed_for(_without_readings(samples), facts.kind)
     interval_s = limits.conditions.reading_interval_max_s
     found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
-    division = divide(facts.kind, results, _numbered)
-    # Where no cycle is steady, the complete ones stand for the run in comparisons.
-    all_complete = tuple(r.cycle.index for r in results if r.cycle.complete)
-    stand_for = [part.used for part in division.parts] or [all_complete]
+    spoiled = Spoiled(look_for_implausible(Look(samples, record, results, facts, wires)))
+    division = division_without(facts.kind, results, _numbered, spoiled)
+    stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
     tallies = [MeanOfDraws() for _ in stand_for]
     regression: Regression | None = None
     drawn: Mapping[int, Mapping[str, FloatArray]] = {}
@@ -102,9 +103,11 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         results, drawn = with_uncertainty(
             results, prepared, draws, parts, record.temperatures, keep=is_judged(facts, limits)
         )
+    results = without_claims(results, spoiled)
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ())]
     warnings += found.warnings
+    warnings += spoiled.warnings(_numbered)
     warnings += _record_warnings(record, facts, results, division)
     if samples.time_s.size:
         warnings += missing_facts(*stated) if options.draws else [_NOT_DRAWN]
@@ -116,6 +119,8 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         ),
         division,
     )
+    whole = summed_without_claims(whole, spoiled)
+    warnings += unfit_warnings(whole)
     warnings += _off_plan(facts, whole)
     contact = first_contact_of(record, facts, results)
     requirements: list[RequirementResult] = []
@@ -138,15 +143,19 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
             found.numbering,
             found.widened,
             regression,
+            spoiled=spoiled,
         )
         requirements = judge_with_contact(case, contact)
     warnings += contact_warnings(contact, requirements)
     warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
     inertial = None if added is None else (record.time_s, added.added_kN)
     recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty)
-    extremes = run_extremes(recorded, results, draws)
+    extremes = doubted(run_extremes(recorded, results, draws), spoiled)
     warnings += extreme_warnings(extremes, warnings, drawn=draws is not None)
-    steps = [replace(one, extremes=step_extremes(recorded, one, results, draws)) for one in whole.steps]
+    steps = [
+        replace(one, extremes=doubted(step_extremes(recorded, one, results, draws), spoiled))
+        for one in whole.steps
+    ]
     warnings += missing_warnings(results, whole, requirements, wires, _numbered)
     return RunEvaluation(
         facts=facts,
@@ -168,7 +177,20 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         shared_errors=_with_judged(whole.shared_errors, requirements),
         extremes=extremes,
         history=history_of(record, facts, results, steps),
+        findings=spoiled.findings,
+        unfit=whole.unfit,
     )
+
+
+def _without_readings(record: Record) -> Record:
+    """Return a record without the readings as recorded, which must not stay in memory with every result."""
+    return replace(record, as_recorded={}) if record.as_recorded else record
+
+
+def _all_complete(results: Sequence[CycleResult], spoiled: Spoiled) -> tuple[int, ...]:
+    """Return what stands for the run in comparisons where no cycle is steady: all complete cycles."""
+    complete = tuple(r.cycle.index for r in results if r.cycle.complete)
+    return tuple(number for number in complete if number not in spoiled.cycles) or complete
 
 
 def _with_judged(

@@ -40,6 +40,8 @@ class Joined:
         Step of the clock, where readings share its stamps.
     ends : mapping of str to (Peak, Peak)
         Least and greatest reading of each channel among its own, also of those that are left out.
+    as_recorded : mapping of str to (array, array)
+        Readings that are brought to other instants, or are of two draw wires, as they were.
     """
 
     time_s: FloatArray
@@ -51,6 +53,7 @@ class Joined:
     problems: tuple[str, ...] = ()
     clock_s: float = 0.0
     ends: Mapping[str, Ends] = field(default_factory=dict)
+    as_recorded: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
 
 
 def channels_of(run: Run, wires: Sequence[str]) -> list[str]:
@@ -126,6 +129,11 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         tuple(problems),
         clock_s,
         _ends(readings, Readings(base.time_s, stroke), wires),
+        {
+            name: usable(*readings[name])
+            for name in (*wires, "force")
+            if (apart if name == "force" else len(wires) > 1)
+        },
     )
 
 

@@ -161,7 +161,7 @@ def extreme_warnings(extremes: Extremes, said: Sequence[str], *, drawn: bool) ->
         if extreme.value is None:
             if (why := _why_missing(name, extremes, said)) is not None:
                 names.setdefault(why, []).append(name)
-        elif drawn and extreme.expanded_uncertainty is None:
+        elif drawn and extreme.expanded_uncertainty is None and not extreme.doubt:
             text = f"no expanded uncertainty: the channel {extreme.channel} states no accuracy"
             names.setdefault(text, []).append(name)
     return [f"extremes of the run, {', '.join(of)}: {text}" for text, of in names.items()]

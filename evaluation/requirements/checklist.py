@@ -29,7 +29,7 @@ def judge_item(case: Case, item: InspectionItem) -> RequirementResult:
         verdict = "pass" if found.result == "in-order" else "fail"
         why = f"{found.result.replace('-', ' ')}, {_by(case)}"
         why += f": {found.note}" if found.note else ""
-    return row(case, item.id, None, item.text, Limits(None, None, ""), verdict, why, cited=item)
+    return row(case, item.id, None, item.text, Limits(None, None, ""), verdict, why, cited=item, by_hand=True)
 
 
 def _by(case: Case) -> str:

@@ -14,7 +14,7 @@ from evaluation.record import FloatArray, Record
 from evaluation.requirements.checklist import SERVICEABLE, judge_item
 from evaluation.requirements.decision import govern
 from evaluation.requirements.limit_set import ProofLoad
-from evaluation.requirements.rows import Case, Limits, judged, row, shown
+from evaluation.requirements.rows import Case, Limits, judged, row, shown, spoiling
 from evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
 from evaluation.requirements.strokes import why_not
 from evaluation.results import RequirementResult
@@ -131,6 +131,8 @@ def _force(case: Case, load: ProofLoad) -> RequirementResult:
     missing = next((stroke for stroke in case.strokes if not stroke.cycle.bounded), None)
     if repeated and missing is not None:
         return replace(result, verdict="inconclusive", why=f"{why}; {why_not(missing)}")
+    if repeated and (finding := spoiling(case, "load-cycles", None)):
+        return replace(result, verdict="inconclusive", why=f"{why}; {finding.text}")
     if result.verdict in ("fail", "conditional-fail"):
         return replace(result, verdict="inconclusive", why=f"{why}: the test stopped short of the proof load")
     return replace(result, why=f"{why}; {result.why}")

@@ -10,6 +10,8 @@ import numpy as np
 from evaluation.across_runs.shared import Regression
 from evaluation.error_model import Draws
 from evaluation.gaps.numbering import Numbering
+from evaluation.plausibility.finding import Finding
+from evaluation.plausibility.reads import Spoiled
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import conformance_probability, decide
 from evaluation.requirements.inspection import Inspection
@@ -44,6 +46,8 @@ class Case:
     """By which what was drawn of a figure says what it owes to the errors of the channels."""
     zero_mm: float = 0.0
     """Where strokes are counted from, on the recorded stroke: 0, or first contact."""
+    spoiled: Spoiled = field(default_factory=Spoiled)
+    """What of the record is not to be believed."""
 
 
 @dataclass(frozen=True)
@@ -98,9 +102,19 @@ def row(
     condition: bool = False,
     uncertainty: float | None = None,
     probability: float | None = None,
+    by_hand: bool = False,
 ) -> RequirementResult:
-    """Return one row with the identity of the limit set; ``cited`` is the section that states it."""
+    """Return one row with the identity of the limit set; ``cited`` is the section that states it.
+
+    Where a channel that it is read from is not to be believed, nothing can be concluded from it, whatever
+    the value: neither uncertainty nor probability are claimed then. What is answered ``by_hand`` is read
+    from none.
+    """
     clause, source = case.limits.reference(cited, identity)
+    finding = None if by_hand else spoiling(case, identity, cycle)
+    if finding is not None:
+        verdict, uncertainty, probability = "inconclusive", None, None
+        why = f"{finding.text} (without that: {why})"
     return RequirementResult(
         standard=case.limits.standard,
         edition=case.limits.edition or None,
@@ -119,6 +133,13 @@ def row(
         clause=clause,
         source=source,
     )
+
+
+def spoiling(case: Case, identity: str, cycle: int | None) -> Finding | None:
+    """Return the finding because of which nothing can be concluded from a row, if there is one."""
+    # A single event is picked among all cycles: what spoils one of them may have changed the choice.
+    single = case.facts.kind in ("impact", "proof")
+    return case.spoiled.of_row(identity, None if single else cycle)
 
 
 def condition_row(

@@ -13,7 +13,16 @@ from evaluation.requirements.block import block_contact
 from evaluation.requirements.conditions import governing, static_conditions
 from evaluation.requirements.decision import govern
 from evaluation.requirements.limit_set import Cited, ForceWindow, known
-from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row, shown, unfilled_why
+from evaluation.requirements.rows import (
+    Case,
+    Limits,
+    drawn_ratio,
+    judged,
+    row,
+    shown,
+    spoiling,
+    unfilled_why,
+)
 from evaluation.requirements.strokes import judged_strokes, why_not
 from evaluation.results import CycleResult, RequirementResult
 from evaluation.uncertainty import LocalReading, force_draws
@@ -240,7 +249,7 @@ def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult |
         verdict = replace(verdict, why=f"{verdict.why}; counted to {cut_mm:.2f} mm")
     if limits.force_cap_kN == "fill-in" and verdict.verdict != "inconclusive":
         verdict = replace(verdict, verdict="inconclusive", why=unfilled_why(case))
-    if not short or least.unfilled:
+    if not short or least.unfilled or spoiling(case, "stored-energy", index):
         return verdict
     if verdict.verdict in ("pass", "conditional-pass"):
         return replace(verdict, why=f"{verdict.why}, already at the stroke reached")
@@ -290,7 +299,7 @@ def _ratio_by(case: Case, result: CycleResult, short: bool, *, first: bool) -> R
     verdict = judged(case, "absorbed-energy-ratio", index, text, limits, absorbed / stored, drawn, energy)
     if energy.force_cap_kN == "fill-in" and verdict.verdict != "inconclusive":
         verdict = replace(verdict, verdict="inconclusive", why=unfilled_why(case))
-    if not short or limits.unfilled:
+    if not short or limits.unfilled or spoiling(case, "absorbed-energy-ratio", index):
         return verdict
     return replace(
         verdict,

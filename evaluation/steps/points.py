@@ -22,6 +22,7 @@ def points_of(run: RunEvaluation) -> tuple[RunEvaluation, ...]:
             skew_sensitivity=step.skew_sensitivity,
             mean_loop=step.mean_loop,
             shared_errors=step.shared_errors,
+            unfit=step.unfit,
             requirements=(),
             verdict=None,
             steps=(),

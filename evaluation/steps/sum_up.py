@@ -28,6 +28,8 @@ class SummedUp:
     mean_loop: MeanLoop | None = None
     shared_errors: SharedErrors | None = None
     steps: tuple[StepResult, ...] = ()
+    unfit: bool = False
+    """Whether its means are of cycles that are spoiled."""
 
 
 @dataclass(frozen=True, eq=False)

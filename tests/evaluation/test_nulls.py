@@ -36,7 +36,7 @@ REASONS = {
     "impact.": ("not on record: impact_", "no cycle found"),
 }
 NO_VALUES = (
-    "settling", "cumulated_energy_J",
+    "settling", "cumulated_energy_J", "plausibility",
     "verdict", "purpose", "limit_set", "inspection", "budget", "requirements.cycle",
     "requirements.lower_limit", "requirements.upper_limit", "requirements.stroke_mm",
     *(f"{part}extremes.{name}.cycle" for name in EXTREME_NAMES for part in ("", "steps.")),

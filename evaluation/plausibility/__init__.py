@@ -1,0 +1,56 @@
+"""Plausibility of each channel and of the set of cycles: what on record no specimen and no motion make.
+
+Each detector is a pure function from a :class:`Look` to findings, in a module of its own;
+:data:`DETECTORS` lists them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from evaluation.plausibility.clipped import clipped
+from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
+from evaluation.plausibility.look import Look, Samples
+from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
+from evaluation.plausibility.spikes import spikes
+
+__all__ = [
+    "DETECTORS",
+    "Effect",
+    "Finding",
+    "FindingKind",
+    "Look",
+    "Samples",
+    "Spoiled",
+    "doubted",
+    "look_for_implausible",
+    "spoiled_cycles",
+    "summary_without_claims",
+    "without_claims",
+]
+
+Detector = Callable[[Look], list[Finding]]
+DETECTORS: tuple[Detector, ...] = (clipped, spikes)
+"""Every detector, in the order in which their findings are told."""
+_LEAST_SAMPLES = 8
+
+
+def look_for_implausible(look: Look) -> tuple[Finding, ...]:
+    """Return everything that speaks against a run, in the order of the detectors and of time.
+
+    Parameters
+    ----------
+    look : Look
+
+    Returns
+    -------
+    tuple of Finding
+        What is wrong with a draw wire that is not used is noted only.
+    """
+    if look.samples.time_s.size < _LEAST_SAMPLES:
+        return ()
+    found: list[Finding] = []
+    for detector in DETECTORS:
+        found += sorted(detector(look), key=lambda finding: finding.start_s)
+    return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)

@@ -1,0 +1,156 @@
+"""Clipping: a channel pinned at its own extreme while the other one moves on.
+
+Two ways to tell. Where the noise of a channel moves it by more than its resolution, no two neighbours are
+alike for long: samples that stay at the extreme to the last digit are clipped. Where it does not (converter
+steps, smooth records), the shape tells: both flanks lead beyond the flat top by more than converter steps
+make of a turning point, and the other channel goes on and comes back meanwhile. It does not in a dwell, in
+which force relaxes or stroke creeps, nor where friction limits a force, which falls as the stroke turns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.plausibility.finding import Finding
+from evaluation.plausibility.look import Look, Samples
+
+LEAST_ROWS = 8
+"""So many samples at the extreme …"""
+LEAST_RUN = 4
+"""… and of a record without noise so many in a row."""
+MOVED_SHARE, MOVED_NOISE, MOVED_STEPS = 0.005, 8.0, 2.0
+"""The other channel moves on by this share of its span, and by so many standard deviations of its noise and
+steps of its converter."""
+BEYOND_SHARE, BEYOND_NOISE, BEYOND_STEPS = 0.003, 6.0, 4.0
+"""Both flanks lead beyond the flat top by this share of the span, so many standard deviations and steps (a
+parabola that a converter cuts into steps: 1.5 of them)."""
+_BACK = 3.0
+"""It comes back by so many of its steps from sample to sample: more than a turn between two samples shows."""
+NO_LOAD = 0.02
+"""A force that stays at less than this share of its span is that of a specimen that is not touched."""
+_NEXT = 2.5
+_FEWER_NEXT = 3.0
+"""Within so many resolutions below a true extreme there are not so many times fewer samples than at it."""
+
+
+@dataclass(frozen=True)
+class _Level:
+    """The extreme of a channel, ``side`` +1 the greatest, -1 the least; shape (K, 2): first and last rows."""
+
+    value: float
+    side: int
+    runs: NDArray[np.intp]
+
+
+def clipped(look: Look) -> list[Finding]:
+    """Return where force or stroke is pinned at its own extreme.
+
+    Parameters
+    ----------
+    look : Look
+
+    Returns
+    -------
+    list of Finding
+        One for each end of each channel; ``size`` is the value at which it is pinned.
+    """
+    found = []
+    for channel in look.channels:
+        if not np.any(channel.scan.same):
+            continue
+        other = look.other(channel)
+        for side, value in zip((-1, 1), channel.ends, strict=True):
+            if channel.quantity == "force" and side < 0 and abs(value) < NO_LOAD * channel.span:
+                continue
+            level = _level(channel, value, side)
+            runs = _pinned(channel, other, level)
+            if runs.size:
+                found.append(_finding(look, channel, other, value, runs))
+    return found
+
+
+def _level(channel: Samples, value: float, side: int) -> _Level:
+    rows = np.flatnonzero(channel.value == value)
+    cuts = np.flatnonzero(np.diff(rows) > 1)
+    first, last = rows[np.append(0, cuts + 1)], rows[np.append(cuts, rows.size - 1)]
+    return _Level(value, side, np.stack((first, last), axis=1))
+
+
+def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]:
+    """Return those stretches at an extreme that are clipped."""
+    lengths = level.runs[:, 1] - level.runs[:, 0] + 1
+    held = channel.sampling.held
+    if channel.is_noisy:
+        runs = level.runs[lengths >= 2]
+        count = int(np.sum(lengths[lengths >= 2]))
+        if count < LEAST_ROWS * held or 2 * count < int(np.sum(lengths)):
+            return runs[:0]
+        beside = np.abs(channel.value - level.value) <= _NEXT * channel.resolution
+        if _FEWER_NEXT * (int(np.count_nonzero(beside)) - int(np.sum(lengths))) > count:
+            return runs[:0]
+        moving = [_moved(channel, other, run) > _least_move(other) for run in runs.tolist()]
+        return runs if any(moving) else runs[:0]
+    runs = level.runs[lengths >= LEAST_RUN * held]
+    cut = [_is_cut(channel, other, run, level.side) for run in runs.tolist()]
+    return np.asarray(runs[np.array(cut, dtype=bool)])
+
+
+def _least_move(other: Samples) -> float:
+    own = other.sampling
+    return max(MOVED_SHARE * other.span, MOVED_NOISE * own.sigma, MOVED_STEPS * own.step)
+
+
+def _within(channel: Samples, other: Samples, run: list[int]) -> NDArray[np.float64]:
+    """Return the other channel over a stretch of this one."""
+    start_s, end_s = channel.time_s[run[0]], channel.time_s[run[1]]
+    inside = other.value[other.rows(float(start_s), float(end_s))]
+    ends = other.at(np.array([start_s, end_s]))
+    return np.concatenate((ends[:1], inside, ends[1:]))
+
+
+def _moved(channel: Samples, other: Samples, run: list[int]) -> float:
+    """Return by how much the other channel moves over a stretch."""
+    values = _within(channel, other, run)
+    return float(np.max(values) - np.min(values))
+
+
+def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool:
+    """Say by the shape whether a flat stretch is cut off."""
+    first, last = run
+    count = max(2, (last - first + 1) // 2)
+    if first - count < 0 or last + count >= channel.value.size:
+        return False
+    time_s, value = channel.time_s, side * channel.value
+    rises = float(value[first] - value[first - count]) / float(time_s[first] - time_s[first - count])
+    falls = float(value[last] - value[last + count]) / float(time_s[last + count] - time_s[last])
+    beyond = 0.25 * float(time_s[last] - time_s[first]) * min(rises, falls)
+    own = channel.sampling
+    steps = BEYOND_STEPS * max(own.step, channel.resolution)
+    if beyond <= max(BEYOND_SHARE * channel.span, BEYOND_NOISE * own.sigma, steps):
+        return False
+    moved = side * _within(channel, other, run)
+    furthest = float(np.max(moved))
+    own_step = abs(float(moved[-1] - moved[0])) / (last - first)
+    own_step = max(own_step, float(np.median(np.abs(np.diff(moved)))))
+    comes_back = max(MOVED_NOISE * other.sampling.sigma, MOVED_STEPS * other.sampling.step, _BACK * own_step)
+    entered, left = furthest - float(moved[0]), furthest - float(moved[-1])
+    return entered > _least_move(other) and left > comes_back
+
+
+def _finding(look: Look, channel: Samples, other: Samples, value: float, runs: NDArray[np.intp]) -> Finding:
+    begins, ends = channel.time_s[runs[:, 0]], channel.time_s[runs[:, 1]]
+    cycles = look.touched_by(begins, ends)
+    longest = int(np.argmax(ends - begins))
+    count = int(np.sum(runs[:, 1] - runs[:, 0] + 1))
+    text = (
+        f"{channel.name} clipped: {count} samples stay at {value:.6g} {channel.unit} to the last digit while "
+        f"the {other.name} moves on (longest from {begins[longest]:.6g} to {ends[longest]:.6g} s); amplifier "
+        "or converter ended there: choose a larger range and repeat the test"
+    )
+    start_s, end_s = float(begins[0]), float(ends[-1])
+    return Finding(
+        "clipped", channel.name, start_s, end_s, cycles, value, channel.unit, text, effect="spoils"
+    )

@@ -1,0 +1,125 @@
+"""Samples that their neighbours on both sides deny: one alone, or two side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.record import FloatArray
+
+IndexArray = NDArray[np.intp]
+
+NOISE = 12.0
+"""A lone sample is further off than so many standard deviations of the noise …"""
+STEPS = 4.0
+"""… than so many steps of the converter …"""
+SHARE = 0.01
+"""… than this share of what the channel usually spans …"""
+LEAST: Mapping[str, float] = {"force": 0.1, "stroke": 0.05}
+"""… and than this [kN, mm]."""
+LOCAL = 1.5
+"""It leaves the cubic through two neighbours on each side by so many of the steps beside it: the tip of a
+triangle leaves it by 0.67."""
+LOCAL_UNEVEN = 4.0
+"""Where the samples about it are not evenly spaced: so many of the steps beside it from both neighbours."""
+_STANDS_OUT = 1.25
+"""… and by so much more than its neighbours do: of a lone sample 1.5, of a jump 1."""
+_APART = 0.3
+_EVEN = 1.3
+_BESIDE = 4
+_MOST_CANDIDATES = 20_000
+_PAIR_ALIKE = 0.5
+
+
+def least_apart(quantity: str, sigma: float, step: float, span: float) -> float:
+    """Return how far a lone sample is off at least, in the channel's unit."""
+    return max(NOISE * sigma, STEPS * step, SHARE * span, LEAST[quantity])
+
+
+def lone_rows(time_s: FloatArray, value: FloatArray, least: float, looked_at: Sequence[slice]) -> IndexArray:
+    """Return the rows of samples, or of two in a row, that their neighbours deny.
+
+    Parameters
+    ----------
+    time_s, value : arrays, shape (N,)
+    least : float
+        How far off they are at least (:func:`least_apart`).
+    looked_at : sequence of slice
+        Stretches in which they are looked for.
+    """
+    found: list[int] = []
+    for part in looked_at:
+        first, last = max(part.start, 2), min(part.stop, value.size - 2)
+        if last - first < 1:
+            continue
+        near = value[first - 2 : last + 2]
+        step = np.diff(near)
+        into, out_of = step[1:-2], step[2:-1]
+        single = _turns(into, out_of, _APART * least)
+        rows = np.flatnonzero(single) + first
+        double = _turns(into, step[3:], least)
+        pairs = np.flatnonzero(double) + first
+        if rows.size + pairs.size > _MOST_CANDIDATES:
+            continue  # not lone samples, but noise of another kind
+        found += [row for row in rows.tolist() if _is_lone(time_s, value, row, least)]
+        for row in pairs.tolist():
+            if _is_pair(value, row, least):
+                found += [row, row + 1]
+    return np.unique(np.array(found, dtype=np.intp))
+
+
+def _turns(into: FloatArray, out_of: FloatArray, least: float) -> NDArray[np.bool_]:
+    """Say where a step is followed by one in the other direction, both larger than the least."""
+    return np.asarray((np.minimum(np.abs(into), np.abs(out_of)) > least) & (into * out_of < 0.0))
+
+
+def _is_lone(time_s: FloatArray, value: FloatArray, row: int, least: float) -> bool:
+    apart = float(min(abs(value[row] - value[row - 1]), abs(value[row] - value[row + 1])))
+    beside = _step_beside(value, row, row)
+    if apart > max(least, LOCAL_UNEVEN * beside):
+        return True
+    if row < 3 or row > value.size - 4:
+        return False
+    steps = np.diff(time_s[row - 3 : row + 4])
+    if np.max(steps) > _EVEN * np.min(steps):
+        return False
+    before, own, after = (_off(value, at) for at in (row - 1, row, row + 1))
+    return (
+        abs(own) > max(least, LOCAL * beside)
+        and abs(own) > _STANDS_OUT * max(abs(before), abs(after))
+        and before * own <= 0.0
+        and own * after <= 0.0
+        and apart > _APART * abs(own)
+    )
+
+
+def _off(value: FloatArray, row: int) -> float:
+    """Return by how much a sample is off the cubic through two neighbours on each side, evenly spaced."""
+    a, b, c, d = (float(value[row + k]) for k in (-2, -1, 1, 2))
+    return float(value[row]) - (4.0 * (b + c) - a - d) / 6.0
+
+
+def _is_pair(value: FloatArray, row: int, least: float) -> bool:
+    """Say whether two samples from a row on are off alike, and what is beside them goes on as it came."""
+    if row + 2 >= value.size:
+        return False
+    before, one, two, after = (float(v) for v in value[row - 1 : row + 3])
+    apart = min(abs(one - before), abs(two - after))
+    return (
+        apart > max(least, LOCAL_UNEVEN * _step_beside(value, row, row + 1))
+        and abs(two - one) < _PAIR_ALIKE * apart
+        and abs(after - before) < _PAIR_ALIKE * apart
+    )
+
+
+def _step_beside(value: FloatArray, first: int, last: int) -> float:
+    """Return the third largest of the steps between four samples on either side.
+
+    A steep flank beside has three; another lone sample among them makes two.
+    """
+    left = value[max(0, first - _BESIDE) : first]
+    right = value[last + 1 : last + 1 + _BESIDE]
+    steps = np.sort(np.concatenate((np.abs(np.diff(left)), np.abs(np.diff(right)))))
+    return float(steps[-3]) if steps.size >= 3 else float("inf")

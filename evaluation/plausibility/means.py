@@ -1,0 +1,93 @@
+"""Means without spoiled cycles, while others remain; where none does, means without an uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from evaluation.plausibility.reads import Spoiled, summary_without_claims
+from evaluation.results import CycleResult
+from evaluation.steps import Division, divide
+from evaluation.steps.sum_up import SummedUp
+from foundation.kind import Kind
+
+
+def division_without(
+    kind: Kind,
+    results: Sequence[CycleResult],
+    numbered: Callable[[Sequence[int]], str],
+    spoiled: Spoiled,
+) -> Division:
+    """Return the steps of a run, whose means are of cycles that are not spoiled where there are any.
+
+    A spoiled stroke makes no step. Cycles whose force alone is spoiled belong to their step, but not to its
+    mean, unless they all are spoiled.
+
+    Parameters
+    ----------
+    kind : Kind
+    results : sequence of CycleResult
+    numbered : callable
+        Puts numbers of cycles in words.
+    spoiled : Spoiled
+    """
+    out = spoiled.cycles
+    if not out:
+        return divide(kind, results, numbered)
+    division = divide(kind, results, numbered, spoiled.cycles_of_stroke)
+    if not division.parts:
+        division = divide(kind, results, numbered)
+    parts, why = [], list(division.why)
+    for part in division.parts:
+        used = tuple(number for number in part.used if number not in out)
+        if used and len(used) < len(part.used):
+            left = tuple(number for number in part.used if number in out)
+            why.append(f"{numbered(left)}: not among the means: a channel is not to be believed there")
+        parts.append(replace(part, used=used or part.used))
+    return replace(division, parts=tuple(parts), why=tuple(why))
+
+
+def summed_without_claims(whole: SummedUp, spoiled: Spoiled) -> SummedUp:
+    """Return what stands for a run without the uncertainties of means of spoiled cycles.
+
+    What a channel shows that is not to be believed has an error that no certificate states: budget, shared
+    errors and uncertainties of such means would be untrue, and are left out.
+
+    Parameters
+    ----------
+    whole : SummedUp
+    spoiled : Spoiled
+    """
+    out = spoiled.cycles
+    if not out:
+        return whole
+    steps = tuple(
+        replace(
+            step,
+            summary=summary_without_claims(step.summary, spoiled),
+            budget=(),
+            shared_errors=None,
+            unfit=True,
+        )
+        if out & set(step.summary.cycles_used)
+        else step
+        for step in whole.steps
+    )
+    if not out & set(whole.summary.cycles_used):
+        return replace(whole, steps=steps)
+    return replace(
+        whole,
+        summary=summary_without_claims(whole.summary, spoiled),
+        budget=(),
+        shared_errors=None,
+        steps=steps,
+        unfit=True,
+    )
+
+
+def unfit_warnings(whole: SummedUp) -> list[str]:
+    """Return that means are of spoiled cycles, and what follows of it."""
+    text = "all its cycles are spoiled: its means stay, without uncertainties, and are left out of trends"
+    steps = [step.index for step in whole.steps if step.unfit]
+    found = [f"step {index}: {text}" for index in steps]
+    return [text, *found] if whole.unfit else found

@@ -1,0 +1,80 @@
+"""Clipping is found where flanks lead beyond a flat extreme, and nothing that only looks like it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
+
+
+def at_most(share: float, column: int) -> object:
+    """Return what clips a column this share of its span below its top."""
+
+    def change(*columns: Floats) -> tuple[Floats, ...]:
+        values = columns[column]
+        level = float(np.max(values) - share * np.ptp(values))
+        return tuple(np.minimum(c, level) if n == column else c for n, c in enumerate(columns))
+
+    return change
+
+
+@pytest.mark.parametrize("noisy", [True, False])
+@pytest.mark.parametrize(("column", "channel"), [(1, "stroke"), (2, "force")])
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.35])
+def test_clipped_static(share: float, column: int, channel: str, noisy: bool) -> None:
+    if channel == "force" and share < 0.2 and not noisy:
+        pytest.skip("a force that falls as the stroke turns: friction looks the same")
+    run = static(at_most(share, column), noisy=noisy)  # type: ignore[arg-type]
+    (finding,) = of_kind(run, "clipped")
+    assert (finding.channel, finding.cycles) == (channel, (1, 2, 3))
+    values = run.record.stroke_mm if column == 1 else run.record.force_kN
+    assert finding.size == pytest.approx(float(np.max(values)))
+    assert run.extremes[f"{channel}_max_{finding.unit}"].doubt
+
+
+@pytest.mark.parametrize("noise", [0.0, 5e-4])
+@pytest.mark.parametrize("column", [1, 2])
+def test_clipped_harmonic(column: int, noise: float) -> None:
+    run = harmonic(at_most(0.05, column), noise=noise)  # type: ignore[arg-type]
+    assert len(of_kind(run, "clipped")) == 1
+
+
+@pytest.mark.parametrize("steps", [30, 100, 1000])
+def test_converter_steps_at_slow_turns_are_none(steps: int) -> None:
+    def coarse(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        mm, kN = np.ptp(stroke) / steps, np.ptp(force) / steps
+        return time_s, np.round(stroke / mm) * mm, np.round(force / kN) * kN
+
+    for noise in (0.0, 2e-4):
+        assert not of_kind(harmonic(coarse, noise=noise), "clipped")
+    for noisy in (True, False):
+        assert not of_kind(static(coarse, noisy=noisy), "clipped")
+
+
+@pytest.mark.parametrize("noisy", [True, False])
+def test_a_dwell_is_none(noisy: bool) -> None:
+    def relaxing(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        """A specimen that relaxes by 8 % while the stroke stands still to the last digit."""
+        still = np.round(stroke, 1)
+        held = np.isclose(still, 102.0, atol=0.11)
+        begun = np.maximum.accumulate(np.where(np.diff(held, prepend=False) & held, time_s, 0.0))
+        since = time_s - begun
+        return time_s, still, np.where(held, force * (0.92 + 0.08 * np.exp(-since)), force)
+
+    assert not of_kind(static(relaxing, noisy=noisy, dwell_s=3.0), "clipped")
+    assert not of_kind(static(noisy=noisy, dwell_s=3.0), "clipped")
+
+
+def test_friction_limits_a_force_without_clipping_it() -> None:
+    def friction(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        return time_s, stroke, 40.0 * np.sign(np.gradient(stroke, time_s))
+
+    assert not of_kind(harmonic(friction, noise=0.0), "clipped")
+
+
+def test_a_specimen_that_leaves_its_plate_has_no_force() -> None:
+    def parted(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        return time_s, stroke, np.where(stroke < 8.0, 0.0, force)
+
+    assert not of_kind(static(parted, noisy=False), "clipped")

@@ -1,0 +1,91 @@
+"""Spikes: single samples or pairs that both neighbours deny, and no tips, jumps or noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evaluation.plausibility.lone import least_apart, lone_rows
+from tests.evaluation.plausibility.records import Change, Floats, harmonic, of_kind, static
+
+
+def spiked(column: int, rows: list[int], share: float) -> Change:
+    def change(*columns: Floats) -> tuple[Floats, Floats, Floats]:
+        time_s, stroke, force = (c.copy() for c in columns)
+        values = (time_s, stroke, force)[column]
+        values[rows] += share * np.ptp(values)
+        return time_s, stroke, force
+
+    return change
+
+
+@pytest.mark.parametrize("share", [0.02, -0.1, 0.6])
+@pytest.mark.parametrize("column", [1, 2])
+def test_single_samples(column: int, share: float) -> None:
+    (finding,) = of_kind(harmonic(spiked(column, [1300], share)), "spike")
+    assert finding.channel == ("stroke" if column == 1 else "force")
+    assert finding.start_s == finding.end_s == 1300 / 500.0
+    assert finding.cycles
+    assert finding.effect == "spoils"
+
+
+def test_two_in_a_row() -> None:
+    (finding,) = of_kind(harmonic(spiked(2, [1300, 1301], 0.2)), "spike")
+    assert finding.start_s == 2.6
+    assert finding.end_s == 2.602
+
+
+def test_in_a_rest_it_takes_the_count_of_strokes() -> None:
+    run = static(spiked(1, [50], 0.05))
+    assert len(of_kind(run, "spike")) == 1
+    assert {r.id: r.verdict for r in run.requirements}["cycle-count"] == "inconclusive"
+
+
+@pytest.mark.parametrize("kind", [static, harmonic])
+def test_clean_records_have_none(kind: object) -> None:
+    assert not kind().findings  # type: ignore[operator]
+
+
+def test_a_stop_that_is_met_at_each_turn_is_none() -> None:
+    def stop(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        every = slice(None, None, 25)
+        return time_s[every], stroke[every], (force + 150.0 * np.maximum(stroke - 69.8, 0.0))[every]
+
+    assert not of_kind(harmonic(stop, noise=0.0), "spike")
+
+
+SHAPES = {
+    "triangle": lambda t: np.abs(t % 2.0 - 1.0),
+    "square": lambda t: np.sign(np.sin(np.pi * t)),
+    "saw": lambda t: t % 1.0,
+    "sine": lambda t: np.sin(np.pi * t),
+}
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(sorted(SHAPES)),
+    st.integers(14, 400),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 0.01),
+    st.integers(0, 99),
+)
+def test_no_shape_of_a_loop_is_a_spike(
+    shape: str, samples: int, phase: float, noise: float, seed: int
+) -> None:
+    time = np.arange(6 * samples) * 2.0 / samples + phase
+    value = SHAPES[shape](time) + noise * np.random.default_rng(seed).standard_normal(time.size)
+    least = least_apart("force", noise, 0.0, 2.0) * 1.0
+    assert not lone_rows(time, value, least, [slice(0, value.size)]).size
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(60, 400), st.floats(0.2, 2.0), st.booleans(), st.integers(5, 300))
+def test_a_lone_sample_of_a_sine_is_found(samples: int, size: float, up: bool, at: int) -> None:
+    time = np.arange(6 * samples) * 2.0 / samples
+    value = np.sin(np.pi * time)
+    value[at] += size if up else -size
+    found = lone_rows(time, value, least_apart("force", 0.0, 0.0, 2.0), [slice(0, value.size)])
+    assert found.tolist() == [at]
