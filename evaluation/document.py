@@ -18,6 +18,7 @@ from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import (
     CycleResult,
+    Expanded,
     Extreme,
     Options,
     Quantities,
@@ -302,8 +303,18 @@ def _trend(trend: Trend) -> Mapping[str, Any]:
         "intercept_standard_uncertainty": trend.intercept_u,
         "slope_half_width_95_per_Hz": trend.slope_half_width_95_per_Hz,
         "intercept_half_width_95": trend.intercept_half_width_95,
+        **_expanded("slope", "_per_Hz", trend.slope_expanded),
+        **_expanded("intercept", "", trend.intercept_expanded),
         "confidence_band": list(trend.band),
+        "line_expanded_uncertainty": list(trend.band_expanded),
         "scatter_standard_uncertainty": trend.scatter_u,
         "shared_errors": trend.shared,
         "warnings": list(trend.warnings),
+    }
+
+
+def _expanded(name: str, unit: str, expanded: Expanded | None) -> dict[str, float | None]:
+    return {
+        f"{name}_expanded_uncertainty{unit}": None if expanded is None else expanded.uncertainty,
+        f"{name}_coverage_factor": None if expanded is None else expanded.coverage_factor,
     }

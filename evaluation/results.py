@@ -321,6 +321,14 @@ class RunEvaluation:
 
 
 @dataclass(frozen=True)
+class Expanded:
+    """Expanded uncertainty U = k u with its coverage factor k."""
+
+    uncertainty: float
+    coverage_factor: float
+
+
+@dataclass(frozen=True)
 class Trend:
     """A quantity over frequency at constant prestress and amplitude: value = intercept + slope_per_Hz · f.
 
@@ -346,6 +354,11 @@ class Trend:
     warnings: tuple[str, ...] = ()
     slope_half_width_95_per_Hz: float | None = None
     intercept_half_width_95: float | None = None
+    slope_expanded: Expanded | None = None
+    """U of the slope: k is 2, or more where the scatter of a few points has to say how wide it is."""
+    intercept_expanded: Expanded | None = None
+    band_expanded: tuple[float | None, ...] = ()
+    """U of the line at each point."""
     scatter_u: float | None = None
     """Standard deviation of the points about the line beyond their stated uncertainties."""
     shared: Basis | None = None

@@ -13,12 +13,12 @@ from typing import Literal
 import numpy as np
 
 from evaluation.across_runs.identity import Basis
-from evaluation.across_runs.line import fit_line
+from evaluation.across_runs.line import coverage_factor, fit_line
 from evaluation.across_runs.runs import assumption, basis_of, figure_of
 from evaluation.grouping import grouped
 from evaluation.quantities import is_two_sided
 from evaluation.record import FloatArray
-from evaluation.results import RunEvaluation, Trend
+from evaluation.results import Expanded, RunEvaluation, Trend
 
 PRESTRESS_TOLERANCE_MM = 2.0
 AMPLITUDE_TOLERANCE_MM = 0.5
@@ -141,6 +141,9 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         warnings=tuple(warnings),
         slope_half_width_95_per_Hz=line.slope.half_width_95,
         intercept_half_width_95=line.intercept.half_width_95,
+        slope_expanded=line.slope.expanded,
+        intercept_expanded=line.intercept.expanded,
+        band_expanded=line.band_expanded,
         scatter_u=line.scatter_u,
         shared=line.shared,
     )
@@ -152,12 +155,21 @@ class _Known:
     u: float | None = None
     half_width_95: float | None = None
 
+    @property
+    def expanded(self) -> Expanded | None:
+        """U and its coverage factor; None without a standard uncertainty."""
+        if self.u is None or self.half_width_95 is None:
+            return None
+        k = coverage_factor(self.u, self.half_width_95)
+        return Expanded(k * self.u, k)
+
 
 @dataclass(frozen=True)
 class _Line:
     slope: _Known
     intercept: _Known
     band: tuple[float | None, ...]
+    band_expanded: tuple[float | None, ...]
     scatter_u: float | None
     shared: Basis | None
     warnings: tuple[str, ...] = ()
@@ -175,6 +187,7 @@ def _shared_line(name: str, points: Sequence[RunEvaluation], frequency: FloatArr
         _Known(line.slope.value, line.slope.u, line.slope.half_width_95),
         _Known(line.intercept.value, line.intercept.u, line.intercept.half_width_95),
         line.band,
+        line.band_U,
         line.scatter_u if line.degrees_of_freedom else None,
         basis,
         assumption(basis),
@@ -189,18 +202,19 @@ def _scattered_line(frequency: FloatArray, values: FloatArray) -> _Line:
     slope = float(np.sum((frequency - centre) * (values - np.mean(values)))) / spread
     intercept = float(np.mean(values)) - slope * centre
     if count < 3:
-        return _Line(_Known(slope), _Known(intercept), (None,) * count, None, None)
+        return _Line(_Known(slope), _Known(intercept), (None,) * count, (None,) * count, None, None)
     s = float(np.sqrt(np.sum((values - intercept - slope * frequency) ** 2) / (count - 2)))
     from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
 
     factor = float(stdtrit(count - 2, 0.5 * (1.0 + CONFIDENCE)))
     slope_u = s / float(np.sqrt(spread))
     intercept_u = s * float(np.sqrt(1.0 / count + centre**2 / spread))
-    width = factor * s * np.sqrt(1.0 / count + (frequency - centre) ** 2 / spread)
+    width = tuple((factor * s * np.sqrt(1.0 / count + (frequency - centre) ** 2 / spread)).tolist())
     return _Line(
         _Known(slope, slope_u, factor * slope_u),
         _Known(intercept, intercept_u, factor * intercept_u),
-        tuple(float(w) for w in width),
+        width,
+        width,  # Student's t is more than 2 for any number of points
         s,
         None,
         ("no uncertainty of slope and band but by scatter: errors that the runs share do not show in it",),

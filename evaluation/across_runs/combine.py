@@ -7,7 +7,7 @@ every figure that is Σ_s (Σᵢ aᵢ cᵢₛ)² + Σᵢ aᵢ² oᵢ², where o�
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
@@ -18,8 +18,11 @@ from evaluation.record import FloatArray
 
 PROBABILITY = 0.95
 """Probability that a ``half_width_95`` covers."""
+COVERAGE = 2.0
+"""Coverage factor of an expanded uncertainty."""
 NORMAL_95 = 1.959964
-_HALVINGS = 40
+_HALVINGS, _FEW_HALVINGS = 40, 14
+_NODES = 400
 
 
 @dataclass(frozen=True)
@@ -66,11 +69,12 @@ class Figures:
         """Covariance of the values, shape (n, n)."""
         return np.asarray(self.contribution @ self.contribution.T + np.diag(self.own_u**2))
 
-    def weighted(self, weights: FloatArray) -> Spread:
-        """Return the uncertainty of a weighted sum of the values."""
+    def weighted(self, weights: FloatArray, *, own: bool = True) -> Spread:
+        """Return the uncertainty of a weighted sum of the values; without ``own`` what is shared of it."""
         shared = (weights @ self.contribution) ** 2
-        own = float(np.sum((weights * self.own_u) ** 2))
-        variance = float(np.sum(shared)) + own
+        variance = float(np.sum(shared))
+        if own:
+            variance += float(np.sum((weights * self.own_u) ** 2))
         largest = float(np.max(shared * self.rectangular, initial=0.0))
         return Spread(math.sqrt(variance), largest / variance if variance > 0.0 else 0.0)
 
@@ -86,6 +90,40 @@ class Spread:
     def half_width_95(self) -> float:
         """Half-width that holds 95 %: of a normal error 1.96 u, of a rectangular one 1.65 u."""
         return coverage_factor_95(round(self.rectangle, 3)) * self.u
+
+    def half_width_95_with(self, seen_u: float, degrees_of_freedom: int) -> float:
+        """Return the half-width that holds 95 % of this error and one that few residuals were asked for.
+
+        The latter has Student's distribution (JCGM 101, 6.4.9): a normal one whose variance is that of the
+        residuals, seen_u² ν / χ². Joined in quadrature, their half-widths would hold 98 % where both are
+        alike and ν is 2, and still more with one degree of freedom.
+
+        Parameters
+        ----------
+        seen_u : float
+            Standard uncertainty by the residuals.
+        degrees_of_freedom : int
+            Theirs, ν.
+        """
+        from scipy.special import ndtr, stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
+        whole = math.hypot(self.u, seen_u)
+        student = float(stdtrit(degrees_of_freedom, 0.5 * (1.0 + PROBABILITY)))
+        if self.u <= 1e-3 * whole:
+            return student * whole
+        normal = (1.0 - self.rectangle) * self.u**2 + seen_u**2 * _inverse_chi2(degrees_of_freedom)
+        s = np.sqrt(normal) / whole
+        a = max(math.sqrt(3.0 * self.rectangle) * self.u / whole, 1e-3)
+
+        def integral(z: FloatArray) -> FloatArray:
+            return np.asarray(z * ndtr(z) + np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi))
+
+        def below(x: float) -> float:
+            return float(np.mean(s / (2.0 * a) * (integral((x + a) / s) - integral((x - a) / s))))
+
+        # No less than either alone, and no more than both in quadrature.
+        either = self.half_width_95 / whole, student * seen_u / whole
+        return whole * _quantile(below, max(either), 1.01 * math.hypot(*either), _FEW_HALVINGS)
 
 
 @lru_cache(maxsize=1001)
@@ -108,11 +146,24 @@ def coverage_factor_95(rectangle: float) -> float:
         """Return the distribution function: the mean of the normal one over the rectangle."""
         return s / (2.0 * a) * (_integral((x + a) / s) - _integral((x - a) / s))
 
-    low, high = 1.0, 3.0
-    for _ in range(_HALVINGS):
+    return _quantile(below, 1.0, 3.0)
+
+
+def _quantile(below: Callable[[float], float], low: float, high: float, halvings: int = _HALVINGS) -> float:
+    """Return the place below which half of what is not to be covered lies above, by halving."""
+    for _ in range(halvings):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if below(middle) < 0.5 * (1.0 + PROBABILITY) else (low, middle)
     return 0.5 * (low + high)
+
+
+@lru_cache(maxsize=64)
+def _inverse_chi2(degrees_of_freedom: int) -> FloatArray:
+    """Return ν / χ² at evenly spread probabilities of χ², shape (M,)."""
+    from scipy.special import gammaincinv  # noqa: PLC0415 - slow to import, and seldom needed
+
+    shares = (np.arange(_NODES) + 0.5) / _NODES
+    return np.asarray(0.5 * degrees_of_freedom / gammaincinv(0.5 * degrees_of_freedom, shares))
 
 
 def _integral(z: float) -> float:
