@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from .applied import Applied
 from .motions import Motion
 from .specimens import branches
 from .truth import TrueCycle
@@ -43,6 +44,7 @@ class Scene:
     strokes_mm: list[Array]
     force_read_kN: Array
     temperatures_C: list[Array]
+    faulty_C: list[NDArray[np.bool_]] = field(default_factory=list)  # readings that are codes, by sensor
     decimals: dict[str, int] = field(
         default_factory=lambda: {"time": 5, "stroke": 4, "force": 3, "temperature": 4}
     )
@@ -77,17 +79,7 @@ class Scene:
         self.strokes_mm = [x[rows] for x in self.strokes_mm]
         self.force_read_kN = self.force_read_kN[rows]
         self.temperatures_C = [x[rows] for x in self.temperatures_C]
-
-
-@dataclass(frozen=True)
-class Applied:
-    """One imperfection as it was put in."""
-
-    name: str
-    size: str
-    named_as: str | None = None  # what a word about it must match; None: nobody need name it
-    figures: str = "within"  # within: U must hold; judged: verdicts must; free: nobody can see it
-    harmless: bool = False  # costs no cycle and no verdict
+        self.faulty_C = [x[rows] for x in self.faulty_C]
 
 
 def state(rng: np.random.Generator, strokes: int, temperatures: int) -> dict[str, Stated]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
 FORCE_CAP_KN = 1000.0
-OPEN = 0.005  # a loop whose lower ends differ by more than this share of its range is open
+DWELLS_S = 0.1  # from here on a turn is a rest whose level, and whose end, are two readings of its top
 
 
 @dataclass(frozen=True)
@@ -50,22 +50,10 @@ class Cut:
         part = self.x[self.low : self.end + 1]
         return float(np.median(part[part >= near]))
 
-    def starting_forces(self, *, static: bool) -> list[float]:
-        """Force where loading begins; at rest in the very contact it is anything up to the preload's."""
-        out = [float(self.force[self.low])]
-        if static and -0.2 < self.x[self.low] < 0.2:
-            free = int(np.argmax(self.x[self.up] > self.x[self.low] + 0.5))
-            out.append(float(np.max(self.force[self.low : self.low + free + 1])))
-        return out
-
-    def closings(self, *, static: bool) -> list[float]:
-        """What closes the loop: a chord; where the lower ends differ, nothing or either end's force, too."""
+    def closing(self) -> float:
+        """Return what a chord between its lower ends adds to the loop's area (evaluation.md: W_a)."""
         gap = float(self.x[self.low] - self.x[self.end])
-        ends = float(self.force[self.end])
-        chords = [0.5 * (ends + start) * gap for start in self.starting_forces(static=static)]
-        if abs(gap) > OPEN * float(self.x[self.top] - self.x[self.low]):
-            chords += [0.0, ends * gap]
-        return chords
+        return 0.5 * float(self.force[self.end] + self.force[self.low]) * gap
 
 
 def area(x: Array, force: Array) -> float:
@@ -73,100 +61,101 @@ def area(x: Array, force: Array) -> float:
     return float(np.trapezoid(force, x))
 
 
-def loop_figures(cut: Cut, *, static: bool) -> dict[str, Interval]:
-    """Return the figures of a loop."""
-    t, x, force, i0, top, j0, up, down = (
-        cut.t,
-        cut.x,
-        cut.force,
-        cut.low,
-        cut.top,
-        cut.end,
-        cut.up,
-        cut.down,
-    )
+def loop_figures(cut: Cut) -> dict[str, Interval]:
+    """Return the figures of a loop.
+
+    They are as the contract and evaluation.md define them: the lower turning point is where the loading
+    begins, the force there is that with which a rest is left, an open loop is closed by a chord. Two readings
+    are left only at a dwell: its level or, where it creeps, its end.
+    """
+    x, force, i0, top, j0, up, down = cut.x, cut.force, cut.low, cut.top, cut.end, cut.up, cut.down
     stored = area(x[up], force[up])
-    around = stored + area(x[down], force[down])
-    absorbed = sorted(around + closing for closing in cut.closings(static=static))
-    lows = sorted((float(x[i0]), float(x[j0]), float(np.min(x[i0 : j0 + 1]))))
-    low: Interval = (lows[0], lows[-1])
-    levels = sorted((cut.level_mm(), float(x[top])))
-    high: Interval = (levels[0], levels[1])
-    tops = sorted((float(force[top]), float(force[cut.arrives])))
-    starts = cut.starting_forces(static=static)
-    spans = (float(x[top]) - low[1], float(x[top]) - low[0])
-    secants = [(f - f_0) / s for f in tops for f_0 in starts for s in spans]
-    way = float(x[top] - x[i0])
-    mean = 0.5 * (x[top] + x[i0])
+    absorbed = stored + area(x[down], force[down]) + cut.closing()
+    low = float(x[i0])
+    dwells = cut.dwell_s() >= DWELLS_S
+    high = sorted((cut.level_mm(), float(x[top])))
+    tops = [float(force[top]), float(force[cut.arrives])] if dwells else [float(force[top])]
+    secants = [(f - float(force[i0])) / (x_top - low) for f in tops for x_top in high]
+    way = float(x[top]) - low
+    mean = 0.5 * (float(x[top]) + low)
     near = np.abs(x[up] - mean) < 0.01 * way
     slope = float(np.polyfit(x[up][near] - mean, force[up][near], 1)[0])
     out: dict[str, Interval] = {
         "stored_energy_J": (stored,) * 2,
-        "absorbed_energy_J": (absorbed[0], absorbed[-1]),
-        "damping": (absorbed[0] / stored, absorbed[-1] / stored),
+        "absorbed_energy_J": (absorbed,) * 2,
+        "damping": (absorbed / stored,) * 2,
         "tangent_stiffness_kN_per_mm": (slope,) * 2,
         "secant_stiffness_kN_per_mm": (min(secants), max(secants)),
-        "stroke_min_mm": low,
-        "stroke_max_mm": high,
-        "prestress_mm": (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])),
-        "amplitude_mm": (0.5 * (high[0] - low[1]), 0.5 * (high[1] - low[0])),
+        "stroke_min_mm": (low,) * 2,
+        "stroke_max_mm": (high[0], high[1]),
+        "prestress_mm": (0.5 * (low + high[0]), 0.5 * (low + high[1])),
+        "amplitude_mm": (0.5 * (high[0] - low), 0.5 * (high[1] - low)),
         "force_max_kN": (float(np.max(force[i0 : j0 + 1])),) * 2,
-        "force_min_kN": (
-            float(np.min(force[i0 : j0 + 1])),
-            max(starts[-1], float(np.min(force[i0 : j0 + 1]))),
-        ),
+        "force_min_kN": (float(np.min(force[i0 : j0 + 1])),) * 2,
     }
     for name, part in (("loading", up), ("unloading", down)):
-        count = part.stop - part.start
-        v = np.abs(np.diff(x[part])) / np.diff(t[part])
-        w = max(1, count // 20)
-        level = np.abs(x[part][w:] - x[part][:-w]) / (t[part][w:] - t[part][:-w])
-        out[f"speed_{name}_max_mm_per_s"] = (float(np.max(level)), float(np.max(v)))
+        out[f"speed_{name}_max_mm_per_s"] = fastest(cut.t[part], x[part])
     return out
 
 
-def harmonics(t: Array, x: Array, force: Array, i0: int, i1: int) -> dict[str, Interval]:
-    """First harmonics over the period from one lower turn to the next.
+def fastest(t: Array, x: Array) -> Interval:
+    """Return the largest speed of a branch: over 5 % of it (evaluation.md), and of any two points."""
+    if len(t) < 3:
+        return (0.0, 0.0)
+    w = max(1, len(t) // 20)
+    level = np.abs(x[w:] - x[:-w]) / (t[w:] - t[:-w])
+    return (float(np.max(level)), float(np.max(np.abs(np.diff(x)) / np.diff(t))))
 
-    Of a force that still settles they depend on whether its drift is taken out first: either reading is true.
+
+def harmonics(t: Array, x: Array, force: Array, i0: int, i1: int) -> dict[str, Interval]:
+    """First harmonics over the period from one lower turn to the next, as Fourier has them.
+
+    evaluation.md fits ten harmonics over the fitted period; a drift of the force is not taken out first.
     """
     period = float(t[i1] - t[i0])
     tt = t[i0 : i1 + 1] - t[i0]
     turn = np.exp(-2j * np.pi * tt / period)
-
-    def first(y: Array, drift: float) -> complex:
-        level = y - y[0] - drift * (y[-1] - y[0]) * tt / period
-        return complex(2.0 / period * np.trapezoid(level * turn, tt))
-
-    x_f = (x[i0 : i1 + 1], force[i0 : i1 + 1])
-    both = [first(x_f[1], drift) / first(x_f[0], drift) for drift in (0.0, 1.0)]
+    first = [np.trapezoid((y - y[0]) * turn, tt) for y in (x[i0 : i1 + 1], force[i0 : i1 + 1])]
+    k = complex(first[1] / first[0])
     values = {
-        "frequency_Hz": [1.0 / period],
-        "dynamic_stiffness_kN_per_mm": [abs(k) for k in both],
-        "storage_stiffness_kN_per_mm": [k.real for k in both],
-        "loss_stiffness_kN_per_mm": [k.imag for k in both],
-        "loss_factor": [k.imag / k.real for k in both],
+        "frequency_Hz": 1.0 / period,
+        "dynamic_stiffness_kN_per_mm": abs(k),
+        "storage_stiffness_kN_per_mm": k.real,
+        "loss_stiffness_kN_per_mm": k.imag,
+        "loss_factor": k.imag / k.real,
     }
-    return {name: (min(value), max(value)) for name, value in values.items()}
+    return {name: (value, value) for name, value in values.items()}
 
 
-def readings(cut: Cut) -> dict[str, float | None]:
-    """Return what the requirements of the 105 mm static test are judged by."""
-    up_x, up_f = cut.x[cut.up], cut.force[cut.up]
+def readings(cut: Cut) -> dict[str, Interval | None]:
+    """Return what the requirements of the 105 mm static test are judged by; None: the stroke ends before.
+
+    Two readings are left where evaluation.md leaves them: whether the line of the preload weighs equal
+    strokes or equal times (samples).
+    """
+    up_x, up_f, up_t = cut.x[cut.up], cut.force[cut.up], cut.t[cut.up]
     keep = np.concatenate([[True], np.diff(np.maximum.accumulate(up_x)) > 0])
     line_x = np.linspace(2.0, 10.0, 401)
-    line = np.polyfit(line_x, np.interp(line_x, up_x[keep], up_f[keep]), 1)
-    out: dict[str, float | None] = {"preload": float(line[1])}
+    strokes = np.polyfit(line_x, np.interp(line_x, up_x[keep], up_f[keep]), 1)[1]
+    inside = (up_x >= 2.0) & (up_x <= 10.0)
+    at = np.linspace(up_t[inside][0], up_t[inside][-1], 401) if inside.any() else line_x
+    samples = (
+        np.polyfit(np.interp(at, up_t, up_x), np.interp(at, up_t, up_f), 1)[1] if inside.any() else strokes
+    )
+    out: dict[str, Interval | None] = {
+        "preload": (float(min(strokes, samples)), float(max(strokes, samples)))
+    }
     for place in (25.0, 60.0, 100.0):
         reached = up_x[-1] >= place
-        out[f"force-at-{place:.0f}mm"] = float(np.interp(place, up_x[keep], up_f[keep])) if reached else None
+        force = float(np.interp(place, up_x[keep], up_f[keep]))
+        out[f"force-at-{place:.0f}mm"] = (force, force) if reached else None
     over = np.flatnonzero(up_f > FORCE_CAP_KN)
     last = up_x[-1] if not len(over) else float(up_x[over[0]])
     inside = up_x <= last
     stored = area(up_x[inside], up_f[inside])
     down_x, down_f = cut.x[cut.down], cut.force[cut.down]
     below = down_x <= last
-    absorbed = stored + area(down_x[below], down_f[below])
-    out["stored-energy"] = stored
-    out["absorbed-energy-ratio"] = absorbed / stored
+    absorbed = stored + area(down_x[below], down_f[below]) + cut.closing()
+    out["stored-energy"] = (stored, stored)
+    out["absorbed-energy-ratio"] = (absorbed / stored,) * 2 if stored > 0.0 else None
     return out

@@ -21,10 +21,9 @@ from evaluation.api import ImportOptions, evaluate, import_record
 
 from . import world
 from .judge import judge
-from .judgement import Judgement
+from .judgement import COUNTED, FALSE, Judgement
 
 DRAWS = 1000
-FALSE = ("generator", "crash", "refused record", "false pass", "false fail", "mixed", "numbering")
 
 
 def one(number: int, only: str | None = None, out: Path | None = None) -> Judgement:
@@ -98,7 +97,6 @@ def by_kind(judgements: Iterable[Judgement]) -> dict[str, Counter[str]]:
             row["refused"] += j.refused
             for category in {c for c, _, _ in j.findings}:
                 row[category] += 1
-            row["unnamed"] += 0
             inside = [abs(r) <= 1.0 for _, r in j.ratios]
             row["figures"] += len(inside)
             row["inside"] += sum(inside)
@@ -107,21 +105,7 @@ def by_kind(judgements: Iterable[Judgement]) -> dict[str, Counter[str]]:
 
 def tables(judgements: list[Judgement], seconds: float | None = None) -> str:
     """Return the tables as Markdown."""
-    columns = [
-        "records",
-        "generator",
-        "crash",
-        "refused record",
-        "false pass",
-        "false fail",
-        "mixed",
-        "numbering",
-        "unnamed",
-        "silent",
-        "gross",
-        "needless",
-        "false alarm",
-    ]
+    columns = ["records", *FALSE, *COUNTED]
     lines = [
         "| kind | " + " | ".join(columns) + " | cycles refused % | within U % |",
         "|---|" + "---|" * (len(columns) + 2),

@@ -6,13 +6,15 @@ import copy
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from evaluation.api import ImportOptions, evaluate, import_record
 
 from . import world
-from .chain import Applied, Scene
-from .expected import conditions, of_the_run
+from .applied import Applied
+from .chain import Scene
+from .expected import conditions, covered, of_the_run
 from .judge import judge
 from .judgement import Judgement
 
@@ -24,7 +26,7 @@ def _sound() -> Scene:
         if scene.motion.kind != "static" or len(scene.cycles) != 3 or not scene.stated:
             continue
         states = [*of_the_run(scene).values()]
-        states += [c for cycle in scene.cycles for c in conditions(scene, cycle, 0.0).values()]
+        states += [c for cycle in scene.cycles for c in conditions(scene, cycle).values()]
         if all(c.state == "ok" and c.shown == "yes" for c in states):
             return scene
     raise AssertionError("no sound record")
@@ -41,11 +43,11 @@ def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, dict[str, A
 
 def _falsified(judged: tuple[Scene, dict[str, Any]]) -> tuple[Scene, dict[str, Any], dict[str, Any]]:
     document = copy.deepcopy(judged[1])
-    return judged[0], document, document["runs"][0]
+    return copy.copy(judged[0]), document, document["runs"][0]
 
 
-def _categories(j: Judgement) -> set[str]:
-    return {category for category, _, _ in j.findings}
+def _said(j: Judgement) -> set[tuple[str, str]]:
+    return {(category, what) for category, what, _ in j.findings}
 
 
 def _row(run: dict[str, Any], name: str, cycle: int | None) -> dict[str, Any]:
@@ -53,36 +55,126 @@ def _row(run: dict[str, Any], name: str, cycle: int | None) -> dict[str, Any]:
     return next(r for r in rows if r["id"] == name and r["cycle"] == cycle)
 
 
-def test_a_turned_verdict_is_false(judged: tuple[Scene, dict[str, Any]]) -> None:
+def _clipped(**more: Any) -> Applied:
+    return Applied(
+        "clipped-force",
+        "400 kN",
+        kinds=("clipped",),
+        words=(r"force", r"clip"),
+        channel="force",
+        figures="named",
+        plain=True,
+        **more,
+    )
+
+
+def test_a_true_document_has_no_falsehood(judged: tuple[Scene, dict[str, Any]]) -> None:
+    assert not judge(*judged, []).falsehoods
+
+
+@pytest.mark.parametrize(
+    ("turned", "category"), [("fail", "false fail"), ("invalid", "false fail"), ("inconclusive", "needless")]
+)
+def test_a_turned_verdict_is_false(judged: tuple[Scene, dict[str, Any]], turned: str, category: str) -> None:
     scene, document, run = _falsified(judged)
-    for turned, category in (("fail", "false fail"), ("invalid", "false fail"), ("inconclusive", "needless")):
-        _row(run, "stored-energy", 2)["verdict"] = turned
-        assert category in _categories(judge(scene, document, []))
+    for name in ("stored-energy", "speed-limit"):
+        _row(run, name, 2)["verdict"] = turned
+        assert (category, f"{name} of stroke 2") in _said(judge(scene, document, []))
+
+
+def test_a_verdict_of_the_run_that_is_not_its_rows_is_seen(judged: tuple[Scene, dict[str, Any]]) -> None:
+    scene, document, run = _falsified(judged)
+    run["verdict"] = "fail" if run["verdict"] != "fail" else "pass"
+    assert ("document", "verdict of the run") in _said(judge(scene, document, []))
 
 
 def test_a_pass_without_a_reading_of_the_temperature_is_false(judged: tuple[Scene, dict[str, Any]]) -> None:
     scene, document, _ = _falsified(judged)
-    scene = copy.copy(scene)
-    scene.temperatures_C = []
-    assert ("false pass", "temperature-range of stroke 1") in {
-        f[:2] for f in judge(scene, document, []).findings
-    }
+    scene.temperatures_C, scene.faulty_C = [], []
+    assert ("false pass", "temperature-range of stroke 1") in _said(judge(scene, document, []))
+
+
+def test_a_code_of_a_sensor_covers_nothing(judged: tuple[Scene, dict[str, Any]]) -> None:
+    scene = copy.copy(judged[0])
+    assert covered(scene, scene.cycles[0]) == "yes"
+    scene.faulty_C = [np.ones_like(bad) for bad in scene.faulty_C]
+    assert covered(scene, scene.cycles[0]) == "no"
 
 
 def test_a_wrong_figure_and_a_lost_cycle_are_seen(judged: tuple[Scene, dict[str, Any]]) -> None:
     scene, document, run = _falsified(judged)
     run["cycles"][1]["absorbed_energy_J"] *= 1.2
-    assert ("gross", "absorbed_energy_J") in {f[:2] for f in judge(scene, document, []).findings}
+    run["extremes"]["force_max_kN"]["value"] *= 1.2
+    said = _said(judge(scene, document, []))
+    assert {("gross", "absorbed_energy_J"), ("gross", "force_max_kN")} <= said
     run["cycles"] = run["cycles"][:1]
-    assert ("needless", "cycle without figures") in {f[:2] for f in judge(scene, document, []).findings}
+    assert ("needless", "cycle without figures") in _said(judge(scene, document, []))
 
 
-def test_a_fault_needs_its_name_and_a_clean_record_none(judged: tuple[Scene, dict[str, Any]]) -> None:
+def test_strokes_are_numbered_as_they_happened(judged: tuple[Scene, dict[str, Any]]) -> None:
+    scene, document, run = _falsified(judged)
+    for cycle in run["cycles"]:
+        cycle["index"] += 1
+    assert ("numbering", "stroke number") in _said(judge(scene, document, []))
+
+
+def test_a_mean_over_strokes_that_differ_is_seen(judged: tuple[Scene, dict[str, Any]]) -> None:
+    scene, document, _ = _falsified(judged)
+    scene.cycles = copy.deepcopy(scene.cycles)
+    scene.cycles[1].figures["stroke_max_mm"] = (60.0, 60.0)
+    assert ("mixed", "cycles that do not belong together are one mean") in _said(judge(scene, document, []))
+
+
+def test_a_fault_is_named_by_a_warning_of_its_channel_alone(judged: tuple[Scene, dict[str, Any]]) -> None:
     scene, document, run = _falsified(judged)
     run["warnings"].append("force: clipped at 400 kN")
-    assert "false alarm" in _categories(judge(scene, document, []))
-    scene = copy.copy(scene)
-    scene.applied = [Applied("clipped-force", "400 kN", r"clip", "judged")]
-    assert "unnamed" not in _categories(judge(scene, document, []))
-    run["warnings"].pop()
-    assert "unnamed" in _categories(judge(scene, document, []))
+    assert ("false alarm", "the word clip") in _said(judge(scene, document, []))
+    scene.applied = [_clipped()]
+    run["cycles"][0]["stored_energy_J"] *= 0.9
+    assert "unnamed" not in {c for c, _ in _said(judge(scene, document, []))}
+    run["warnings"][-1] = "stroke: clipped at 85 mm; the force is sound"
+    assert ("unnamed", "clipped-force") in _said(judge(scene, document, []))
+
+
+def test_a_finding_names_a_fault_of_its_kind_channel_and_time(judged: tuple[Scene, dict[str, Any]]) -> None:
+    scene, document, run = _falsified(judged)
+    first = scene.cycles[0]
+    scene.applied = [_clipped(start_s=first.start_s, end_s=first.end_s)]
+    run["cycles"][0]["stored_energy_J"] *= 0.9
+    there = {
+        "channel": "force",
+        "start_s": first.start_s,
+        "end_s": first.end_s,
+        "text": "",
+        "effect": "spoils",
+    }
+    for finding, named in (
+        ({**there, "kind": "clipped"}, True),
+        ({**there, "kind": "drift"}, False),
+        ({**there, "kind": "clipped", "channel": "stroke"}, False),
+        ({**there, "kind": "clipped", "start_s": scene.cycles[2].start_s, "end_s": None}, False),
+    ):
+        run["plausibility"] = [finding]
+        said = {c for c, _ in _said(judge(scene, document, []))}
+        assert ("unnamed" in said, "false alarm" in said) == (not named, not named)
+
+
+def test_a_fault_without_effect_need_not_be_named_and_one_with_must(
+    judged: tuple[Scene, dict[str, Any]],
+) -> None:
+    scene, document, run = _falsified(judged)
+    scene.applied = [_clipped(falsifies=frozenset({"stored_energy_J"}))]
+    assert ("quiet", "clipped-force") in _said(judge(scene, document, []))
+    for cycle in run["cycles"]:
+        cycle["stored_energy_J"] *= 0.9
+    said = _said(judge(scene, document, []))
+    assert {("unnamed", "clipped-force"), ("spoilt", "stored_energy_J")} <= said
+
+
+def test_a_pass_by_luck_is_without_ground(judged: tuple[Scene, dict[str, Any]]) -> None:
+    scene, document, run = _falsified(judged)
+    row = _row(run, "stored-energy", 2)
+    row["measured"] *= 1.2
+    assert ("gross", "stored-energy") in _said(judge(scene, document, []))
+    scene.applied = [_clipped()]
+    assert ("unfounded", "stored-energy of stroke 2") in _said(judge(scene, document, []))

@@ -69,6 +69,7 @@ def make(number: int, only: str | None = None) -> Scene:
         strokes_mm=wires,
         force_read_kN=read,
         temperatures_C=thermometers,
+        faulty_C=[np.zeros(len(stamps), dtype=bool) for _ in thermometers],
     )
     if only != "clean":
         put_in(rng, scene, only)

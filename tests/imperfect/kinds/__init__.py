@@ -1,0 +1,1 @@
+"""What goes wrong with records, a room for each place at which it arises."""

@@ -1,0 +1,68 @@
+"""Every kind of imperfection does to a record what it says, and nothing to the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from . import world
+from .chain import Scene
+from .imperfections import KINDS
+
+
+def _made(name: str) -> Scene:
+    for number in range(60):
+        scene = world.make(number, name)
+        if scene.applied:
+            return scene
+    raise AssertionError(f"no record takes {name}")
+
+
+@pytest.mark.parametrize("name", [kind.name for kind in KINDS])
+def test_a_kind_changes_the_record_and_not_the_truth(name: str) -> None:
+    scene = _made(name)
+    clean = world.make(scene.number, "clean")
+    assert [a.name for a in scene.applied] == [name]
+    assert [c.figures for c in scene.cycles] == [c.figures for c in clean.cycles]
+    same = (
+        np.array_equal(scene.time_s, clean.time_s)
+        and np.array_equal(scene.force_read_kN, clean.force_read_kN, equal_nan=True)
+        and all(map(np.array_equal, scene.strokes_mm, clean.strokes_mm))
+        and len(scene.temperatures_C) == len(clean.temperatures_C)
+        and all(
+            np.array_equal(a, b, equal_nan=True)
+            for a, b in zip(scene.temperatures_C, clean.temperatures_C, strict=True)
+        )
+        and not scene.factor
+    )
+    assert not same
+    assert all(
+        len(x) == len(scene.time_s) for x in (*scene.strokes_mm, *scene.temperatures_C, *scene.faulty_C)
+    )
+
+
+@pytest.mark.parametrize("name", ["clipped-force", "frozen", "offset-jump", "spikes", "lost-turn"])
+def test_a_fault_acts_when_it_says(name: str) -> None:
+    scene = _made(name)
+    clean = world.make(scene.number, "clean")
+    if name == "lost-turn":
+        touched = np.setdiff1d(clean.true_time_s, scene.true_time_s)
+    else:
+        differs = scene.force_read_kN != clean.force_read_kN
+        for x, y in zip(scene.strokes_mm, clean.strokes_mm, strict=True):
+            differs = differs | (x != y)
+        touched = scene.true_time_s[differs]
+    fault = scene.applied[0]
+    assert fault.start_s - 1e-9 <= touched.min()
+    assert touched.max() <= fault.end_s + 1e-9
+
+
+def test_what_a_channel_does_not_go_into_is_not_falsified() -> None:
+    clipped = _made("clipped-force").applied[0]
+    assert clipped.touches("force_max_kN")
+    assert clipped.touches("stored-energy")
+    assert not clipped.touches("stroke_max_mm")
+    assert not clipped.touches("full-release")
+    late = _made("force-late-beyond").applied[0]
+    assert late.touches("damping")
+    assert not late.touches("force_max_kN")
