@@ -33,6 +33,8 @@ _LONG = 65_536
 """Of a longer record not every sample is a candidate for a reversal."""
 _BLOCKS = (512, 64, 16)
 """Sizes of the blocks of which, from coarse to fine, only the extremes are candidates for a reversal."""
+_CHUNK_SAMPLES = 65_536
+"""Samples that are looked at together: what is made of them stays in the processor's cache."""
 _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
 _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
@@ -197,11 +199,21 @@ def _block_extremes(values: FloatArray) -> tuple[IndexArray, IndexArray]:
     return first + np.argmin(grid, axis=1), first + np.argmax(grid, axis=1)
 
 
-def _candidates(values: FloatArray, low: IndexArray, high: IndexArray, threshold: float) -> IndexArray:
+def _outermost(values: FloatArray, low: IndexArray, high: IndexArray) -> IndexArray:
+    """Return the extremes of the coarsest blocks, the first sample, and those behind all blocks, in order."""
+    both = np.stack((np.minimum(low, high), np.maximum(low, high)), axis=1).ravel()
+    index = np.concatenate(([0], both, np.arange(low.size * _BLOCKS[0], values.size)))
+    return index[np.concatenate(([True], np.diff(index) > 0))]
+
+
+def _candidates(
+    values: FloatArray, low: IndexArray, high: IndexArray, least: float, threshold: float
+) -> IndexArray:
     """Return samples among which are all reversals larger than ``threshold``, in order.
 
     Of a block whose range is smaller no two reversals are, so that its extremes ``low`` and ``high`` stand
-    for it; of the other blocks those of their parts do, down to single samples.
+    for it. They do, too, for one that the stroke goes through one way, back by less than ``least``. Of the
+    other blocks those of their parts do, down to single samples.
     """
     whole = low.size * _BLOCKS[0]
     chosen = np.zeros(values.size, dtype=bool)
@@ -209,6 +221,8 @@ def _candidates(values: FloatArray, low: IndexArray, high: IndexArray, threshold
     rows = np.arange(low.size)
     for size, finer in pairwise((*_BLOCKS, 1)):
         steep = values[high] - values[low] >= threshold
+        if size < _BLOCKS[0]:  # where many of the coarsest are steep, most of them hold a turn
+            steep[steep] = ~_goes_one_way(values[:whole].reshape(-1, size), rows[steep], least)
         chosen[low[~steep]] = chosen[high[~steep]] = True
         parts = size // finer
         rows = (parts * rows[steep][:, None] + np.arange(parts)).ravel()
@@ -219,6 +233,18 @@ def _candidates(values: FloatArray, low: IndexArray, high: IndexArray, threshold
         low, high = rows * finer + np.argmin(part, axis=1), rows * finer + np.argmax(part, axis=1)
     chosen[rows] = True
     return np.flatnonzero(chosen)
+
+
+def _goes_one_way(grid: FloatArray, rows: IndexArray, least: float) -> NDArray[np.bool_]:
+    """Say in which rows of a grid the values rise, or fall, and go back by less than ``least`` in all."""
+    found = np.zeros(rows.size, dtype=bool)
+    step = _CHUNK_SAMPLES // grid.shape[1]
+    for start in range(0, rows.size, step):
+        part = grid[rows[start : start + step]]
+        change = np.diff(part, axis=1)
+        there_and_back = np.sum(np.abs(change, out=change), axis=1) - np.abs(part[:, -1] - part[:, 0])
+        found[start : start + step] = 0.5 * there_and_back < least
+    return found
 
 
 def _largest_cycle(values: FloatArray, index: IndexArray) -> float:
@@ -247,14 +273,14 @@ def find_reversals(stroke_mm: FloatArray, sampling: Sampling | None = None) -> I
     long = stroke_mm.size > _LONG
     if long:
         low, high = _block_extremes(stroke_mm)
-        index = _candidates(stroke_mm, low, high, np.inf)
+        index = _outermost(stroke_mm, low, high)
     span = float(np.ptp(stroke_mm[index])) if index.size else 0.0
     own = sampling or sampling_of(stroke_mm)
     least = max(_NOISE_FACTOR * own.sigma, _STEPS_FACTOR * own.step, _LEAST_SHARE * span)
     if long:
         coarse = _extremes_among(stroke_mm, index)
         largest = _largest_cycle(stroke_mm, _remove_small(stroke_mm, coarse, least))
-        index = _candidates(stroke_mm, low, high, max(least, _LEAST_CYCLE_SHARE * largest))
+        index = _candidates(stroke_mm, low, high, least, max(least, _LEAST_CYCLE_SHARE * largest))
     index = _extremes_among(stroke_mm, index)
     if index.size < 2:
         return index

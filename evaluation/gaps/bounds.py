@@ -89,7 +89,7 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
         Empty where nothing is bridged or interpolated in a complete cycle.
     """
     narrow = [hole for hole in holes if not (hole.rest or hole.wide)]
-    own = _holes_of(narrow, results)
+    own = _holes_of(narrow, results) if narrow else {}
     if record.between is not None:
         own = {r.cycle.index: own.get(r.cycle.index, ()) for r in results if r.cycle.complete}
     if not own:

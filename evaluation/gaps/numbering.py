@@ -69,14 +69,24 @@ def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole])
         Found in it.
     holes : sequence of Hole
     """
-    whole = [
-        cycle for cycle in cycles if cycle.bounded and "cut" not in (cycle.start.method, cycle.end.method)
-    ]
-    known = [cycle for cycle in whole or cycles if cycle.duration_s > 0.0]
+    known = [cycle for cycle in cycles if cycle.duration_s > 0.0]
     if not known:
         return Numbering()
-    shortest_s = min(cycle.duration_s for cycle in known)
-    fastest_mm_per_s = max(2.0 * cycle.range_mm / cycle.duration_s for cycle in known)
+    hidden = _hidden(cycles, known, holes) if holes else []
+    ended = [d for d in record.defects if d.kind == "backward-time" and d.start_s == d.end_s]
+    if ended:
+        why = f"{ended[-1].text}: what they show is not known"
+        hidden.append(Doubt(cycles[-1].index + 1, why, ended[-1].start_s, unknown=True))
+    return Numbering(tuple(hidden), _begun(record, cycles))
+
+
+def _hidden(cycles: Sequence[Cycle], known: Sequence[Cycle], holes: Sequence[Hole]) -> list[Doubt]:
+    """Return the holes that may hide a stroke, of a record whose ``known`` cycles last for some time."""
+    whole = [
+        cycle for cycle in known if cycle.bounded and "cut" not in (cycle.start.method, cycle.end.method)
+    ]
+    shortest_s = min(cycle.duration_s for cycle in whole or known)
+    fastest_mm_per_s = max(2.0 * cycle.range_mm / cycle.duration_s for cycle in whole or known)
     hidden = []
     for hole in holes:
         free_s = hole.length_s - hole.change_mm / fastest_mm_per_s
@@ -88,11 +98,7 @@ def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole])
         why = f"the hole {length} after {hole.start_s:.6g} s may hide a stroke{fits}"
         first = behind[0] if behind else cycles[-1].index + 1
         hidden.append(Doubt(first, why, hole.start_s, hole.unknown))
-    ended = [d for d in record.defects if d.kind == "backward-time" and d.start_s == d.end_s]
-    if ended:
-        why = f"{ended[-1].text}: what they show is not known"
-        hidden.append(Doubt(cycles[-1].index + 1, why, ended[-1].start_s, unknown=True))
-    return Numbering(tuple(hidden), _begun(record, cycles))
+    return hidden
 
 
 def _begun(record: Record, cycles: Sequence[Cycle]) -> str:
