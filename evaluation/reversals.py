@@ -35,6 +35,8 @@ _BLOCKS = (512, 64, 16)
 """Sizes of the blocks of which, from coarse to fine, only the extremes are candidates for a reversal."""
 _CHUNK_SAMPLES = 65_536
 """Samples that are looked at together: what is made of them stays in the processor's cache."""
+_SPARE = 0.9
+"""Candidates are looked for with so much less than what they are thought to be larger than."""
 _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
 _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
@@ -268,24 +270,34 @@ def find_reversals(stroke_mm: FloatArray, sampling: Sampling | None = None) -> I
         At least two entries when the stroke moves at all; neighbours differ by more than noise, the
         converter's resolution and 5 % of the largest cycle.
     """
-    index = np.arange(stroke_mm.size)
-    low = high = index[:0]
-    long = stroke_mm.size > _LONG
-    if long:
-        low, high = _block_extremes(stroke_mm)
-        index = _outermost(stroke_mm, low, high)
-    span = float(np.ptp(stroke_mm[index])) if index.size else 0.0
-    own = sampling or sampling_of(stroke_mm)
-    least = max(_NOISE_FACTOR * own.sigma, _STEPS_FACTOR * own.step, _LEAST_SHARE * span)
-    if long:
-        coarse = _extremes_among(stroke_mm, index)
-        largest = _largest_cycle(stroke_mm, _remove_small(stroke_mm, coarse, least))
-        index = _candidates(stroke_mm, low, high, least, max(least, _LEAST_CYCLE_SHARE * largest))
-    index = _extremes_among(stroke_mm, index)
+    if stroke_mm.size <= _LONG:
+        span = float(np.ptp(stroke_mm)) if stroke_mm.size else 0.0
+        least = _least(span, sampling or sampling_of(stroke_mm))
+        return _without_small(stroke_mm, _extremes_among(stroke_mm, np.arange(stroke_mm.size)), least)[0]
+    low, high = _block_extremes(stroke_mm)
+    outer = _outermost(stroke_mm, low, high)
+    least = _least(float(np.ptp(stroke_mm[outer])), sampling or sampling_of(stroke_mm))
+    _, wanted = _without_small(stroke_mm, _extremes_among(stroke_mm, outer), least)
+    while True:
+        # On the way of the largest cycle may lie reversals that the outermost extremes do not show.
+        smallest = _SPARE * wanted
+        index = _extremes_among(stroke_mm, _candidates(stroke_mm, low, high, least, smallest))
+        index, wanted = _without_small(stroke_mm, index, least)
+        if wanted >= smallest:
+            return index
+
+
+def _least(span_mm: float, sampling: Sampling) -> float:
+    """Return what a reversal is larger than, of noise and steps and a stroke of so large a range."""
+    return max(_NOISE_FACTOR * sampling.sigma, _STEPS_FACTOR * sampling.step, _LEAST_SHARE * span_mm)
+
+
+def _without_small(values: FloatArray, index: IndexArray, least: float) -> tuple[IndexArray, float]:
+    """Return those of alternating extremes that are motion, and what they are larger than."""
     if index.size < 2:
-        return index
-    index = _remove_small(stroke_mm, index, least)
-    if index.size >= 3:
-        largest = _largest_cycle(stroke_mm, index)
-        index = _remove_small(stroke_mm, index, max(least, _LEAST_CYCLE_SHARE * largest))
-    return index
+        return index, least
+    index = _remove_small(values, index, least)
+    if index.size < 3:
+        return index, least
+    smallest = max(least, _LEAST_CYCLE_SHARE * _largest_cycle(values, index))
+    return _remove_small(values, index, smallest), smallest

@@ -129,17 +129,19 @@ def test_blocks_end_at_a_break() -> None:
 
 
 @pytest.mark.parametrize("per_cycle", [20, 300, 5000, 90_000])
-@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("noise", [0.0, 0.02, 0.3])
+@pytest.mark.parametrize("ripple_mm", [0.0, 1.5])
 def test_reversals_by_blocks_are_those_of_all_samples(
-    monkeypatch: pytest.MonkeyPatch, per_cycle: int, noise: float
+    monkeypatch: pytest.MonkeyPatch, per_cycle: int, noise: float, ripple_mm: float
 ) -> None:
-    """Also of a burst that is hidden inside single blocks of a slow record."""
+    """Also of a burst that is hidden inside single blocks of a slow record, and of ripple on steep flanks."""
     random = np.random.default_rng(1)
     at = np.arange(300_000)
     stroke = 50.0 + 20.0 * np.sin(2.0 * np.pi * at / per_cycle)
     stroke[150_000:150_400] += 9.0 * np.sin(2.0 * np.pi * np.arange(400) / 40.0)
+    stroke += ripple_mm * np.sin(2.0 * np.pi * at / 30.7)
     stroke += noise * random.standard_normal(at.size)
     sampling = sampling_of(stroke)
     by_blocks = find_reversals(stroke, sampling)
-    monkeypatch.setattr(reversals, "_STRETCHES", 10_000)
+    monkeypatch.setattr(reversals, "_LONG", at.size)
     np.testing.assert_array_equal(by_blocks, find_reversals(stroke, sampling))
