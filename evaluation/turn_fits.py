@@ -43,24 +43,24 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points of many windows, a row each: ``used`` says which of the (R, P) are points and which padding.
+    """Points of many windows, a row each: ``count`` (R,) of the (R, P) are points, the rest is padding.
 
     ``group`` (R,): samples that were averaged to a point. Values are turned so that each is a maximum.
     """
 
     time_s: FloatArray
     value: FloatArray
-    used: BoolArray
+    count: IndexArray
     group: IndexArray
 
     @cached_property
-    def count(self) -> IndexArray:
-        """Points of each row."""
-        return np.asarray(np.count_nonzero(self.used, axis=1))
+    def used(self) -> BoolArray:
+        """Which of the (R, P) are points."""
+        return np.asarray(np.arange(self.time_s.shape[1]) < self.count[:, None])
 
-    def rows(self, chosen: BoolArray) -> Points:
+    def rows(self, chosen: IndexArray | slice) -> Points:
         """Return some of the rows."""
-        return Points(self.time_s[chosen], self.value[chosen], self.used[chosen], self.group[chosen])
+        return Points(self.time_s[chosen], self.value[chosen], self.count[chosen], self.group[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class Fits:
         """Return some of the rows."""
         return Fits(*(getattr(self, own.name)[chosen] for own in fields(self)))
 
-    def put(self, chosen: BoolArray, fits: Fits) -> None:
+    def put(self, chosen: IndexArray | slice, fits: Fits) -> None:
         """Write the fits of some of the rows."""
         for own in fields(self):
             getattr(self, own.name)[chosen] = getattr(fits, own.name)
@@ -110,7 +110,6 @@ def points_of(
     count -= (first + count * group == value.size) & (group > 1)
     width = int(np.max(count, initial=1))
     at = first[:, None] + group[:, None] * np.minimum(np.arange(width + 1), count[:, None])
-    used = np.arange(width) < count[:, None]
     if np.all(group == 1):
         at = np.minimum(at[:, :-1], last[:, None] - 1)
         time, level = time_s[at], value[at]
@@ -121,7 +120,8 @@ def points_of(
         single = group == 1
         alone = np.minimum(at[single, :-1], last[single, None] - 1)
         time[single], level[single] = time_s[alone], value[alone]
-    return Points(time, level * sign[:, None], used, group)
+    level *= sign[:, None]
+    return Points(time, level, np.maximum(count, 0), group)
 
 
 def smooth_fits(points: Points, sigma: float, averaged: int = 1) -> Fits:
@@ -150,9 +150,10 @@ def _in_parts(points: Points, few: BoolArray, fit: Callable[[Points, bool], Fits
     for is_few in (True, False):
         rows = np.flatnonzero(few == is_few)
         for start in range(0, rows.size, step):
-            part = np.zeros(few.size, dtype=bool)
-            part[rows[start : start + step]] = True
-            found.put(part, fit(points.rows(part), is_few))
+            part = rows[start : start + step]
+            joined = part[-1] - part[0] + 1 == part.size
+            own = slice(int(part[0]), int(part[-1]) + 1) if joined else part
+            found.put(own, fit(points.rows(own), is_few))
     return found
 
 

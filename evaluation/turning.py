@@ -113,16 +113,17 @@ def fit_turning_points(
         sigma_mm,
         averaged,
     )
-    found: dict[int, TurningPoint] = {
-        i: turn for i, turn in zip(rows[order].tolist(), fitted, strict=True) if turn is not None
-    }
-    found |= {i: _rested(dwell, reversals.row(i)) for i, dwell in dwells.items()}
+    found: list[TurningPoint | None] = [None] * reversals.index.size
+    for i, turn in zip(rows[order].tolist(), fitted, strict=True):
+        found[i] = turn
+    for i, dwell in dwells.items():
+        found[i] = _rested(dwell, reversals.row(i))
     cut = [i for i, own in sides.items() if i not in dwells and (own.open_left or own.open_right)]
-    ends = edge_fits([sides[i] for i in cut])
-    found |= {i: _one_sided(fit, sides[i], reversals.row(i)) for i, fit in zip(cut, ends, strict=True)}
+    for i, fit in zip(cut, edge_fits([sides[i] for i in cut]), strict=True):
+        found[i] = _one_sided(fit, sides[i], reversals.row(i))
     return [
-        found[i] if i in found else _extreme(sides.get(i) or side(i), reversals.row(i))
-        for i in range(reversals.index.size)
+        _extreme(sides.get(i) or side(i), reversals.row(i)) if turn is None else turn
+        for i, turn in enumerate(found)
     ]
 
 
@@ -196,7 +197,7 @@ def _fitted(
         column.tolist() for column in (own.time_s, stroke, index, own.u, own.u_s, own.blunt)
     )
     columns = (moments, moments, strokes, strokes, kinds, places, methods, u_x, u_t, u_t, blunt)
-    turns: list[TurningPoint | None] = [TurningPoint(*row) for row in zip(*columns, strict=True)]
+    turns: list[TurningPoint | None] = list(map(TurningPoint._make, zip(*columns, strict=True)))
     for row in np.flatnonzero(~own.found).tolist():
         turns[row] = None
     return turns
@@ -248,9 +249,7 @@ def _all_fits(
                 known = np.where(may[:, level], np.minimum(known, u[:, level]), known)
             smooth |= np.any(may & no_corner[:, levels] & np.isfinite(u), axis=1)
             kept = may[rows, columns]
-            chosen = np.zeros(first.size, dtype=bool)
-            chosen[at[kept]] = True
-            fits.put(chosen, part.rows(kept))
+            fits.put(at[kept], part.rows(kept))
         found.append(fits)
         if own is wide:
             best = np.min(np.where(no_corner, fits.residual.reshape(size.shape), np.inf), axis=1)

@@ -69,47 +69,66 @@ def selected(time_s: FloatArray, stroke_mm: FloatArray, turns: Turns, smooth: Fi
     smooth, sharp : Fits
         Polynomials and flanks over windows of L widths, R × L rows of each.
     """
-    rows = turns.sign.size
-    both = {
-        name: np.concatenate([getattr(fits, name).reshape(rows, -1) for fits in (smooth, sharp)], axis=1)
-        for name in ("residual", "u", "time_s", "value", "u_s", "rise", "fall", "bend")
-    }
-    widths = both["u"].shape[1] // 2
+    rows, widths = turns.samples.shape
     lines = np.arange(rows)
-    chosen, noise = _choice(both["residual"], both["u"], turns)
+    both = _Both(smooth, sharp, widths)
+    chosen, noise = _choice(both.residual, both.u, turns)
     blunt, lowered = np.zeros((2, rows))
-    tips = np.flatnonzero((chosen >= widths) & np.isfinite(both["residual"][lines, chosen]))
+    tips = np.flatnonzero((chosen >= widths) & np.isfinite(both.residual[lines, chosen]))
     if tips.size:
-        of = tips, chosen[tips]
-        at_s, value, rise, fall, bend = (both[n][of] for n in ("time_s", "value", "rise", "fall", "bend"))
-        own = Tips(at_s, value, turns.sign[tips], rise, fall, bend, noise[tips])
+        own = both.tips(tips, chosen[tips], turns.sign, noise)
         rounded, least, most = sharpness(time_s, stroke_mm, own)
         lowered[tips], blunt[tips] = 0.5 * (least + most), 0.5 * (most - least)
         lowered[tips[~rounded]], blunt[tips[~rounded]] = 0.0, most[~rounded]
         if rounded.any():
-            other, known = _smooth_ones(both, turns, widths)
+            other, known = both.smooth_ones(turns)
             better = tips[rounded & (2.0 * known[tips] < 0.5 * most)]
             chosen[better], blunt[better], lowered[better] = other[better], 0.0, 0.0
-    at = lines, chosen
     return Selected(
-        time_s=both["time_s"][at],
-        value=both["value"][at] - lowered,
-        u=both["u"][at],
-        u_s=both["u_s"][at],
+        time_s=both.of("time_s", lines, chosen),
+        value=both.of("value", lines, chosen) - lowered,
+        u=both.u[lines, chosen],
+        u_s=both.of("u_s", lines, chosen),
         sharp=chosen >= widths,
-        found=np.isfinite(both["residual"][at]),
+        found=np.isfinite(both.residual[lines, chosen]),
         blunt=blunt,
     )
 
 
-def _smooth_ones(both: dict[str, FloatArray], turns: Turns, widths: int) -> tuple[IndexArray, FloatArray]:
-    """Return the polynomial that counts at each turn, and its u; infinite where it has too few samples."""
-    residual = both["residual"].copy()
-    residual[:, widths:] = np.inf
-    residual[:, :widths][turns.samples < _RESOLVED] = np.inf
-    chosen, _ = _choice(residual, both["u"], turns)
-    at = np.arange(turns.sign.size), chosen
-    return chosen, np.where(np.isfinite(residual[at]), both["u"][at], np.inf)
+class _Both:
+    """Polynomials and flanks of turns, of L widths each: the columns of ``residual`` and ``u``, (R, 2 L).
+
+    Where no flanks fit at all, these are left out.
+    """
+
+    def __init__(self, smooth: Fits, sharp: Fits, widths: int) -> None:
+        self._fits, self._widths = (smooth, sharp), widths
+        shapes = self._fits if np.isfinite(sharp.residual).any() else self._fits[:1]
+        self.residual, self.u = (
+            np.concatenate([getattr(fits, name).reshape(-1, widths) for fits in shapes], axis=1)
+            for name in ("residual", "u")
+        )
+
+    def of(self, name: str, rows: IndexArray, columns: IndexArray) -> FloatArray:
+        """Return what the fits of some columns have in some rows."""
+        at, sharp = rows * self._widths + columns, columns >= self._widths
+        found = np.asarray(getattr(self._fits[0], name)[np.where(sharp, 0, at)])
+        found[sharp] = getattr(self._fits[1], name)[at[sharp] - self._widths]
+        return found
+
+    def tips(self, rows: IndexArray, columns: IndexArray, sign: FloatArray, noise: FloatArray) -> Tips:
+        """Return the tips of flanks."""
+        at_s, value, rise, fall, bend = (
+            self.of(name, rows, columns) for name in ("time_s", "value", "rise", "fall", "bend")
+        )
+        return Tips(at_s, value, sign[rows], rise, fall, bend, noise[rows])
+
+    def smooth_ones(self, turns: Turns) -> tuple[IndexArray, FloatArray]:
+        """Return the polynomial that counts at each turn, and its u; infinite where its samples are few."""
+        residual = np.where(turns.samples < _RESOLVED, np.inf, self.residual[:, : self._widths])
+        chosen, _ = _choice(residual, self.u[:, : self._widths], turns)
+        at = np.arange(turns.sign.size), chosen
+        return chosen, np.where(np.isfinite(residual[at]), self.u[at], np.inf)
 
 
 def _choice(residual: FloatArray, u: FloatArray, turns: Turns) -> tuple[IndexArray, FloatArray]:
@@ -130,6 +149,7 @@ def _choice(residual: FloatArray, u: FloatArray, turns: Turns) -> tuple[IndexArr
             continue
         fits = np.mean(misfit[alike] <= CONSISTENT, axis=0) >= _MOST_TURNS
         if fits.any():
-            common = int(np.argmin(np.where(fits, np.median(u[alike], axis=0), np.inf)))
+            candidates = np.flatnonzero(fits)
+            common = int(candidates[np.argmin(np.median(u[np.ix_(alike, candidates)], axis=0))])
             chosen[alike[misfit[alike, common] <= _LIKE_TURNS_SLACK * CONSISTENT]] = common
     return chosen, noise
