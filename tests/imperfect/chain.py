@@ -168,7 +168,7 @@ def sample(
         seen = seen + rectangular(rng, of.reversibility_percent / 100.0) * reversing(t, x, force)
     noise_kN = float(np.exp(rng.uniform(np.log(0.02), np.log(0.8)))) * (0.1 + np.ptp(force) / 600.0)
     read = np.interp(stamps - late, t, seen) + rng.normal(0.0, noise_kN, len(stamps))
-    noise_mm = float(np.exp(rng.uniform(np.log(0.002), np.log(0.06))))
+    noise_mm = float(np.exp(rng.uniform(np.log(0.002), np.log(0.1))))
     wires, zeros = [], []
     for i in range(strokes):
         of = stated.get(f"stroke_{i + 1}", none)

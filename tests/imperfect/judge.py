@@ -18,6 +18,7 @@ from .form import hold_form
 from .holding import hold_figures, regular
 from .judgement import Judgement
 from .naming import hold_names
+from .other_tests import hold_other_tests
 from .requirements import hold_requirements
 from .truth import TrueCycle
 
@@ -39,7 +40,9 @@ def judge(scene: Scene, document: dict[str, Any], said_at_import: list[str]) -> 
     _cycles(j, scene, run, strokes, disturbed=disturbed)
     _averaged(j, scene, run, strokes)
     hold_figures(j, scene, run, strokes, disturbed=disturbed)
-    if scene.motion.kind == "static":
+    if scene.motion.kind in {"impact", "proof"} or scene.facts["what"] == "draw-gear":
+        hold_other_tests(j, scene, run, strokes, disturbed=disturbed)
+    elif scene.motion.kind == "static":
         hold_requirements(j, scene, run, strokes, disturbed=disturbed)
     hold_names(j, scene, run, said_at_import, _true_time(scene))
     return j
@@ -121,5 +124,7 @@ def _apart(scene: Scene, cycles: list[TrueCycle]) -> str:
         if widest(end)[0] > (STATIC_APART if static else HARMONIC_APART) * span:
             return f"{end} by {widest(end)[0]:.3g} of {span:.3g} mm"
     name, share = ("speed_loading_max_mm_per_s", SPEED_APART) if static else ("frequency_Hz", HARMONIC_APART)
+    if scene.motion.shape == "trapezoid":  # whose rests count for neither cycle
+        return ""
     difference, largest = widest(name)
     return f"{name} by {difference:.3g} of {largest:.3g}" if difference > share * largest else ""

@@ -54,8 +54,13 @@ def _filtered(b: list[float], a: list[float], x: Array) -> Array:
 def static(rng: np.random.Generator) -> Motion:
     """Draw a static test: mostly three strokes as the standard has them, some that break a condition."""
     strokes = int(rng.choice([2, 3, 4, 5], p=[0.06, 0.7, 0.14, 0.1]))
-    broken = str(rng.choice(["none", "speed", "dwell", "pause", "residual"], p=[0.8, 0.05, 0.05, 0.05, 0.05]))
+    ways = ["none", "speed", "dwell", "pause", "residual", "warm"]
+    broken = str(rng.choice(ways, p=[0.77, 0.05, 0.05, 0.05, 0.05, 0.03]))
     bad = int(rng.integers(strokes))  # the stroke that breaks it
+    if broken == "warm":  # a single stroke more, of the specimen that was warmed on purpose
+        bad = strokes
+        strokes += 1
+    warm_from_s = np.inf
     top = rng.uniform(101.5, 105.0) if rng.random() < 0.82 else rng.uniform(75.0, 97.0)
     low = rng.uniform(-3.0, -0.2) if rng.random() < 0.6 else 0.0
     speed = float(np.exp(rng.uniform(np.log(4.0), np.log(44.0))))
@@ -72,6 +77,8 @@ def static(rng: np.random.Generator) -> Motion:
         rest = tail if i == strokes - 1 else rng.uniform(2.0, 40.0)
         if broken == "pause" and i == bad and i < strokes - 1:
             rest = rng.uniform(640.0, 900.0)
+        if broken == "warm" and i == bad:
+            warm_from_s = t[-1]
         ending = rng.uniform(3.1, 3.5) if broken == "residual" and i == bad and i < strokes - 1 else low
         for after, where in (
             (abs(peak - x[-1]) / v, peak),
@@ -94,7 +101,11 @@ def static(rng: np.random.Generator) -> Motion:
     real = grid + sum((np.where(grid > at, more, 0.0) for at, more in longs), np.zeros_like(grid))
     shifted = [(float(np.interp(a, grid, real)), float(np.interp(b, grid, real))) for a, b in rests]
     begin, end = _seen(rng, 0.0, whole, lead, tail, 0.5 * (t[2] - t[1]), min(2.0, 0.05 * back))
+    if rng.random() < 0.04:  # it was started while the first stroke falls
+        begin = lead + abs(x[2] - x[1]) / speed + dwell + rng.uniform(0.1, 0.8) * (top - low) / back
+        end = max(end, begin + 1.0)
     facts = {"strokes": strokes, "speed_mm_per_s": speed, "reversal_s": reversal_s, "dwell_s": dwell}
+    facts["warm_from_s"] = float(np.interp(warm_from_s, grid, real)) if broken == "warm" else np.inf
     return Motion(real, stroke, rate, "static", broken, (), tuple(shifted), begin, end, facts)
 
 
@@ -109,6 +120,26 @@ def _seen(
     if rng.random() < 0.04:  # it was stopped too early
         end = rng.uniform(begin + 0.1 * (end - begin), end)
     return begin, end
+
+
+def single(
+    rng: np.random.Generator, kind: str, top_mm: float, up_s: float, hold_s: float, down_s: float
+) -> Motion:
+    """Return one event: an impact, or a proof load that is held."""
+    lead, tail = rng.uniform(0.3, 1.5), rng.uniform(1.5, 4.0)
+    t = np.cumsum([0.0, lead, up_s, hold_s, down_s, tail])
+    rate = min(10_000.0, 12_000.0 / t[-1])
+    dt = 1.0 / (rate * OVERSAMPLED)
+    grid = np.arange(0.0, t[-1], dt)
+    if kind == "impact":  # a quarter wave into the buffer, a slower one out of it
+        way_in = np.sin(0.5 * np.pi * np.clip((grid - t[1]) / up_s, 0.0, 1.0))
+        way_out = np.cos(0.5 * np.pi * np.clip((grid - t[3]) / down_s, 0.0, 1.0))
+        stroke = top_mm * np.where(grid < t[2], way_in, way_out)
+    else:
+        stroke = servo(rng, np.interp(grid, t, [0.0, 0.0, top_mm, top_mm, 0.0, 0.0]), dt, 0.05)
+    rests = ((0.0, float(t[1])), (float(t[4]), float(t[5])))
+    facts = {"strokes": 1.0, "top_mm": top_mm, "up_s": up_s}
+    return Motion(grid, stroke, rate, kind, "single", (), rests, 0.0, float(grid[-1]), facts)
 
 
 def harmonic(rng: np.random.Generator, *, two_sided: bool, several: bool) -> Motion:  # noqa: PLR0915

@@ -42,7 +42,7 @@ class TrueCycle:
     temperature_C: Interval  # over the cycle
 
 
-def find_strokes(x: Array, share: float = 0.08) -> list[tuple[int | None, int, int | None]]:
+def find_strokes(x: Array, share: float = 0.05) -> list[tuple[int | None, int, int | None]]:
     """Return (lower, upper, lower) turning points by index; None where the record ends before."""
     ends = branches(x)
     if not ends:
@@ -70,6 +70,8 @@ def find_strokes(x: Array, share: float = 0.08) -> list[tuple[int | None, int, i
 def cycles(t: Array, x: Array, force: Array, temperature: Array, *, static: bool) -> list[TrueCycle]:
     """Return the cycles between the record's begin and end."""
     found = find_strokes(x)
+    # a ramp that hardly turns may or may not end a cycle (evaluation.md: 5 % of the largest is no reversal)
+    sure = set(find_strokes(x, 0.03)) & set(find_strokes(x, 0.08))
     out: list[TrueCycle] = []
     for k, (low, top, after) in enumerate(found):
         first = 0 if low is None else low
@@ -78,7 +80,7 @@ def cycles(t: Array, x: Array, force: Array, temperature: Array, *, static: bool
         peak = first + int(np.argmax(x[first : last + 1] >= level))
         i0 = first if low is None else _last_at(x, low, peak)
         j0 = peak + int(np.argmax(x[peak : last + 1] <= np.min(x[peak : last + 1]) + 1e-9 * np.ptp(x)))
-        whole = low is not None and after is not None
+        whole = low is not None and after is not None and (low, top, after) in sure
         # what lacks of a cycle where the record begins or ends in motion
         lacks = [float(x[0]) if low == 0 else -np.inf, float(x[-1]) if after == len(x) - 1 else -np.inf]
         share = (max(lacks) - _least(x, found)) / float(np.ptp(x))
@@ -90,7 +92,8 @@ def cycles(t: Array, x: Array, force: Array, temperature: Array, *, static: bool
         cut = Cut(t, x, force, i0, peak, j0, arrives)
         figures = loop_figures(cut) if whole else {}
         if whole and not static:
-            figures |= harmonics(t, x, force, i0, next_low)
+            rests = t[next_low] - t[j0] > 0.05 * (t[j0] - t[i0])  # which counts for neither cycle
+            figures |= harmonics(t, x, force, i0, j0 if rests else next_low)
         span = slice(i0, max(j0, i0 + 1) + 1)
         ends = low in (None, 0) or after in (None, len(x) - 1)
         most = AT_THE_RECORDS_END if ends else AT_REST

@@ -13,15 +13,22 @@ from .chain import Scene, Stated, sample, state
 from .imperfections import put_in
 
 SEED = 15_551
+WHAT = ("static", "harmonic", "steps", "damper", "draw-gear", "impact", "proof")
+SHARES = (0.5, 0.25, 0.1, 0.06, 0.04, 0.03, 0.02)
+WARMER_K = 9.0
+PROOF_KN = {"F2": 500.0, "F3": 200.0, "F5": 250.0}
 STARTED = datetime(2026, 2, 3, 9, 0, tzinfo=UTC)
 
 
 def make(number: int, only: str | None = None) -> Scene:
     """Return record `number`; with `only`, with this one imperfection (or none: "clean")."""
     rng = np.random.default_rng([SEED, number])
-    what = str(rng.choice(["static", "harmonic", "steps", "damper"], p=[0.55, 0.27, 0.1, 0.08]))
+    what = str(rng.choice(WHAT, p=SHARES))
     spring = specimens.random_damper(rng) if what == "damper" else specimens.random_spring(rng)
-    if what == "static":
+    gear = what == "draw-gear"
+    if isinstance(spring, specimens.Spring) and what in {"impact", "proof"}:
+        motion = _single(rng, what, spring)
+    elif what == "static" or (gear and rng.random() < 0.4):
         motion = motions.static(rng)
     else:
         motion = motions.harmonic(rng, two_sided=what == "damper", several=what == "steps")
@@ -34,11 +41,12 @@ def make(number: int, only: str | None = None) -> Scene:
         "warm": rng.uniform(26.8, 35.0),
     }
     temperature = at_start[band] + rng.uniform(0.0, 2.5) * path / max(path[-1], 1.0)
+    temperature = temperature + WARMER_K * (t >= motion.facts.get("warm_from_s", np.inf))
     force = spring.force(t, x, temperature)
     first = motion.begin_s + rng.uniform(0.0, 1.0) / motion.sample_rate_Hz
     stamps = np.arange(first, motion.end_s, 1.0 / motion.sample_rate_Hz)
     seen = (t >= stamps[0]) & (t <= stamps[-1])
-    cycles = truth.cycles(t[seen], x[seen], force[seen], temperature[seen], static=what == "static")
+    cycles = truth.cycles(t[seen], x[seen], force[seen], temperature[seen], static=motion.kind != "harmonic")
     strokes = 2 if rng.random() < 0.2 else 1
     sensors = int(rng.choice([1, 2, 3], p=[0.7, 0.2, 0.1]))
     stated = state(rng, strokes, sensors)
@@ -49,6 +57,7 @@ def make(number: int, only: str | None = None) -> Scene:
     hours = {"known": rng.uniform(80.0, 2000.0), "short": rng.uniform(5.0, 66.0), "unknown": None}[rest]
     facts = {
         "what": what,
+        "tension": gear,  # pulled, and written with the signs of a pull; the mapping turns them
         "system": spring.system,
         "band": band,
         "rest_h": hours,
@@ -76,6 +85,22 @@ def make(number: int, only: str | None = None) -> Scene:
     return scene
 
 
+def _single(rng: np.random.Generator, what: str, spring: specimens.Spring) -> motions.Motion:
+    places = np.linspace(0.0, 105.0, 2101)
+    loads = spring.envelope(places)
+    if what == "impact":  # well below 1000 kN, also with what the speed adds
+        most = float(places[np.searchsorted(loads, 850.0) - 1])
+        top = min(most, 103.0) * rng.uniform(0.7, 1.0)
+        return motions.single(rng, what, top, rng.uniform(0.08, 0.2), 0.0, rng.uniform(0.1, 0.4))
+    proof = str(rng.choice(list(PROOF_KN)))
+    aim = PROOF_KN[proof] * rng.choice([rng.uniform(0.8, 0.93), rng.uniform(1.07, 1.25)])
+    top = float(np.clip(np.interp(aim, loads, places), 5.0, 104.0))
+    held = rng.uniform(2.0, 8.0)
+    made = motions.single(rng, what, top, top / rng.uniform(5.0, 20.0), held, top / rng.uniform(5.0, 20.0))
+    made.facts[proof] = PROOF_KN[proof]
+    return made
+
+
 @dataclass(frozen=True)
 class Files:
     """A record as a laboratory hands it over."""
@@ -89,13 +114,14 @@ def write(scene: Scene, folder: Path) -> Files:
     folder.mkdir(parents=True, exist_ok=True)
     way = scene.facts["way_of_writing"]
     comma = way == 1
+    sign = -1.0 if scene.facts["tension"] else 1.0
     separator = {0: ",", 1: ";", 2: "\t", 3: ","}[way]  # type: ignore[index]
     columns, names, formats = [scene.time_s], ["time [s]"], [f"%.{scene.decimals['time']}f"]
     for i, x in enumerate(scene.strokes_mm):
-        columns.append(x * scene.factor.get("stroke", 1.0))
+        columns.append(x * sign * scene.factor.get("stroke", 1.0))
         names.append("stroke [mm]" if len(scene.strokes_mm) == 1 else f"stroke_{i + 1} [mm]")
         formats.append(f"%.{scene.decimals['stroke']}f")
-    columns.append(scene.force_read_kN * scene.factor.get("force", 1.0))
+    columns.append(scene.force_read_kN * sign * scene.factor.get("force", 1.0))
     names.append("force [kN]")
     formats.append(f"%.{scene.decimals['force']}f")
     for i, x in enumerate(scene.temperatures_C):
@@ -105,7 +131,7 @@ def write(scene: Scene, folder: Path) -> Files:
     row = separator.join(formats) + "\n"
     table = np.column_stack(columns)
     text = (row * len(table)) % tuple(table.ravel().tolist())
-    text = text.replace("nan", "")
+    text = text.replace("nan", "").replace(f"{9.91e37:.3f}", "9.91E+37").replace(f"{9.91e37:.4f}", "9.91E+37")
     if comma:
         text = text.replace(".", ",")
     record = folder / f"r{scene.number:06d}.csv"
@@ -117,7 +143,8 @@ def write(scene: Scene, folder: Path) -> Files:
 
 
 def _facts(scene: Scene) -> str:
-    lines = ["[specimen]", f'id = "W-{scene.number:06d}"', 'kind = "buffer"', 'category = "A"']
+    kind = "draw-gear" if scene.facts["what"] == "draw-gear" else "buffer"
+    lines = ["[specimen]", f'id = "W-{scene.number:06d}"', f'kind = "{kind}"', 'category = "A"']
     lines += ["max_stroke_mm = 105.0", f'elastic_system = "{scene.facts["system"]}"']
     hours = scene.facts["rest_h"]
     if isinstance(hours, float):
@@ -129,6 +156,9 @@ def _facts(scene: Scene) -> str:
         f"started = {STARTED.isoformat()}",
         'operator = "world"',
     ]
+    lines += [f'proof_load = "{name}"' for name in PROOF_KN if name in scene.motion.facts]
+    if scene.motion.kind == "impact":
+        lines += ["impact_speed_km_h = 11.5", "impact_mass_t = 80.0"]
     return "\n".join(lines) + "\n"
 
 
@@ -140,6 +170,8 @@ def _mapping(scene: Scene) -> str:
     channels += ["stroke"] if single else ["stroke_1", "stroke_2"]
     for name in channels:
         lines += ["", f"[columns.{name}]", f'header = "{name}"', f'unit = "{units[name.split("_")[0]]}"']
+        if scene.facts["tension"] and not name.startswith("temperature"):
+            lines.append("invert = true")
         of = scene.stated.get("stroke_1" if name == "stroke" else name)
         if of is None:
             continue
