@@ -33,15 +33,19 @@ __all__ = [
     "ImportOptions",
     "Imported",
     "Run",
+    "before_after",
     "channels",
     "cycles",
     "dataset",
     "evaluate",
+    "holds",
     "import_record",
     "loops",
     "open_run",
     "requirements",
+    "residual_strokes",
     "runs",
+    "settling",
     "summaries",
 ]
 
@@ -206,6 +210,95 @@ def summaries(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     table = pd.DataFrame(rows)
     texts = {"run": "object", "part": "Int64", "cycles_used": "int64"}
     return table.astype({name: texts.get(name, "float64") for name in table.columns})
+
+
+def holds(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+    """Return a row a hold at an upper turning point: what relaxed or crept, and by how much a decade of time.
+
+    Parameters
+    ----------
+    evaluation : dict, path, or sequence of paths
+        What :func:`evaluate` gave; or runs, which are evaluated first.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``run``, ``cycle``, ``kind``, ``start_s``, ``duration_s``, force and stroke at start and end,
+        and of each what changes a decade with its U(…).
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate`.
+    """
+    slopes = ("force_per_decade_kN", "stroke_per_decade_mm")
+    rows = []
+    for row in _of_runs(evaluation, "holds"):
+        flat = {name: value for name, value in row.items() if name not in slopes}
+        for name in slopes:
+            flat |= {name: row[name]["value"], f"U({name})": row[name]["expanded_uncertainty"]}
+        rows.append(flat)
+    return pd.DataFrame(rows)
+
+
+def residual_strokes(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+    """Return a row a stroke that ends in a pause: what stays of it, and what the pause takes back [mm].
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate`.
+    """
+    return pd.DataFrame(_of_runs(evaluation, "residual_strokes"))
+
+
+def settling(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+    """Return a row a run (or step of it, ``part``) and quantity: how it changes over the complete cycles.
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate`.
+    """
+    return pd.DataFrame(_of_runs(evaluation, "settling"))
+
+
+def before_after(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+    """Return a row a figure of each run whose step its specimen went through before, against the first time.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``specimen``, ``kind``, ``run``, ``reference`` (the first run), ``quantity``, ``before``,
+        ``after``, ``change``, ``relative_change``, ``expanded_uncertainty``, ``coverage_factor``,
+        ``half_width_95``, ``beyond`` (whether the change is greater than U).
+
+    Raises
+    ------
+    BadInput
+        As :func:`evaluate`.
+    """
+    document = evaluation if isinstance(evaluation, dict) else evaluate(evaluation)
+    return pd.DataFrame(
+        [
+            {
+                "specimen": entry["specimen"],
+                "kind": entry["kind"],
+                "run": after["run"],
+                "reference": entry["before"]["run"],
+                "quantity": quantity,
+                **change,
+            }
+            for entry in document["before_after"]
+            for after in entry["after"]
+            for quantity, change in after["changes"].items()
+        ]
+    )
+
+
+def _of_runs(evaluation: dict[str, Any] | Paths, key: str) -> list[dict[str, Any]]:
+    document = evaluation if isinstance(evaluation, dict) else evaluate(evaluation)
+    return [{"run": run["run"]["id"], **entry} for run in document["runs"] for entry in run[key]]
 
 
 def loops(path: str | Path) -> pd.DataFrame:

@@ -312,6 +312,8 @@ class RunEvaluation:
     """Of a run with several steps each one; ``summary`` is without values then. Empty for all other runs."""
     extremes: Mapping[str, Extreme] = field(default_factory=dict)
     """Least and greatest of all samples, by name; ``summary`` has means over cycles."""
+    preload: Measured | None = None
+    """Mean of the preloads that were judged cycle by cycle [kN]; None where none was."""
     history: RunHistory | None = None
     """Holds, residual strokes, settling and cumulated energy."""
     findings: tuple[Finding, ...] = ()

@@ -23,7 +23,7 @@ from evaluation.requirements.inspection import inspection_of
 from evaluation.requirements.judge import assumptions, is_judged, judge_with_contact, why_not_judged
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
-from evaluation.results import CycleResult, Options, RequirementResult, RunEvaluation, RunFacts
+from evaluation.results import CycleResult, Measured, Options, RequirementResult, RunEvaluation, RunFacts
 from evaluation.steps import Division
 from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
 from evaluation.summary import MeanOfDraws
@@ -176,6 +176,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         first_contact=contact,
         shared_errors=_with_judged(whole.shared_errors, requirements),
         extremes=extremes,
+        preload=_preload(requirements),
         history=history_of(record, facts, results, steps),
         findings=spoiled.findings,
         unfit=whole.unfit,
@@ -204,6 +205,17 @@ def _with_judged(
         rows = [row.shared for row in requirements if row.id == identity and row.shared]
         found[identity] = tuple(sum(column) / len(rows) for column in zip(*rows, strict=True))
     return replace(shared, contributions=found)
+
+
+def _preload(requirements: Sequence[RequirementResult]) -> Measured | None:
+    """Return the mean of the preloads; its U is the mean of theirs, as errors of the channels are common."""
+    rows = [(row.measured, row.expanded_uncertainty) for row in requirements if row.id == "preload"]
+    known = [measured for measured, _ in rows if measured is not None]
+    stated = [U for _, U in rows if U is not None]
+    if not known or len(known) < len(rows):
+        return None
+    mean = sum(known) / len(known)
+    return Measured(mean, sum(stated) / len(stated) if len(stated) == len(rows) else None)
 
 
 def _record_warnings(

@@ -116,6 +116,7 @@ class KeptRun:
             ),
             summary=_summary(facts),
             verdict=facts["verdict"],
+            preload=None if facts["preload"] is None else Measured(*facts["preload"]),
             mean_loop=_loop(facts["loop"], loops[0]),
             steps=tuple(
                 StepResult(
@@ -185,6 +186,7 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
             for step in run.steps
         ],
         "verdict": run.verdict,
+        "preload": None if run.preload is None else (run.preload.value, run.preload.expanded_uncertainty),
         "candidate": asdict(candidate_of(run)),
         "requirements": dict(Counter(row.verdict for row in run.requirements)),
         "limit_set": None if limits is None else {"id": limits["id"], "sha256": limits["sha256"]},

@@ -12,7 +12,16 @@ from evaluation.grouping import grouped
 from evaluation.results import RunEvaluation
 from evaluation.thermal_comparison import SAME_AMPLITUDE, SAME_FREQUENCY, SAME_SPEED, SAME_STROKE_MM
 
-COMPARED = ("damping", "tangent_stiffness_kN_per_mm", "stored_energy_J", "absorbed_energy_J", "force_max_kN")
+PRELOAD = "preload_kN"
+"""The preload is no figure of a cycle: it is what was judged (requirement ``preload``)."""
+COMPARED = (
+    PRELOAD,
+    "damping",
+    "tangent_stiffness_kN_per_mm",
+    "stored_energy_J",
+    "absorbed_energy_J",
+    "force_max_kN",
+)
 _WARMER_K = 2.0
 
 
@@ -117,10 +126,12 @@ def _changes(first: RunEvaluation, other: RunEvaluation) -> dict[str, Any]:
 
 
 def _value(run: RunEvaluation, name: str) -> Value | None:
-    measured = run.summary.values.get(name)
+    measured = run.preload if name == PRELOAD else run.summary.values.get(name)
     if measured is None or measured.value is None:
         return None
-    shared = None if run.shared_errors is None else run.shared_errors.of(name)
+    shared = None
+    if run.shared_errors is not None:
+        shared = run.shared_errors.of("preload" if name == PRELOAD else name)
     if shared is None:
         return Value(measured.value, measured.expanded_uncertainty)
     return Value(measured.value, measured.expanded_uncertainty, shared)

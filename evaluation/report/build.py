@@ -19,6 +19,7 @@ from evaluation.report.content import Block, Content, Section, Texts
 from evaluation.report.evidence import evidence_section, temperature_section
 from evaluation.report.fields import missing_fields
 from evaluation.report.gallery import figures_section
+from evaluation.report.history import contact_section, history_section
 from evaluation.report.identification import (
     calibrations,
     customer,
@@ -66,6 +67,8 @@ def build_content(source: Source) -> Content:
         requirements_section(source),
         runs_section(source),
         cycles_section(source),
+        contact_section(source),
+        history_section(source),
         temperature_section(source),
         model_section(source.runs, source.modelled) if source.modelled else None,
         figures_section(source),

@@ -24,6 +24,7 @@ def points_of(run: RunEvaluation) -> tuple[RunEvaluation, ...]:
             shared_errors=step.shared_errors,
             unfit=step.unfit,
             requirements=(),
+            preload=None,
             verdict=None,
             steps=(),
         )

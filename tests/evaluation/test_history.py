@@ -14,7 +14,7 @@ from evaluation.document import evaluation_document, run_entry, what_runs_say_to
 from evaluation.record import make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
-from tests.evaluation.signals import BUFFER, STARTED, STATED, Ellipse, Floats, StaticTest
+from tests.evaluation.signals import BUFFER, CERTIFIED, STARTED, STATED, Ellipse, Floats, StaticTest
 
 HARMONIC = RunFacts("h", "harmonic", **STATED)  # type: ignore[arg-type]
 STATIC = replace(HARMONIC, kind="static")
@@ -134,6 +134,28 @@ def test_runs_of_a_specimen_are_compared_before_and_after_in_their_order() -> No
     assert abs(stiffness["change"]) < 2.0 * stiffness["expanded_uncertainty"]
     kept = what_runs_say_together([keep(run).light() for run in runs])
     assert kept["before_after"] == [found], "the same from an archive's cache"
+
+
+def test_the_preload_before_and_after_survives_the_cache() -> None:
+    """Certified channels: what the preloads share leaves their difference."""
+    runs = []
+    for number, preload_kN in ((1, 15.0), (2, 13.0)):
+        record = make_record(*StaticTest(preload_kN=preload_kN).columns())
+        facts = replace(
+            STATIC, **CERTIFIED, id=f"r{number}", specimen=BUFFER, started=STARTED + timedelta(hours=number)
+        )
+        runs.append(evaluate_run(record, facts, Options(draws=500)))
+    (found,) = evaluation_document(runs)["before_after"]
+    change = found["after"][0]["changes"]["preload_kN"]
+    rows = [row for row in runs[0].requirements if row.id == "preload"]
+    assert len(rows) == 3
+    assert change["before"] == pytest.approx(sum(row.measured or 0.0 for row in rows) / 3.0)
+    assert (
+        abs(change["change"] + 2.0)
+        < change["expanded_uncertainty"]
+        < 0.5 * (rows[0].expanded_uncertainty or 0.0)
+    )
+    assert what_runs_say_together([keep(run).light() for run in runs])["before_after"] == [found]
 
 
 def test_proof_loads_of_a_specimen_are_added_over_runs() -> None:
