@@ -167,7 +167,7 @@ Figure = tuple[Any, tuple[_Source, ...]]
 
 def _energies(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) -> dict[str, Figure]:
     """Return W_s, W_a and D as uncertain numbers, from the mean integrals of the loops."""
-    terms = [loop.energy_terms() for loop in loops]
+    terms = [loop.energy_terms for loop in loops]
     up, down = np.mean([t.loading for t in terms], axis=0), np.mean([t.returning for t in terms], axis=0)
     share = 1.0 / math.sqrt(cycles)
     noise = [

@@ -8,10 +8,10 @@ import numpy as np
 
 from evaluation.error_model import Draws, stroke_term_slopes
 from evaluation.motion import Cycle, Loop
-from evaluation.quantities import SPEED_WINDOW
 from evaluation.record import FloatArray, Temperature
 from evaluation.results import CycleResult
-from evaluation.uncertainty import NEAR_LARGEST, CyclePropagation, overreach, stroke_figures, turn_draws
+from evaluation.speed_noise import speed_lean
+from evaluation.uncertainty import CyclePropagation, stroke_figures, turn_draws
 
 _DISTORTING = range(2, 11)
 """Harmonics of the stroke that count as distortion."""
@@ -34,7 +34,11 @@ def further_draws(
     noise = draws.generator.standard_normal(draws.time_base.size)
     drawn: dict[str, FloatArray] = {}
     if figures.frequency_Hz is not None:
-        u_share = float(np.hypot(cycle.start.u_leave_s, cycle.end.u_time_s)) / cycle.duration_s
+        leaves_s, arrives_s = (
+            propagation.turn_share(turn) * u_s
+            for turn, u_s in ((cycle.start, cycle.start.u_leave_s), (cycle.end, cycle.end.u_time_s))
+        )
+        u_share = float(np.hypot(leaves_s, arrives_s)) / cycle.duration_s
         drawn["frequency_Hz"] = figures.frequency_Hz * (1.0 + draws.time_base + u_share * noise)
     for name, branch in (
         ("speed_loading_max_mm_per_s", propagation.loop.loading),
@@ -42,8 +46,10 @@ def further_draws(
     ):
         speed = getattr(figures, name)
         if speed is not None:
-            too_fast = speed * _stretch(draws, propagation.loop, branch) + _speed_noise(propagation, branch)
-            drawn[name] = speed * (1.0 + draws.time_base) + too_fast * draws.overreach
+            lean = speed_lean(propagation.loop, branch, propagation.samples, propagation.stroke_spectrum)
+            too_fast = speed * _stretch(draws, propagation.loop, branch) + lean.mean
+            by_noise = lean.scatter * draws.generator.standard_normal(noise.size)
+            drawn[name] = speed * (1.0 + draws.time_base) + too_fast * draws.overreach + by_noise
     if figures.stroke_distortion is not None:
         drawn["stroke_distortion"] = _distortion(draws, propagation)
     return drawn | temperature_draws(draws, result, temperatures)
@@ -84,23 +90,6 @@ def _stretch(draws: Draws, loop: Loop, branch: slice) -> FloatArray:
     return np.asarray(np.max(np.einsum("ni,ki->nk", draws.stroke, slopes), axis=1))
 
 
-def _speed_noise(propagation: CyclePropagation, branch: slice) -> float:
-    """Return by how much noise makes the largest slope of a local parabola overreach on average [mm/s]."""
-    time_s, stroke_mm = propagation.loop.time_s[branch], propagation.loop.stroke_mm[branch]
-    whole_s = float(time_s[-1] - time_s[0])
-    samples = time_s.size * propagation.samples_a_point
-    least = 5.0
-    if propagation.interpolated:  # the window is counted in points of the curve, not in samples
-        samples, least = 0.5 * propagation.samples, 2.0
-    window = max(least, SPEED_WINDOW * samples)
-    gain = np.sqrt(12.0 / (window * (window**2 - 1.0))) * samples / whole_s
-    reading = gain * propagation.noise.stroke_mm
-    share, _ = _speeds(propagation.loop, branch)
-    mean = abs(float(stroke_mm[-1] - stroke_mm[0])) / whole_s
-    near = np.mean(share >= 1.0 - NEAR_LARGEST * reading / mean)
-    return float(overreach(max(1.0, 2.0 * near * samples / window)) * reading)
-
-
 def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     """Return the distortion of every draw: a deviation from the straight line makes harmonics of its own."""
     loop, cycle = propagation.loop, propagation.cycle
@@ -110,8 +99,9 @@ def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     waves = np.exp(-2j * np.pi * np.outer([1, *_DISTORTING], drift)) * weight
     terms = closed @ waves.T
     harmonics = np.einsum("ni,ik->nk", draws.stroke, terms)
-    samples = propagation.samples_a_point * loop.time_s.size
-    share = propagation.noise.stroke_mm * np.sqrt(2.0 / samples)
+    whole = slice(0, loop.time_s.size)
+    both = [propagation.stroke_noise_mm(part, whole) for part in (waves.real, waves.imag)]
+    share = np.sqrt(np.mean(np.square(both), axis=0))
     random = draws.generator.standard_normal((2, *harmonics.shape))
     harmonics = harmonics + share * (random[0] + 1j * random[1])
     others = np.sqrt(np.sum(np.abs(harmonics[:, 1:]) ** 2, axis=1))

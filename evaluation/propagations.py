@@ -7,8 +7,9 @@ from functools import cached_property
 
 from evaluation.inertia import InertiaForce
 from evaluation.motion import Cycle
+from evaluation.noise import Noise, record_noise
 from evaluation.record import Record
-from evaluation.uncertainty import CyclePropagation, Noise, record_noise
+from evaluation.uncertainty import CyclePropagation
 
 
 class Propagations(Mapping[int, CyclePropagation]):
@@ -31,7 +32,7 @@ class Propagations(Mapping[int, CyclePropagation]):
 
     @cached_property
     def _noise(self) -> Noise:
-        return record_noise(self._record, self._inertia)
+        return record_noise(self._record, self._inertia, list(self._cycles.values()))
 
     def __getitem__(self, index: int) -> CyclePropagation:
         if index not in self._prepared:

@@ -78,8 +78,12 @@ def sampling_of(values: FloatArray) -> Sampling:
         distinct = near[np.concatenate(([0], np.flatnonzero(np.diff(near) != 0.0) + 1))]
     if distinct.size < _LEAST_DIFFERENT:
         return Sampling(held, step, 0.0)
-    spread = min(_difference_sigma(distinct, weights) for weights in _DIFFERENCES)
-    return Sampling(held, step, max(spread, step / float(np.sqrt(12.0))))
+    return Sampling(held, step, max(difference_sigma(distinct), step / float(np.sqrt(12.0))))
+
+
+def difference_sigma(values: FloatArray) -> float:
+    """Return the standard deviation of white noise on values, by their third and fifth differences."""
+    return min(_difference_sigma(values, weights) for weights in _DIFFERENCES)
 
 
 def noise_sigma(values: FloatArray) -> float:

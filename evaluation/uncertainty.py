@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from evaluation.inertia import InertiaForce
 from evaluation.loops import cut_loop
-from evaluation.motion import Cycle, EndReading, Loop
+from evaluation.motion import Cycle, EndReading, TurningPoint
+from evaluation.noise import Noise, Spectrum, white
 from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import noise_sigma
 
 AnyFloat = TypeVar("AnyFloat", np.float64, np.complex128)
 
@@ -32,14 +32,6 @@ NORMAL_95 = 1.959964
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 NEAR_LARGEST = 3.0
 """Readings within so many standard deviations of the largest may be the largest because of their noise."""
-
-
-@dataclass(frozen=True)
-class Noise:
-    """White noise of one sample: force [kN], stroke [mm], estimated from the record."""
-
-    force_kN: float
-    stroke_mm: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +45,7 @@ class LocalReading:
     value_terms, slope_terms : arrays, shape (5 or 6,)
         The same readings (force, slope) of each force term.
     value_gain, slope_gain : float
-        Standard deviation of the readings for force noise of 1 kN a sample.
+        Standard deviation of the readings by noise [kN, kN/mm].
     """
 
     stroke_mm: float
@@ -82,17 +74,6 @@ class EnergyTerms:
     blunt_J: float
 
 
-def record_noise(record: Record, inertia: InertiaForce | None = None) -> Noise:
-    """Return the white noise of force and stroke, from fifth differences of the whole record.
-
-    The noise of an acceleration is smooth, so that differences do not show it: it is added.
-    """
-    force_kN = noise_sigma(record.force_kN)
-    if inertia is not None:
-        force_kN = float(np.hypot(force_kN, inertia.noise_kN))
-    return Noise(force_kN, noise_sigma(record.stroke_mm))
-
-
 class CyclePropagation:
     """The loop of one complete cycle prepared for drawing: terms, integrals, noise.
 
@@ -118,8 +99,7 @@ class CyclePropagation:
             self._added_kN = np.interp(self.loop.time_s, record.time_s, inertia.added_kN)
         inside = np.searchsorted(record.time_s, [cycle.start_s, cycle.end_s])
         self.samples = int(inside[1] - inside[0])
-        self.samples_a_point = max(1.0, self.samples / self.loop.time_s.size)
-        self.interpolated = self.samples < 0.5 * self.loop.time_s.size
+        self.samples_a_point = self.samples / self.loop.time_s.size
 
     @cached_property
     def force(self) -> FloatArray:
@@ -139,22 +119,48 @@ class CyclePropagation:
         chord = self.stroke[:, 0] - self.stroke[:, -1]
         return np.outer(0.5 * (self.force[:, 0] + self.force[:, -1]), chord)
 
-    def _energy_noise(self, loop: Loop, part: slice) -> float:
-        """Return the standard deviation of an energy by white noise on both channels [J]."""
-        weight = 1.0 / np.sqrt(self.samples_a_point)
-        by_force = self.noise.force_kN * np.linalg.norm(np.gradient(loop.stroke_mm[part]))
-        by_stroke = self.noise.stroke_mm * np.linalg.norm(np.gradient(loop.force_kN[part]))
-        return float(weight * np.hypot(by_force, by_stroke))
+    def force_noise_kN(self, weights: FloatArray, part: slice | NDArray[np.bool_]) -> FloatArray:  # noqa: N802
+        """Return the standard deviation of sums of the points' forces by noise, shape (...,).
 
+        Parameters
+        ----------
+        weights : array, shape (..., M)
+            What each point of the part counts.
+        part : slice or array of bool
+        """
+        return self._summed(weights, part, self.noise.force_kN, self.noise.force)
+
+    def stroke_noise_mm(self, weights: FloatArray, part: slice | NDArray[np.bool_]) -> FloatArray:
+        """Return the same for the stroke."""
+        return self._summed(weights, part, self.noise.stroke_mm, self.noise.stroke)
+
+    def _summed(
+        self,
+        weights: FloatArray,
+        part: slice | NDArray[np.bool_],
+        white: float,
+        spectrum: Spectrum | None,
+    ) -> FloatArray:
+        if spectrum is not None and weights.shape[-1] > 1:
+            return np.sqrt(spectrum.variance(self.loop.time_s[part], weights))
+        return np.asarray(white * np.linalg.norm(weights, axis=-1) / np.sqrt(self.samples_a_point))
+
+    def _energy_noise(self, part: slice) -> float:
+        """Return the standard deviation of an energy by noise on both channels [J]."""
+        by_force = self.force_noise_kN(np.gradient(self.loop.stroke_mm[part]), part)
+        by_stroke = self.stroke_noise_mm(np.gradient(self.loop.force_kN[part]), part)
+        return float(np.hypot(by_force, by_stroke))
+
+    @cached_property
     def energy_terms(self) -> EnergyTerms:
-        """Return the integrals of all pairs of terms, and what noise and turning points add.
+        """The integrals of all pairs of terms, and what noise and turning points add.
 
         Those of force and stroke, as recorded and scaled, are the energy itself; other errors are integrated
         along the polygon.
         """
         turns = (self.cycle.start, self.cycle.top)
         ends_kN = self.loop.force_kN[[0, self.loop.top]]
-        turn_J = np.linalg.norm(ends_kN * [turn.u_stroke_mm for turn in turns])
+        turn_J = np.linalg.norm(ends_kN * [turn.u_stroke_mm * self.turn_share(turn) for turn in turns])
         blunt_J = np.linalg.norm(0.5 * ends_kN * [turn.blunt_mm for turn in turns])
         loading = self._integrals(self.loop.rising)
         returning = self._integrals(slice(self.loop.rising.stop - 1, None)) + self._closing()
@@ -163,8 +169,8 @@ class CyclePropagation:
         return EnergyTerms(
             loading=loading,
             returning=returning,
-            noise_up_J=self._energy_noise(self.loop, self.loop.loading),
-            noise_down_J=self._energy_noise(self.loop, self.loop.unloading),
+            noise_up_J=self._energy_noise(self.loop.loading),
+            noise_down_J=self._energy_noise(self.loop.unloading),
             turn_J=float(turn_J),
             blunt_J=float(blunt_J),
         )
@@ -176,7 +182,7 @@ class CyclePropagation:
 
         A turning point that is fitted too high adds area to the loading branch, and as much to the other one.
         """
-        terms = self.energy_terms()
+        terms = self.energy_terms
         low_mm, high_mm = turn_errors_mm
         scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
         stored = _bilinear(draws, terms.loading) + scatter[0] * terms.noise_up_J
@@ -198,22 +204,54 @@ class CyclePropagation:
         )
         return start, end
 
+    @property
+    def force_spectrum(self) -> Spectrum:
+        """Noise of the force over frequency."""
+        return self.noise.force or white(self.noise.force_kN, self.cycle.duration_s / self.samples)
+
+    @property
+    def stroke_spectrum(self) -> Spectrum:
+        """Noise of the stroke over frequency."""
+        return self.noise.stroke or white(self.noise.stroke_mm, self.cycle.duration_s / self.samples)
+
+    def turn_share(self, turn: TurningPoint) -> float:
+        """Return by how much coloured noise makes a turning point less sure than its residual says.
+
+        A parabola's summit over n samples has the variance 9 σ² / 4 n of white noise. Noise that hangs
+        together averages out less over them.
+        """
+        spectrum, u_mm = self.noise.stroke, turn.u_stroke_mm
+        if spectrum is None or not 0.0 < u_mm < spectrum.sigma:
+            return 1.0
+        samples = 2.25 * (spectrum.sigma / u_mm) ** 2
+        return max(1.0, float(np.sqrt(samples * spectrum.mean_variance(samples))) / spectrum.sigma)
+
     def reading_noise_kN(self, reading: EndReading) -> float:  # noqa: N802 - the unit keeps its capitals
-        """Return the noise of a sample's force at its stroke: that of both channels [kN]."""
-        return float(np.hypot(self.noise.force_kN, reading.slope_kN_per_mm * self.noise.stroke_mm))
+        """Return the noise of a sample's force at its stroke: that of both channels [kN].
+
+        Of noise that hangs together over the samples that are read at an end, as much more as it averages out
+        less over them than white noise does.
+        """
+        samples = max(1.0, 1.0 / reading.gain**2 if reading.gain > 0.0 else 1.0)
+        force, stroke = (
+            samples * spectrum.mean_variance(samples)
+            for spectrum in (self.force_spectrum, self.stroke_spectrum)
+        )
+        return float(np.sqrt(force + reading.slope_kN_per_mm**2 * stroke))
 
     def extreme_force(self, at: int, sign: float) -> tuple[float, float]:
         """Return by how much noise makes an extreme force overreach, and how much it scatters then [kN].
 
         ``at`` is the point of the extreme, ``sign`` 1 for the largest force and -1 for the smallest.
         """
-        point_kN = float(self.noise.force_kN / np.sqrt(self.samples_a_point))
+        point_kN = float(self.noise.force_kN / np.sqrt(max(1.0, self.samples_a_point)))
+        interpolated = self.samples_a_point < 0.5
         # A parabola, read at its middle; in an interpolated branch it spans less than a sample.
-        window = 1.0 if self.interpolated else max(5.0, FORCE_WINDOW * self.loop.top)
+        window = 1.0 if interpolated else max(5.0, FORCE_WINDOW * self.loop.top)
         reading_kN = point_kN * min(1.0, float(1.5 / np.sqrt(window)))
         force = sign * self.loop.force_kN
         near = np.count_nonzero(force >= force[at] - NEAR_LARGEST * reading_kN - point_kN)
-        apart = 0.5 * self.loop.time_s.size / self.samples if self.interpolated else 0.25 * window
+        apart = 0.5 * self.loop.time_s.size / self.samples if interpolated else 0.25 * window
         readings = max(1.0, near / apart)
         ends = {0: self.loop.ends[0], self.loop.top: self.loop.ends[1]}
         if at in ends:
@@ -238,12 +276,14 @@ class CyclePropagation:
             return None
         scale = 0.5 * (last_mm - first_mm)
         matrix = np.vander((stroke[inside] - stroke_mm) / scale, degree + 1, increasing=True)
-        operator = np.linalg.pinv(matrix)
+        operator = np.asarray(np.linalg.pinv(matrix), dtype=np.float64)
         terms = operator @ self.force[:, self.loop.loading][:, inside].T
-        gain = np.sqrt(np.sum(operator**2, axis=1) / self.samples_a_point)
         bend = float(2.0 * terms[2, 0]) / scale**2 if degree > 1 else 0.0
         slope = float(terms[1, 0]) / scale
-        noise_kN = float(np.hypot(self.noise.force_kN, slope * self.noise.stroke_mm))
+        part = np.zeros(self.loop.time_s.size, dtype=bool)
+        part[self.loop.loading] = inside
+        by_stroke = slope * self.stroke_noise_mm(operator[:2], part)
+        noise_kN = np.hypot(self.force_noise_kN(operator[:2], part), by_stroke)
         return LocalReading(
             stroke_mm=stroke_mm,
             force_kN=float(terms[0, 0]),
@@ -251,8 +291,8 @@ class CyclePropagation:
             bend=bend,
             value_terms=terms[0],
             slope_terms=terms[1] / scale,
-            value_gain=float(gain[0]) * noise_kN,
-            slope_gain=float(gain[1]) / scale * noise_kN,
+            value_gain=float(noise_kN[0]),
+            slope_gain=float(noise_kN[1]) / scale,
         )
 
 
@@ -311,12 +351,13 @@ def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     force_integrals = np.sum(propagation.force * width, axis=1)
     stroke_integrals = np.sum(closed * width, axis=1)
     amplitude_mm = abs(2.0 / cycle.duration_s * stroke_integrals[0])
-    samples = propagation.samples_a_point * loop.time_s.size
     scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
     stiffness = _weighted(draws.force, force_integrals) / _weighted(draws.stroke, stroke_integrals)
-    noise_kN = np.hypot(propagation.noise.force_kN, np.mean(np.abs(stiffness)) * propagation.noise.stroke_mm)
-    noise = noise_kN * np.sqrt(2.0 / samples) / amplitude_mm
-    return np.asarray(stiffness + noise * (scatter[0] + 1j * scatter[1]))
+    both = np.asarray(np.stack((width.real, width.imag)) * (2.0 / cycle.duration_s), dtype=np.float64)
+    whole = slice(0, loop.time_s.size)
+    by_stroke = np.mean(np.abs(stiffness)) * propagation.stroke_noise_mm(both, whole)
+    noise = np.hypot(propagation.force_noise_kN(both, whole), by_stroke) / amplitude_mm
+    return np.asarray(stiffness + np.sqrt(np.mean(noise**2)) * (scatter[0] + 1j * scatter[1]))
 
 
 def turn_draws(draws: Draws, cycle: Cycle) -> tuple[FloatArray, FloatArray]:
@@ -324,12 +365,17 @@ def turn_draws(draws: Draws, cycle: Cycle) -> tuple[FloatArray, FloatArray]:
     return turns_with(draws, cycle, turn_errors(draws, cycle))
 
 
-def turn_errors(draws: Draws, cycle: Cycle) -> tuple[FloatArray, FloatArray]:
-    """Return what noise makes of the lower and upper turning point of every draw [mm], shape (N,) each."""
+def turn_errors(
+    draws: Draws, cycle: Cycle, shares: tuple[float, float] = (1.0, 1.0)
+) -> tuple[FloatArray, FloatArray]:
+    """Return what noise makes of the lower and upper turning point of every draw [mm], shape (N,) each.
+
+    ``shares``: by how much noise counts more than the residual of each fit says.
+    """
     size = draws.stroke_zero_mm.size
     low_mm, high_mm = (
-        turn.u_stroke_mm * draws.generator.standard_normal(size) + 0.5 * turn.blunt_mm * blunt
-        for turn, blunt in zip((cycle.start, cycle.top), draws.blunt.T, strict=True)
+        share * turn.u_stroke_mm * draws.generator.standard_normal(size) + 0.5 * turn.blunt_mm * blunt
+        for turn, share, blunt in zip((cycle.start, cycle.top), shares, draws.blunt.T, strict=True)
     )
     return low_mm, high_mm
 
@@ -356,7 +402,8 @@ def stroke_figures(low_mm: FloatArray, high_mm: FloatArray) -> dict[str, FloatAr
 def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, FloatArray]:
     """Return every figure of a cycle that can be propagated, by name, for every draw."""
     loop, cycle = propagation.loop, propagation.cycle
-    errors_mm = turn_errors(draws, cycle)
+    shares = propagation.turn_share(cycle.start), propagation.turn_share(cycle.top)
+    errors_mm = turn_errors(draws, cycle, shares)
     stored, absorbed = propagation.energies(draws, errors_mm)
     low_mm, high_mm = turns_with(draws, cycle, errors_mm)
     stiffness = _harmonic_draws(draws, propagation)

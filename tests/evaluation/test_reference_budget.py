@@ -14,8 +14,9 @@ import pytest
 
 from evaluation.cycles import find_cycles
 from evaluation.error_model import draw_errors
+from evaluation.noise import Noise
 from evaluation.record import make_record
-from evaluation.uncertainty import CyclePropagation, Noise, cycle_draws, force_draws, slope_draws
+from evaluation.uncertainty import CyclePropagation, cycle_draws, force_draws, slope_draws
 from foundation.channel import ChannelUncertainty
 
 NAMES = ("W_s", "W_a", "D", "F(25)", "F(60)", "F(100)", "K_t")

@@ -7,14 +7,13 @@ import pytest
 
 from evaluation.cycles import find_cycles
 from evaluation.error_model import draw_errors, mean_of_wires, missing_facts
+from evaluation.noise import Noise, record_noise
 from evaluation.record import make_record
 from evaluation.uncertainty import (
     CyclePropagation,
-    Noise,
     cycle_draws,
     expanded,
     force_draws,
-    record_noise,
     slope_draws,
     turn_errors,
 )
