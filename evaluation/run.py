@@ -144,6 +144,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
             found.widened,
             regression,
             spoiled=spoiled,
+            holes=found.holes,
         )
         requirements = judge_with_contact(case, contact)
     warnings += contact_warnings(contact, requirements)

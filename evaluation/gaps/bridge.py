@@ -1,8 +1,9 @@
 """Which of a record's breaks are rest, which are bridged, and across which nothing is fitted.
 
 Rest is rest, logged or not: between two samples of the same stroke and force, where the stroke does not move
-into the hole or not out of it, nothing happened but time. Samples at rest are put in, so that a dwell is seen
-as one. What is left is bridged: the curves that are fitted and integrated go through it as through any step.
+into the hole or not out of it, nothing happened but time. A logger that stops at rest wakes up with the
+motion: its first sample may be a step into it. Samples at rest are put in, so that a dwell is seen as one. What
+is left is bridged: the curves that are fitted and integrated go through it as through any step.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ _LEAST_NEAR, _MOST_NEAR = 3, 12
 have no slope that would have led it anywhere within the hole."""
 _HELD, _HELD_SAMPLES = 8.0, 8
 """In a record by event the stroke rests in a step of so many usual ones; so many samples say so."""
+_ASTIR = 1.5
+"""Where one side is still and the other leaves it, the stroke may have moved by so many of its steps."""
 _REST_SAMPLES = 48
 """At most so many samples are put into a rest."""
 _BEYOND_RANGE = 0.25
@@ -93,8 +96,8 @@ def bridged(record: Record) -> Bridged:
     counts = unknown | _is_long(record.time_s, breaks)
     breaks, unknown = breaks[counts], unknown[counts]
     sampling = sampling_of(record.stroke_mm)
-    rest = _rests(record, breaks, sampling)
-    filled, places = _filled(record, breaks, rest)
+    rest, still = _rests(record, breaks, sampling)
+    filled, places = _filled(record, breaks, rest, still)
     length_s = record.time_s[breaks] - record.time_s[breaks - 1]
     wide = ~rest & (unknown | (length_s > WIDE * _shortest_stroke_s(filled, sampling)))
     holes = tuple(
@@ -179,28 +182,51 @@ def _of_unknown_length(record: Record, breaks: IndexArray) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class _Sides:
-    """The stroke beside a hole: ``into`` and ``out_of`` it [mm/s], and whether it is still on either side."""
+    """The stroke beside a hole: ``into`` and ``out_of`` it [mm/s], and whether it is still on either side.
+
+    ``step_mm``: what it moves by in a usual step, on the side on which it moves.
+    """
 
     into: float
     out_of: float
     still: tuple[bool, bool]
+    step_mm: float
+
+    def astir(self, change_mm: float) -> bool:
+        """Say whether a change of the stroke across the hole is the beginning, or the end, of the motion."""
+        if self.still == (True, False):
+            leaves = change_mm * self.out_of >= 0.0
+        elif self.still == (False, True):
+            leaves = change_mm * self.into >= 0.0
+        else:
+            return False
+        return leaves and abs(change_mm) <= _ASTIR * self.step_mm
 
 
-def _rests(record: Record, breaks: IndexArray, sampling: Sampling) -> NDArray[np.bool_]:
-    """Say which breaks are rest."""
+def _rests(
+    record: Record, breaks: IndexArray, sampling: Sampling
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Say which breaks are rest, shape (B,); and on which sides of them the stroke is still, (B, 2)."""
     stroke, force = record.stroke_mm, record.force_kN
     same = _same(stroke, sampling), _same(force, sampling_of(force))
-    apart = tuple(np.abs(values[breaks] - values[breaks - 1]) for values in (stroke, force))
+    change_mm, change_kN = (values[breaks] - values[breaks - 1] for values in (stroke, force))
+    apart = np.abs(change_mm), np.abs(change_kN)
     spans = float(np.ptp(stroke)), float(np.ptp(force))
     alike = (apart[0] <= same[0]) & (apart[1] <= same[1])
     near = (apart[0] <= CREEP * spans[0]) & (apart[1] <= RELAXATION * spans[1])
-    rest = np.zeros(breaks.size, dtype=bool)
+    rest, still = np.zeros(breaks.size, dtype=bool), np.zeros((breaks.size, 2), dtype=bool)
     for row in np.flatnonzero(alike | near).tolist():
         sides = _sides(record, int(breaks[row]), sampling.sigma, spans[0])
-        rest[row] = all(sides.still) or (
-            bool(alike[row]) and (any(sides.still) or _stopped(record, int(breaks[row]), sides, same[0]))
+        rest[row] = (
+            all(sides.still)
+            or (
+                bool(alike[row])
+                and (any(sides.still) or _stopped(record, int(breaks[row]), sides, same[0]))
+            )
+            or sides.astir(float(change_mm[row]))
         )
-    return rest
+        still[row] = sides.still
+    return rest, still
 
 
 def _same(values: FloatArray, sampling: Sampling) -> float:
@@ -212,16 +238,24 @@ def _same(values: FloatArray, sampling: Sampling) -> float:
 def _sides(record: Record, at: int, sigma_mm: float, range_mm: float) -> _Sides:
     """Return how the stroke moves beside the hole between samples ``at`` - 1 and ``at``."""
     length_s = float(record.time_s[at] - record.time_s[at - 1])
-    left = _near(record.time_s[at - 1] - record.time_s[max(0, at - _MOST_NEAR - 1) : at][::-1], length_s)
-    right = _near(record.time_s[at : at + _MOST_NEAR + 1] - record.time_s[at], length_s)
-    speeds, still = [], []
-    for side in (slice(at - left, at), slice(at, at + right)):
+    speeds, still, step_mm = [], [], 0.0
+    for side in _beside(record.time_s, at):
         speed, u = _speed(record.time_s[side], record.stroke_mm[side], sigma_mm)
         speeds.append(speed)
         led_mm = 0.25 * length_s * abs(speed)
         enough = side.stop - side.start >= _LEAST_NEAR
         still.append(enough and led_mm <= max(0.75 * length_s * u, SAME_SHARE * range_mm))
-    return _Sides(speeds[0], speeds[1], (still[0], still[1]))
+        if enough and not still[-1]:
+            step_mm = max(step_mm, abs(speed) * float(np.median(np.diff(record.time_s[side]))))
+    return _Sides(speeds[0], speeds[1], (still[0], still[1]), step_mm)
+
+
+def _beside(time_s: FloatArray, at: int) -> tuple[slice, slice]:
+    """Return the samples that are looked at before and behind the hole between ``at`` - 1 and ``at``."""
+    length_s = float(time_s[at] - time_s[at - 1])
+    left = _near(time_s[at - 1] - time_s[max(0, at - _MOST_NEAR - 1) : at][::-1], length_s)
+    right = _near(time_s[at : at + _MOST_NEAR + 1] - time_s[at], length_s)
+    return slice(at - left, at), slice(at, at + right)
 
 
 def _near(away_s: FloatArray, length_s: float) -> int:
@@ -259,8 +293,14 @@ def _stopped(record: Record, at: int, sides: _Sides, same_mm: float) -> bool:
     return abs(end - 0.5 * float(stroke[at] + stroke[at - 1])) <= same_mm
 
 
-def _filled(record: Record, breaks: IndexArray, rest: NDArray[np.bool_]) -> tuple[Record, IndexArray]:
-    """Return the record with samples in its rests, and where its breaks are in it."""
+def _filled(
+    record: Record, breaks: IndexArray, rest: NDArray[np.bool_], still: NDArray[np.bool_]
+) -> tuple[Record, IndexArray]:
+    """Return the record with samples in its rests, and where its breaks are in it.
+
+    They lie between the levels of the sides on which the stroke is ``still``, (B, 2): means, so that the noise
+    of one sample is not the level of a rest. Of a side that moves, nothing reaches into the rest.
+    """
     length_s = record.time_s[breaks] - record.time_s[breaks - 1]
     usual_s = float(np.median(np.diff(record.time_s)))
     wanted = np.clip(np.round(length_s / usual_s).astype(np.intp) - 1, 0, _REST_SAMPLES)
@@ -268,24 +308,34 @@ def _filled(record: Record, breaks: IndexArray, rest: NDArray[np.bool_]) -> tupl
     places = breaks + np.cumsum(more)
     if not np.any(more):
         return record, places
-    old = np.arange(record.time_s.size, dtype=np.float64)
-    inside = [
-        at - 1 + np.arange(1, count + 1) / (count + 1)
-        for at, count in zip(breaks.tolist(), more.tolist(), strict=True)
+    at = np.repeat(breaks, more)
+    share = np.concatenate([np.arange(1, own + 1) / (own + 1) for own in more.tolist()])
+    near = [
+        (_beside(record.time_s, int(row)), bool(sides[0]), bool(sides[1]))
+        for row, sides in zip(breaks.tolist(), still.tolist(), strict=True)
     ]
-    wanted_at = np.sort(np.concatenate((old, *inside)))
 
-    def column(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else np.interp(wanted_at, old, values)
+    def column(values: FloatArray) -> FloatArray:
+        ends = []
+        for (left, right), still_left, still_right in near:
+            before = float(np.mean(values[left]) if still_left else values[left.stop - 1])
+            after = float(np.mean(values[right]) if still_right else values[right.start])
+            if still_left != still_right:
+                before = after = before if still_left else after
+            ends.append((before, after))
+        low, high = np.repeat(np.array(ends), more, axis=0).T
+        return np.insert(values, at, low + share * (high - low))
 
+    moments = np.repeat(record.time_s[breaks - 1], more) + share * np.repeat(length_s, more)
+    speed, difference = record.speed_mm_per_s, record.wire_difference_mm
     return (
         replace(
             record,
-            time_s=np.interp(wanted_at, old, record.time_s),
-            stroke_mm=np.interp(wanted_at, old, record.stroke_mm),
-            force_kN=np.interp(wanted_at, old, record.force_kN),
-            speed_mm_per_s=column(record.speed_mm_per_s),
-            wire_difference_mm=column(record.wire_difference_mm),
+            time_s=np.insert(record.time_s, at, moments),
+            stroke_mm=column(record.stroke_mm),
+            force_kN=column(record.force_kN),
+            speed_mm_per_s=None if speed is None else column(speed),
+            wire_difference_mm=None if difference is None else column(difference),
         ),
         places,
     )

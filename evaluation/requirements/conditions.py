@@ -142,10 +142,18 @@ def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementR
     text = f"pause before the cycle at most {shown(longest)} s"
     if "cut" in (before.cycle.end.method, result.cycle.start.method):
         return not_evaluated(case, "pause-limit", text, limits, result)
-    pause = max(0.0, result.cycle.start_s - before.cycle.end_s)
-    verdict, why = _met(limits, pause), f"{pause:.1f} s after cycle {before.cycle.index}"
+    number = before.cycle.index
     ends_s = before.cycle.end_s - _ARRIVING * before.cycle.duration_s
-    hidden = [d for d in case.numbering.hidden if ends_s <= d.start_s < result.cycle.start_s]
+    wide = [h for h in case.holes if h.wide and h.end_s > ends_s and h.start_s <= result.cycle.start_s]
+    if wide and not any(hole.unknown for hole in wide):
+        # The strokes beside it may have ended and begun anywhere in it.
+        longest_s = max(result.cycle.start_s, wide[-1].end_s) - min(ends_s, wide[0].start_s)
+        why = f"no more than {longest_s:.1f} s after cycle {number}: {wide[0].text}"
+        sure: Verdict = "pass" if limits.meets(longest_s) else "inconclusive"
+        return condition_row(case, "pause-limit", result.cycle.index, text, limits, None, sure, why)
+    pause = max(0.0, result.cycle.start_s - before.cycle.end_s)
+    verdict, why = _met(limits, pause), f"{pause:.1f} s after cycle {number}"
+    hidden = [d for d in case.numbering.hidden if ends_s <= d.start_s <= result.cycle.start_s]
     if hidden and (verdict == "fail" or any(doubt.unknown for doubt in hidden)):
         verdict, why = "inconclusive", f"{why} by the time stamps; {hidden[0].why}"
     return condition_row(case, "pause-limit", result.cycle.index, text, limits, pause, verdict, why)

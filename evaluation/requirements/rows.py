@@ -9,6 +9,7 @@ import numpy as np
 
 from evaluation.across_runs.shared import Regression
 from evaluation.error_model import Draws
+from evaluation.gaps.bridge import Hole
 from evaluation.gaps.numbering import Numbering
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.reads import Spoiled
@@ -48,6 +49,8 @@ class Case:
     """Where strokes are counted from, on the recorded stroke: 0, or first contact."""
     spoiled: Spoiled = field(default_factory=Spoiled)
     """What of the record is not to be believed."""
+    holes: tuple[Hole, ...] = ()
+    """What is not on record, in order of time."""
 
 
 @dataclass(frozen=True)
