@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.bring import same_instants
+from evaluation.channels.bring import holes, same_instants
 from evaluation.channels.joined import are_of_streams
 from evaluation.channels.pieces import Pieces
 from evaluation.channels.rows import is_stamped
@@ -32,6 +32,8 @@ _BIN = 1e-4
 """Steps of time are counted by sizes that differ by this share …"""
 _SHORTEST_S, _LONGEST_S = 1e-9, 1e7
 """… between these."""
+_NEAR_SAMPLE = 0.6
+"""In a hole of a channel only what lies this share of a step from a sample is brought to other instants."""
 _MORE_BLOCKS = 1024
 _MOST_TAKEN = 0.05
 """Share of the stroke's range that averaging may take: of a sine of six points a cycle, it takes so much."""
@@ -250,7 +252,8 @@ def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Se
 
     Channels of one stream are sampled together, but their delays differ, and with them the times at which
     their values were true: a cubic spline over each uninterrupted stretch brings them together. It reaches
-    at most two samples beyond its stretch.
+    at most two samples beyond its stretch. A sample whose stamp does not advance tells it nothing. What lies
+    in a hole of the channel, or among samples without a number, is not on record: NaN.
 
     Parameters
     ----------
@@ -271,20 +274,41 @@ def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Se
         if even is not None:
             brought[first:last] = even
             continue
-        good = np.isfinite(at) & np.isfinite(known)
-        if not good.all():
-            at, known = at[good], known[good]
-        steps = np.diff(at)
-        if at.size < 4 or np.any(steps <= 0.0):
+        good = np.flatnonzero(_advancing(at) & np.isfinite(known))
+        if good.size < 4:
             continue
+        lost = np.cumsum(np.isfinite(at) & ~np.isfinite(known))[good]
+        at, known = at[good], known[good]
+        begins = np.union1d(np.flatnonzero(np.diff(lost)), holes(at) - 1)
+        steps = np.diff(at)
         reach_s = 2.0 * float(np.min(steps))
-        if at[0] - reach_s <= np.min(wanted) and np.max(wanted) <= at[-1] + reach_s:
+        if not begins.size and at[0] - reach_s <= np.min(wanted) and np.max(wanted) <= at[-1] + reach_s:
             brought[first:last] = moved(at, known, wanted)
             continue
-        reach_s = 2.0 * float(np.median(steps))
-        near = (wanted >= at[0] - reach_s) & (wanted <= at[-1] + reach_s)
+        usual_s = float(np.median(steps))
+        near = (wanted >= at[0] - 2.0 * usual_s) & (wanted <= at[-1] + 2.0 * usual_s)
+        if begins.size:
+            near &= ~_within_holes(at, begins, wanted, _NEAR_SAMPLE * usual_s)
         brought[first:last][near] = moved(at, known, wanted[near])
     return brought
+
+
+def _within_holes(
+    at_s: FloatArray, begins: NDArray[np.intp], wanted_s: FloatArray, near_s: float
+) -> NDArray[np.bool_]:
+    """Say which moments lie in a hole behind one of the samples ``begins``, not near to either end of it."""
+    before = np.searchsorted(at_s, wanted_s, side="right") - 1
+    inside = np.isin(before, begins)
+    before = np.clip(before, 0, at_s.size - 2)
+    away_s = np.minimum(wanted_s - at_s[before], at_s[before + 1] - wanted_s)
+    return np.asarray(inside & (away_s > near_s))
+
+
+def _advancing(at_s: FloatArray) -> NDArray[np.bool_]:
+    """Say which stamps are later than all before them; NaN is none."""
+    stamps = np.where(np.isfinite(at_s), at_s, -np.inf)
+    before = np.maximum.accumulate(np.concatenate(([-np.inf], stamps[:-1])))
+    return np.asarray(stamps > before)
 
 
 def _longest_usual_step_s(run: Run, stream: str, rows: int) -> float:

@@ -30,6 +30,8 @@ _SHOWN = 3.0
 """A third term is known to be there when it is so many of its standard deviations."""
 _NEXT = 1.75
 """A branch without a hole begins at most one and a half steps behind its turn."""
+_HOLED = 0.5
+"""A window with a step of more than this share of it has a hole: no polynomial is known there."""
 _RIDGE = 1e-9
 """Where two terms are one (a sharp turn of an even stroke), each takes half; it costs 1e-9 of a value."""
 
@@ -108,7 +110,7 @@ def end_forces(record: Record, ends: Ends, sigma_mm: float) -> EndForces:
     force = np.where(used, record.force_kN[at], 0.0)
     time, _ = _scaled(record.time_s[at] - ends.time_s[:, None], used)
     stroke, reach = _scaled(record.stroke_mm[at] - ends.stroke_mm[:, None], used)
-    dense = np.flatnonzero(count >= _DENSE)
+    dense = np.flatnonzero((count >= _DENSE) & (_widest_step(time, used) <= _HOLED))
     if dense.size:  # noise of the stroke would flatten the force over it
         stroke[dense] = _smooth_stroke(time[dense], stroke[dense], used[dense])
     resolved = (reach > _RESOLVED * sigma_mm)[:, None]
@@ -177,6 +179,16 @@ def _smooth_stroke(time: FloatArray, stroke: FloatArray, used: BoolArray) -> Flo
     turned = terms.transpose(0, 2, 1)
     coefficients = np.linalg.solve(turned @ terms, turned @ stroke[..., None])
     return np.asarray((terms @ coefficients)[..., 0])
+
+
+def _widest_step(time: FloatArray, used: BoolArray) -> FloatArray:
+    """Return the longest step of time in each window, as a share of its reach from the end; shape (E,).
+
+    That from the end itself to the nearest sample counts.
+    """
+    both = used[:, 1:] & used[:, :-1]
+    steps = np.max(np.abs(np.diff(time, axis=1)), axis=1, initial=0.0, where=both)
+    return np.asarray(np.maximum(steps, np.min(np.abs(time), axis=1, initial=1.0, where=used)))
 
 
 def _scaled(away: FloatArray, used: BoolArray) -> tuple[FloatArray, FloatArray]:
