@@ -141,7 +141,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
             inspection,
             tuple(results),
             found.numbering,
-            found.widened,
+            found.reread,
             regression,
             spoiled=spoiled,
             holes=found.holes,

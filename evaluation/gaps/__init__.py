@@ -1,3 +1,15 @@
 """What is not on record: which steps hide something, what is rest, and what the rest may change."""
 
-__all__ = ["bounds", "bridge", "clock", "donors", "events", "found", "numbering", "steps", "words"]
+__all__ = [
+    "bounds",
+    "bridge",
+    "clock",
+    "coarse",
+    "donors",
+    "events",
+    "found",
+    "numbering",
+    "reread",
+    "steps",
+    "words",
+]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from evaluation.cycles import find_with_harmonics
 from evaluation.gaps.bridge import Hole
+from evaluation.gaps.coarse import Halves, coarse_cycles, energy_noise_J, every_second
 from evaluation.gaps.donors import choose_donors, opened
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.quantities import evaluate_cycles
@@ -41,8 +42,16 @@ _LEFT_OUT = frozenset(("temperature_start_C", "temperature_max_C"))
 
 
 @dataclass(frozen=True, eq=False)
+class Reduced:
+    """A record with fewer samples, and the same cycles in it, by number."""
+
+    record: Record
+    cycles: Mapping[int, Cycle]
+
+
+@dataclass(frozen=True, eq=False)
 class GapBounds:
-    """What the holes of a record may change.
+    """What is not on record of a run's cycles may change.
 
     Attributes
     ----------
@@ -52,15 +61,17 @@ class GapBounds:
         Cycles that the bounds are too large for, and why.
     holes : mapping of int to tuple of Hole
         What is bridged in each cycle.
-    widened : Record or None, cycles : mapping of int to Cycle
-        The record with its holes widened, and the same cycles in it.
+    widened : Reduced or None
+        The record with its holes widened.
+    halves : tuple of Reduced
+        Every second sample of it, and the others; none where all cycles have enough.
     """
 
     limits: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
     refused: Mapping[int, str] = field(default_factory=dict)
     holes: Mapping[int, tuple[Hole, ...]] = field(default_factory=dict)
-    widened: Record | None = None
-    cycles: Mapping[int, Cycle] = field(default_factory=dict)
+    widened: Reduced | None = None
+    halves: tuple[Reduced, ...] = ()
 
     def without(self, cycles: Sequence[Cycle]) -> tuple[Cycle, ...]:
         """Return the cycles, those that the bounds are too large for no longer complete."""
@@ -73,7 +84,7 @@ class GapBounds:
 
 
 def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleResult]) -> GapBounds:
-    """Return what bridged holes may change in the figures of complete cycles.
+    """Return what bridged holes, and steps between few samples, may change in the figures of complete cycles.
 
     Parameters
     ----------
@@ -88,7 +99,34 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
     GapBounds
         Empty where nothing is bridged or interpolated in a complete cycle.
     """
-    narrow = [hole for hole in holes if not (hole.rest or hole.wide)]
+    by_holes = _hole_bounds(record, [hole for hole in holes if not (hole.rest or hole.wide)], results)
+    coarse = coarse_cycles(record, results)
+    for index in by_holes.refused:
+        coarse.pop(index, None)
+    if not coarse:
+        return by_holes
+    limits, refused = dict(by_holes.limits), dict(by_holes.refused)
+    pair = [_Evaluated.of(_without(record, every_second(record, first))) for first in (0, 1)]
+    same: tuple[dict[int, Cycle], dict[int, Cycle]] = ({}, {})
+    for result in (result for result in results if result.cycle.index in coarse):
+        index = result.cycle.index
+        even, odd = (half.same(result.cycle) for half in pair)
+        why = "hide a turning point"
+        if even is not None and odd is not None:
+            for cycles, other in zip(same, (even, odd), strict=True):
+                cycles[index] = other.cycle._replace(index=index)
+            own = _halved_limits(result, even, odd)
+            limits[index] = _both(limits.get(index, {}), own)
+            why = _too_much(result, limits[index], SURE * _NOISE * energy_noise_J(record, result.cycle))
+        if why:
+            between = f"its samples, {coarse[index]:.3g} s apart,"
+            refused[index] = f"what lies between {between} may {why}: record or export it at a higher rate"
+    halves = tuple(Reduced(half.record, cycles) for half, cycles in zip(pair, same, strict=True))
+    return replace(by_holes, limits=limits, refused=refused, halves=halves)
+
+
+def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[CycleResult]) -> GapBounds:
+    """Return what bridged holes may change, and what lies between the readings of a slower force."""
     own = _holes_of(narrow, results) if narrow else {}
     if record.between is not None:
         own = {r.cycle.index: own.get(r.cycle.index, ()) for r in results if r.cycle.complete}
@@ -114,7 +152,29 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
     for index, better in _by_donors(record, results, own, refused).items():
         limits[index] = better
         del refused[index]
-    return GapBounds(limits, refused, own, short, same)
+    return GapBounds(limits, refused, own, Reduced(short, same))
+
+
+def _both(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
+    """Return bounds by two causes: of each figure their sum, with the sign of the larger one."""
+    both = dict(other)
+    for name, bound in one.items():
+        second = other.get(name, 0.0)
+        larger = bound if abs(bound) >= abs(second) else second
+        both[name] = float(np.copysign(abs(bound) + abs(second), larger))
+    return both
+
+
+def _halved_limits(result: CycleResult, even: CycleResult, odd: CycleResult) -> dict[str, float]:
+    """Return the bounds of a cycle's figures by what half of its samples make of them."""
+    one, two = _changes(result, even), _changes(result, odd)
+    limits = {name: Halves(one[name], two[name]).bound for name in one.keys() & two}
+    a, b, c = result.cycle, even.cycle, odd.cycle
+    low = Halves(b.stroke_min_mm - a.stroke_min_mm, c.stroke_min_mm - a.stroke_min_mm)
+    high = Halves(b.stroke_max_mm - a.stroke_max_mm, c.stroke_max_mm - a.stroke_max_mm)
+    return limits | _by_turns(
+        _explained(low.bound, a.start, b.start, c.start), _explained(high.bound, a.top, b.top, c.top)
+    )
 
 
 def _by_donors(
@@ -153,6 +213,7 @@ def _by_donors(
 class _Evaluated:
     """The cycles of a record from which samples were taken."""
 
+    record: Record
     results: Sequence[CycleResult]
     middles: NDArray[np.float64]
 
@@ -160,7 +221,7 @@ class _Evaluated:
     def of(cls, record: Record) -> _Evaluated:
         cycles, first = find_with_harmonics(record)
         results = evaluate_cycles(record, cycles, first)
-        return cls(results, np.array([0.5 * (r.cycle.start_s + r.cycle.end_s) for r in results]))
+        return cls(record, results, np.array([0.5 * (r.cycle.start_s + r.cycle.end_s) for r in results]))
 
     def same(self, cycle: Cycle) -> CycleResult | None:
         """Return the complete one that lies where a cycle of the whole record does."""
@@ -233,25 +294,37 @@ def _without(record: Record, lost: NDArray[np.intp]) -> Record:
 
 def _limits(result: CycleResult, other: CycleResult) -> dict[str, float]:
     """Return the bounds of a cycle's figures: their changes, but for what noise explains of a stroke's."""
-    one, two = result.quantities._asdict(), other.quantities._asdict()
-    limits = {
-        name: SURE * (two[name] - value)
-        for name, value in one.items()
+    limits = {name: SURE * change for name, change in _changes(result, other).items()}
+    a, b = result.cycle, other.cycle
+    low = SURE * _explained(b.stroke_min_mm - a.stroke_min_mm, a.start, b.start)
+    high = SURE * _explained(b.stroke_max_mm - a.stroke_max_mm, a.top, b.top)
+    return limits | _by_turns(low, high)
+
+
+def _changes(result: CycleResult, other: CycleResult) -> dict[str, float]:
+    """Return by how much the figures of a cycle are others in another record."""
+    two = other.quantities._asdict()
+    return {
+        name: two[name] - value
+        for name, value in result.quantities._asdict().items()
         if name not in _LEFT_OUT and value is not None and two[name] is not None
     }
-    a, b = result.cycle, other.cycle
-    turns = {
-        "stroke_min_mm": _moved_mm(a.start, b.start, b.stroke_min_mm - a.stroke_min_mm),
-        "stroke_max_mm": _moved_mm(a.top, b.top, b.stroke_max_mm - a.stroke_max_mm),
+
+
+def _explained(by_mm: float, *fits: TurningPoint) -> float:
+    """Return the change of a turning point less what the noise of its fits explains."""
+    explained = _NOISE * max(fit.u_stroke_mm for fit in fits)
+    return float(np.sign(by_mm)) * max(0.0, abs(by_mm) - explained)
+
+
+def _by_turns(low_mm: float, high_mm: float) -> dict[str, float]:
+    """Return the bounds of the figures that turning points make, by those of the turning points."""
+    return {
+        "stroke_min_mm": low_mm,
+        "stroke_max_mm": high_mm,
+        "prestress_mm": 0.5 * (low_mm + high_mm),
+        "amplitude_mm": 0.5 * (high_mm - low_mm),
     }
-    low, high = turns.values()
-    return limits | turns | {"prestress_mm": 0.5 * (low + high), "amplitude_mm": 0.5 * (high - low)}
-
-
-def _moved_mm(one: TurningPoint, other: TurningPoint, by_mm: float) -> float:
-    """Return the bound of a turning point by its change, less what the noise of the fits explains."""
-    explained = _NOISE * max(one.u_stroke_mm, other.u_stroke_mm)
-    return float(np.sign(by_mm)) * SURE * max(0.0, abs(by_mm) - explained)
 
 
 def _noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital

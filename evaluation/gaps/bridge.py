@@ -2,8 +2,8 @@
 
 Rest is rest, logged or not: between two samples of the same stroke and force, where the stroke does not move
 into the hole or not out of it, nothing happened but time. A logger that stops at rest wakes up with the
-motion: its first sample may be a step into it. Samples at rest are put in, so that a dwell is seen as one. What
-is left is bridged: the curves that are fitted and integrated go through it as through any step.
+motion: its first sample may be a step into it. Samples at rest are put in, so that a dwell is seen as one.
+What is left is bridged: the curves that are fitted and integrated go through it as through any step.
 """
 
 from __future__ import annotations
@@ -219,10 +219,7 @@ def _rests(
         sides = _sides(record, int(breaks[row]), sampling.sigma, spans[0])
         rest[row] = (
             all(sides.still)
-            or (
-                bool(alike[row])
-                and (any(sides.still) or _stopped(record, int(breaks[row]), sides, same[0]))
-            )
+            or (bool(alike[row]) and (any(sides.still) or _stopped(record, int(breaks[row]), sides, same[0])))
             or sides.astir(float(change_mm[row]))
         )
         still[row] = sides.still
@@ -298,8 +295,8 @@ def _filled(
 ) -> tuple[Record, IndexArray]:
     """Return the record with samples in its rests, and where its breaks are in it.
 
-    They lie between the levels of the sides on which the stroke is ``still``, (B, 2): means, so that the noise
-    of one sample is not the level of a rest. Of a side that moves, nothing reaches into the rest.
+    They lie between the levels of the sides on which the stroke is ``still``, (B, 2): means, so that the
+    noise of one sample is not the level of a rest. Of a side that moves, nothing reaches into the rest.
     """
     length_s = record.time_s[breaks] - record.time_s[breaks - 1]
     usual_s = float(np.median(np.diff(record.time_s)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,8 @@ from evaluation.cycles import find_with_harmonics
 from evaluation.gaps.bounds import GapBounds, gap_bounds
 from evaluation.gaps.bridge import Hole, bridged
 from evaluation.gaps.numbering import Numbering, numbering_of
-from evaluation.gaps.words import between_warnings, hole_warnings, with_gap_limits
+from evaluation.gaps.reread import Reread
+from evaluation.gaps.words import between_warnings, coarse_warnings, hole_warnings, with_gap_limits
 from evaluation.inertia import InertiaCorrection, InertiaForce, MovingMass, correct_inertia
 from evaluation.loops import CutLoops
 from evaluation.motion import Cycle, TurningPoint
@@ -20,7 +21,6 @@ from evaluation.propagations import Propagations
 from evaluation.quantities import evaluate_cycles
 from evaluation.record import Record
 from evaluation.results import CycleResult
-from evaluation.uncertainty import CyclePropagation
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +42,9 @@ class Found:
         return Propagations(self.record, [result.cycle for result in self.results], self.added)
 
     @property
-    def widened(self) -> Mapping[int, CyclePropagation]:
-        """Those in which something is bridged, with the holes made larger."""
-        return Propagations(self.gaps.widened or self.record, tuple(self.gaps.cycles.values()))
+    def reread(self) -> Reread:
+        """Those of which something is not on record, prepared once more from less of it."""
+        return Reread.of(self.gaps, self.record)
 
     @property
     def warnings(self) -> list[str]:
@@ -52,7 +52,8 @@ class Found:
         notes = self.record.notes
         holes = hole_warnings(self.record, self.holes)
         between = between_warnings(self.record, self.results, self.gaps)
-        return [*notes, *holes, *between, *self.numbering.warnings]
+        coarse = coarse_warnings(self.results, self.gaps)
+        return [*notes, *holes, *between, *coarse, *self.numbering.warnings]
 
 
 def found_in(

@@ -70,9 +70,25 @@ def between_warnings(record: Record, results: Sequence[CycleResult], gaps: GapBo
     return [f"the force is interpolated between {readings}: that may change {most}, and is part of U"]
 
 
+def coarse_warnings(results: Sequence[CycleResult], gaps: GapBounds) -> list[str]:
+    """Return what the steps between few samples may change, over all cycles that are evaluated."""
+    if not gaps.halves:
+        return []
+    own = [r for r in results if r.cycle.complete and r.cycle.index in gaps.halves[0].cycles]
+    shares = [
+        abs(gaps.limits[r.cycle.index]["absorbed_energy_J"] / r.quantities.absorbed_energy_J)
+        for r in own
+        if r.quantities.absorbed_energy_J
+    ]
+    if not shares:
+        return []
+    most = f"the absorbed energy of a cycle by up to {100.0 * max(shares):.2g} %"
+    return [f"cycles have few samples: what lies between them may change {most}, and is part of U"]
+
+
 def _note(gaps: GapBounds, result: CycleResult) -> tuple[str, ...]:
     """Return what is bridged in a cycle that is evaluated, and what that may change; nothing beside one."""
-    holes, limits = gaps.holes[result.cycle.index], gaps.limits[result.cycle.index]
+    holes, limits = gaps.holes.get(result.cycle.index, ()), gaps.limits[result.cycle.index]
     if not holes:
         return ()
     energy = abs(limits["absorbed_energy_J"] / (result.quantities.absorbed_energy_J or float("inf")))

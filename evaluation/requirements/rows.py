@@ -13,6 +13,7 @@ from evaluation.gaps.bridge import Hole
 from evaluation.gaps.numbering import Numbering
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.reads import Spoiled
+from evaluation.gaps.reread import Reread
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import conformance_probability, decide
 from evaluation.requirements.inspection import Inspection
@@ -26,8 +27,8 @@ class Case:
     """A run to be judged: its complete cycles in order, each with its prepared loop and drawn figures.
 
     ``draws`` is None, and ``drawn`` empty, where the channels state no uncertainty. ``strokes`` are all
-    cycles as they happened, complete or not; ``widened`` the loops of those in which something was bridged,
-    with the holes made larger (:mod:`evaluation.gaps.bounds`).
+    cycles as they happened, complete or not; ``reread`` those of which something is not on record, from less
+    of it (:mod:`evaluation.gaps.bounds`).
     """
 
     record: Record
@@ -42,7 +43,7 @@ class Case:
     """What the inspector of this run or specimen wrote down."""
     strokes: tuple[CycleResult, ...] = ()
     numbering: Numbering = field(default_factory=Numbering)
-    widened: Mapping[int, CyclePropagation] = field(default_factory=dict)
+    reread: Reread = field(default_factory=Reread)
     regression: Regression | None = None
     """By which what was drawn of a figure says what it owes to the errors of the channels."""
     zero_mm: float = 0.0

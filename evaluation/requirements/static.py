@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from evaluation.gaps.bounds import SURE
 from evaluation.quantities import absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray
 from evaluation.requirements.block import block_contact
@@ -25,7 +25,7 @@ from evaluation.requirements.rows import (
 )
 from evaluation.requirements.strokes import judged_strokes, why_not
 from evaluation.results import CycleResult, RequirementResult
-from evaluation.uncertainty import LocalReading, force_draws
+from evaluation.uncertainty import CyclePropagation, LocalReading, force_draws
 
 PRELOAD_FROM_MM, PRELOAD_TO_MM = 2.0, 10.0
 """Preload: line through the loading branch between these strokes, read at stroke 0 (standards.md 1.2)."""
@@ -114,8 +114,8 @@ def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm:
     if reading is None:
         why = f"too few samples about {stroke_mm:g} mm"
         return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
-    wider = None if index not in case.widened else case.widened[index].fit(at, first, last, 2)
-    drawn = _drawn(case, reading, _bound_kN(case, index, reading, wider))
+    bound_kN = _bound_kN(case, index, reading, lambda own: own.fit(at, first, last, 2))
+    drawn = _drawn(case, reading, bound_kN)
     verdict = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
     contact_mm = block_contact(prepared.loop, case.limits.conditions.block_slope_ratio)
     if contact_mm is None or contact_mm >= last:
@@ -134,17 +134,21 @@ def _drawn(case: Case, reading: LocalReading, bound_kN: float) -> FloatArray | N
 
 
 def _bound_kN(  # noqa: N802 - the unit's own letters
-    case: Case, index: int, reading: LocalReading, wider: LocalReading | None
+    case: Case, index: int, reading: LocalReading, read: Callable[[CyclePropagation], LocalReading | None]
 ) -> float:
-    """Return by how much a reading may be wrong by what is bridged: by what it changes with larger holes.
+    """Return by how much a reading may be wrong by what is not on record: by what less of it changes.
 
-    Where larger holes leave nothing to read, by as much as the slope makes of the window.
+    Where less leaves nothing to read, by as much as the slope makes of the window.
     """
-    if index not in case.widened:
+    if index not in case.reread:
         return 0.0
-    if wider is None:
-        return abs(reading.slope) * FORCE_HALF_WIDTH_MM
-    return SURE * (wider.force_kN - reading.force_kN)
+
+    def force_kN(own: CyclePropagation) -> float | None:  # noqa: N802
+        found = read(own)
+        return None if found is None else found.force_kN
+
+    bound = case.reread.bound(index, reading.force_kN, force_kN)
+    return abs(reading.slope) * FORCE_HALF_WIDTH_MM if bound is None else bound
 
 
 def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
@@ -165,11 +169,8 @@ def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
     if reading is None:
         why = "too few samples on the first millimetres of the loading branch"
         return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
-    wider = None
-    if index in case.widened:
-        loop = case.widened[index]
-        wider = loop.fit(*over_line, 1) if extrapolated else loop.fit(*about, 1)
-    drawn = _drawn(case, reading, _bound_kN(case, index, reading, wider))
+    read_at = over_line if extrapolated else about
+    drawn = _drawn(case, reading, _bound_kN(case, index, reading, lambda own: own.fit(*read_at, 1)))
     result = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
     other = near if extrapolated else line
     if other is None:

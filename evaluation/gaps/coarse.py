@@ -1,0 +1,78 @@
+"""Cycles of few samples: what lies between these may change as much as a hole does.
+
+A preload that is taken up, a force that jumps where the stroke turns, a corner of the stroke lie anywhere
+between two samples. How much of a figure hangs on that is shown by the record itself, read once with every
+second sample and once with the others. Where a jump lies in one step, the two differ by as much as it can be
+wrong by; a smooth curve changes by three times its error and more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.motion import Cycle
+from evaluation.record import Record
+from evaluation.results import CycleResult
+from evaluation.reversals import noise_sigma
+
+FEW_SAMPLES = 250
+"""Cycles of fewer samples are looked at: in others a step is too short to matter."""
+
+
+class Halves(NamedTuple):
+    """A figure's change when it is read from every second sample, and from the others."""
+
+    even: float
+    odd: float
+
+    @property
+    def bound(self) -> float:
+        """What may be wrong with it: the larger of what both have in common and half their difference."""
+        common, apart = 0.5 * (self.even + self.odd), 0.5 * (self.even - self.odd)
+        return common if abs(common) >= abs(apart) else apart
+
+
+def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, float]:
+    """Return the complete cycles that have few samples, by number, and how far these are apart [s].
+
+    Parameters
+    ----------
+    record : Record
+    results : sequence of CycleResult
+        Of that record.
+    """
+    if record.averaged > 1:
+        return {}
+    whole = [result.cycle for result in results if result.cycle.complete]
+    ends = np.array([(cycle.start_s, cycle.end_s) for cycle in whole]).reshape(-1, 2)
+    first, last = np.searchsorted(record.time_s, ends.T)
+    return {
+        cycle.index: cycle.duration_s / max(1, count)
+        for cycle, count in zip(whole, (last - first).tolist(), strict=True)
+        if count < FEW_SAMPLES
+    }
+
+
+def every_second(record: Record, first: int) -> NDArray[np.intp]:
+    """Return the samples that leave when every second one stays, from ``first`` (0 or 1) on."""
+    return np.arange(1 - first, record.time_s.size, 2)
+
+
+def energy_noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital
+    """Return what the noise of both channels makes of a cycle's energy, as one u [J].
+
+    Of the polygon through its samples, Σ Fᵢ (xᵢ₊₁ - xᵢ₋₁) / 2.
+    """
+    inside = slice(*np.searchsorted(record.time_s, (cycle.start_s, cycle.end_s)).tolist())
+    by_force, by_stroke = (
+        noise_sigma(noisy) * float(np.linalg.norm(np.gradient(other[inside])))
+        for noisy, other in (
+            (record.force_kN, record.stroke_mm),
+            (record.stroke_mm, record.force_kN),
+        )
+    )
+    return float(np.hypot(by_force, by_stroke))

@@ -1,0 +1,69 @@
+"""Readings of the requirements bounded like the figures of cycles: taken again from fewer samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Mapping
+from dataclasses import dataclass, field
+
+from evaluation.gaps.bounds import SURE, GapBounds
+from evaluation.gaps.coarse import Halves
+from evaluation.propagations import Propagations
+from evaluation.record import Record
+from evaluation.uncertainty import CyclePropagation
+
+Reading = Callable[[CyclePropagation], float | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Reread(Container[int]):
+    """Cycles of which something is not on record, prepared once more from less of it.
+
+    Attributes
+    ----------
+    widened : mapping of int to CyclePropagation
+        With their holes made larger.
+    halves : tuple of mapping
+        From every second sample, and from the others.
+    """
+
+    widened: Mapping[int, CyclePropagation] = field(default_factory=dict)
+    halves: tuple[Mapping[int, CyclePropagation], ...] = ()
+
+    @classmethod
+    def of(cls, gaps: GapBounds, record: Record) -> Reread:
+        """Return them for the bounds of a record."""
+        wider = gaps.widened
+        return cls(
+            Propagations(record, ())
+            if wider is None
+            else Propagations(wider.record, tuple(wider.cycles.values())),
+            tuple(Propagations(half.record, tuple(half.cycles.values())) for half in gaps.halves),
+        )
+
+    def __contains__(self, index: object) -> bool:
+        return index in self.widened or any(index in half for half in self.halves)
+
+    def bound(self, index: int, value: float, read: Reading) -> float | None:
+        """Return by how much a reading of a cycle may be wrong; None where less of it leaves nothing to read.
+
+        Parameters
+        ----------
+        index : int
+            Of the cycle.
+        value : float
+            The reading.
+        read : callable
+            Takes it from a cycle.
+        """
+        total = 0.0
+        if index in self.widened:
+            wider = read(self.widened[index])
+            if wider is None:
+                return None
+            total += SURE * abs(wider - value)
+        if self.halves and index in self.halves[0]:
+            even, odd = (read(half[index]) for half in self.halves)
+            if even is None or odd is None:
+                return None
+            total += abs(Halves(even - value, odd - value).bound)
+        return total
