@@ -64,14 +64,15 @@ def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] 
     record : Record
         Every column averaged over the same blocks of equally many samples, time too; a shorter block ends
         each unbroken stretch. ``breaks`` count the blocks, ``defects`` and ``temperatures`` are those of the
-        record. The same record where its cycles are short.
+        record. The same record where its cycles are short, or where it is written by event: its samples are
+        not even.
     reversals : array of int or None
         Its reversals, where they are known then.
     warnings : tuple of str
         That a record which came averaged (:mod:`evaluation.long_runs`) has fewer points than it needs.
     """
     points = POINTS_OF_KIND[kind]
-    if points is None:
+    if points is None or record.by_event:
         return record, None, _coarse_event(record)
     turns = None
     if record.time_s.size >= 2 * (POINTS_OF_A_SINE if kind == "harmonic" else points):

@@ -33,7 +33,7 @@ _BIN = 1e-4
 _SHORTEST_S, _LONGEST_S = 1e-9, 1e7
 """… between these."""
 _NEAR_SAMPLE = 0.6
-"""In a hole of a channel only what lies this share of a step from a sample is brought to other instants."""
+"""Among samples without a number, what lies this share of a step from one with a number is brought."""
 _MORE_BLOCKS = 1024
 _MOST_TAKEN = 0.05
 """Share of the stroke's range that averaging may take: of a sine of six points a cycle, it takes so much."""
@@ -279,16 +279,20 @@ def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Se
             continue
         lost = np.cumsum(np.isfinite(at) & ~np.isfinite(known))[good]
         at, known = at[good], known[good]
-        begins = np.union1d(np.flatnonzero(np.diff(lost)), holes(at) - 1)
+        blank, long = np.flatnonzero(np.diff(lost)), holes(at) - 1
         steps = np.diff(at)
         reach_s = 2.0 * float(np.min(steps))
-        if not begins.size and at[0] - reach_s <= np.min(wanted) and np.max(wanted) <= at[-1] + reach_s:
+        if (
+            not (blank.size or long.size)
+            and at[0] - reach_s <= np.min(wanted)
+            and np.max(wanted) <= at[-1] + reach_s
+        ):
             brought[first:last] = moved(at, known, wanted)
             continue
         usual_s = float(np.median(steps))
         near = (wanted >= at[0] - 2.0 * usual_s) & (wanted <= at[-1] + 2.0 * usual_s)
-        if begins.size:
-            near &= ~_within_holes(at, begins, wanted, _NEAR_SAMPLE * usual_s)
+        near &= ~_within_holes(at, blank, wanted, _NEAR_SAMPLE * usual_s)
+        near &= ~_within_holes(at, long, wanted, 2.0 * usual_s)
         brought[first:last][near] = moved(at, known, wanted[near])
     return brought
 

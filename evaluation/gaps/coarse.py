@@ -3,7 +3,8 @@
 A preload that is taken up, a force that jumps where the stroke turns, a corner of the stroke lie anywhere
 between two samples. How much of a figure hangs on that is shown by the record itself, read once with every
 second sample and once with the others. Where a jump lies in one step, the two differ by as much as it can be
-wrong by; a smooth curve changes by three times its error and more.
+wrong by; a smooth curve changes by three times its error and more. So it is in a record that is written by
+event, however many samples it has: a turning point lies up to an event beyond the last of them.
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ class Halves(NamedTuple):
 def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, float]:
     """Return the complete cycles that have few samples, by number, and how far these are apart [s].
 
+    Of a record that is written by event, all.
+
     Parameters
     ----------
     record : Record
@@ -53,7 +56,7 @@ def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, f
     return {
         cycle.index: cycle.duration_s / max(1, count)
         for cycle, count in zip(whole, (last - first).tolist(), strict=True)
-        if count < FEW_SAMPLES
+        if count < FEW_SAMPLES or record.by_event
     }
 
 

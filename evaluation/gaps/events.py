@@ -1,10 +1,13 @@
 """Records that are written by event: a sample whenever stroke or force has changed by so much.
 
-Such a logger writes nothing while nothing changes. Its steps of time differ as much as the speed does; what
-changes from sample to sample does not. Told from that, a long step has lost nothing.
+Such a logger looks at its channels all the time and writes nothing while nothing changes. While the specimen
+moves fast it writes whenever it looks; where the motion turns, or rests, it waits. Told from that, a long
+step has lost nothing.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,49 +15,65 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
-_LEAST_SAMPLES = 32
-_WIDE_TIME = 3.0
-"""Steps of time differ by event: what 99 % stay below is this many times what 2 % do at least …"""
-_APART = (0.02, 0.99)
+_LEAST_SAMPLES, _LEAST_WAITS = 32, 8
+_SHORTEST = 0.02
+"""Nearly the shortest step (this quantile) is how often the logger looks."""
+_WAITED = 1.5
+"""It waited in a step longer than so many of these …"""
+_LONG_WAIT = 2.5
+"""… and some of its waits are longer than a lost sample makes a step."""
 _BEAT = 0.9
 """Steps of nearly the longest (this share of it) may be those of a logger that writes now and then anyway."""
-_ALIKE = (0.05, 0.98)
-_NARROW_CHANGE = 0.4
-"""… and the changes do not: all but 5 % are no less than this share of that which 98 % stay below."""
-_LARGER = 1.6
-"""A change this many times the usual one was not written when it should have been."""
+_ALIKE = (0.05, 0.9)
+_NARROW_CHANGE = 0.2
+"""In all steps but 5 % the change is no less than this share of that which 90 % of the waits stay below."""
+_NO_MORE = 2.2
+"""What changes in a wait is no more than so many times what changes in a look: lost samples make it so."""
+_LARGER = 2.5
+"""A wait with so many times the usual change, and what the next step makes, was not ended when it should."""
 
 
-def event_changes(time_s: FloatArray, stroke_mm: FloatArray, force_kN: FloatArray) -> FloatArray | None:
-    """Return the change of each step as a share of that at which the logger writes; None where it does not.
+@dataclass(frozen=True, eq=False)
+class EventChanges:
+    """The change of each step as a share of that at which the logger writes; shape (N - 1,) all.
+
+    ``changes``: the larger one of stroke and force. ``waited``: steps in which the logger waited.
+    """
+
+    changes: FloatArray
+    waited: NDArray[np.bool_]
+
+
+def event_changes(time_s: FloatArray, stroke_mm: FloatArray, force_kN: FloatArray) -> EventChanges | None:
+    """Return what changed from sample to sample of a record that is written by event; None of another one.
 
     Parameters
     ----------
     time_s, stroke_mm, force_kN : arrays, shape (N,)
-
-    Returns
-    -------
-    array, shape (N - 1,), or None
-        The larger of the changes of stroke and force, each over its own usual one.
     """
     if time_s.size < _LEAST_SAMPLES:
         return None
     step = np.diff(time_s)
-    written = step < _BEAT * float(np.max(step))
-    if np.count_nonzero(written) < _LEAST_SAMPLES:
-        return None
-    short, long = np.quantile(step[written], _APART)
-    if long < _WIDE_TIME * short:
+    beat = step >= _BEAT * float(np.max(step))
+    looks_s = float(np.quantile(step, _SHORTEST))
+    waited = step > _WAITED * looks_s
+    own = waited & ~beat
+    if not own.any() or np.count_nonzero(step > _LONG_WAIT * looks_s) < _LEAST_WAITS or waited.all():
         return None
     shares = []
     for values in (stroke_mm, force_kN):
         change = np.abs(np.diff(values))
-        most = float(np.quantile(change, _ALIKE[1]))
+        most = float(np.quantile(change[own], _ALIKE[1]))
         shares.append(change / most if most > 0.0 else np.zeros_like(change))
     change = np.maximum(*shares)
-    return change if float(np.quantile(change[written], _ALIKE[0])) >= _NARROW_CHANGE else None
+    alike = float(np.quantile(change[~beat], _ALIKE[0])) >= _NARROW_CHANGE
+    no_more = float(np.median(change[own])) <= _NO_MORE * float(np.median(change[~waited]))
+    return EventChanges(change, waited) if alike and no_more else None
 
 
-def lost_between(changes: FloatArray) -> IndexArray:
-    """Return the samples before which more changed than an event (:func:`event_changes`)."""
-    return np.asarray(np.flatnonzero(changes > _LARGER) + 1, dtype=np.intp)
+def lost_between(events: EventChanges) -> IndexArray:
+    """Return the samples before which more changed than an event, and than the motion makes in a look."""
+    change = events.changes
+    looks = np.where(events.waited, 0.0, change)
+    beside = np.maximum(np.append(looks[1:], 0.0), np.append(0.0, looks[:-1]))
+    return np.asarray(np.flatnonzero(events.waited & (change > _LARGER + beside)) + 1, dtype=np.intp)

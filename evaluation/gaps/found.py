@@ -81,7 +81,7 @@ def found_in(
         If the moving mass is none.
     """
     bridge = bridged(record)
-    cycles, first = find_with_harmonics(bridge.record, None if bridge.holes else turns)
+    cycles, first = find_with_harmonics(bridge.record, turns if bridge.record is record else None)
     cycles = _with_clock(cycles, record.moment_error_s)
     record, inertia, added = correct_inertia(bridge.record, cycles, *masses)
     # With inertia, force and so its harmonics are others than those that the cycles were found with.

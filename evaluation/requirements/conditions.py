@@ -124,12 +124,13 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     (up, _), (down, _) = known_branches
     measured = max(up, down)
     # What noise alone adds to the largest of many slopes must not break a test run right at the limit.
-    verdict = _met(limits, max(speed - noise for speed, noise in known_branches))
+    least = max(speed - noise for speed, noise in known_branches)
+    verdict = _met(limits, least)
     why = f"loading {up:.4g} mm/s, unloading {down:.4g} mm/s"
     if verdict == "pass" and not limits.meets(measured):
         why += "; above the limit by no more than the noise of the stroke"
     bound = max(abs(result.gap_limits.get(name, 0.0)) for name in _SPEEDS)
-    if unsure := bridged_why(limits, measured, bound):
+    if unsure := bridged_why(limits, least, max(0.0, bound - (measured - least))):
         verdict, why = "inconclusive", f"{why}; {unsure}"
     return condition_row(case, "speed-limit", cycle.index, text, limits, measured, verdict, why)
 

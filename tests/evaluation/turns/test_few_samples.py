@@ -48,6 +48,32 @@ def test_a_branch_without_samples_is_named() -> None:
     assert any("its unloading branch has 0 samples between the turning points" in w for w in run.warnings)
 
 
-def test_three_samples_of_a_branch_are_enough() -> None:
+def test_three_samples_of_a_branch_are_enough_to_look_at_it_and_ten_a_cycle_too_few_for_its_energy() -> None:
+    """The loop encloses nothing; read from ten samples it has -4 J, and 13 J from cycle to cycle."""
     run = evaluate_run(sampled("triangle", 10, 0.25), RunFacts("few", "harmonic"), Options(draws=0))
-    assert sum(r.cycle.complete for r in run.cycles) >= 8
+    inner = [r.cycle for r in run.cycles[1:-1]]
+    assert len(inner) >= 8
+    for cycle in inner:
+        assert not cycle.complete
+        (why,) = cycle.why
+        assert why.startswith("what lies between its samples, 0.1 s apart, may ")
+
+
+def test_what_few_samples_may_hide_is_bounded() -> None:
+    """Sines of 314.16 J: from so few samples that they are 0.3 % off, or from enough; never beyond U."""
+    true_J = np.pi * 10.0 * 10.0
+    complete = 0
+    for samples, phase in ((16.3, 0.25), (20.7, 0.22), (30.3, 0.1), (60.7, 0.0), (120.3, 0.3)):
+        run = evaluate_run(
+            sampled("sine", samples, phase, noise=0.0),
+            RunFacts("few", "harmonic", **STATED),  # type: ignore[arg-type]
+            Options(draws=200),
+        )
+        for result in run.cycles:
+            if not result.cycle.complete:
+                continue
+            complete += 1
+            off_J = abs((result.quantities.absorbed_energy_J or 0.0) - true_J)
+            assert off_J <= abs(result.gap_limits["absorbed_energy_J"]) + 1e-6 * true_J
+            assert off_J <= 5e-3 * true_J
+    assert complete >= 30
