@@ -14,6 +14,7 @@ from evaluation.channels.between import Between
 from evaluation.channels.sensors import SensorFault
 from evaluation.defects import Cleaner, Defect, gap
 from evaluation.gaps.clock import understand
+from evaluation.gaps.even import even_stamps
 from evaluation.gaps.events import event_changes, lost_between
 from evaluation.gaps.steps import unusual_steps
 from foundation.errors import BadInput
@@ -204,7 +205,25 @@ def make_record(
         moment_error_s=0.5 * clock_s,
         notes=tuple(notes),
     )
-    return record if cleaner.even else with_own_steps(record)
+    return with_even_stamps(record if cleaner.even else with_own_steps(record))
+
+
+def with_even_stamps(record: Record) -> Record:
+    """Return a record whose samples were taken evenly with even moments, though its stamps scatter."""
+    found = even_stamps(record.time_s, record.stroke_mm, np.array(record.breaks, dtype=np.intp))
+    if found is None or record.by_event:
+        return record
+    ends = np.array([(d.start_s, d.end_s) for d in record.defects]).reshape(-1, 2)
+    moved = np.interp(ends, record.time_s, found.time_s).tolist()
+    return replace(
+        record,
+        time_s=found.time_s,
+        defects=tuple(
+            replace(defect, start_s=start, end_s=end)
+            for defect, (start, end) in zip(record.defects, moved, strict=True)
+        ),
+        notes=(*record.notes, found.note),
+    )
 
 
 def with_own_steps(record: Record) -> Record:

@@ -6,6 +6,7 @@ __all__ = [
     "clock",
     "coarse",
     "donors",
+    "even",
     "events",
     "found",
     "numbering",

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from evaluation.cycles import find_with_harmonics
 from evaluation.gaps.bridge import Hole
-from evaluation.gaps.coarse import Halves, coarse_cycles, energy_noise_J, every_second
+from evaluation.gaps.coarse import coarse_cycles, energy_noise_J, halves_bound, share_of_step, without_every
 from evaluation.gaps.donors import choose_donors, opened
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.quantities import evaluate_cycles
@@ -65,6 +65,8 @@ class GapBounds:
         The record with its holes widened.
     halves : tuple of Reduced
         Every second sample of it, and the others; none where all cycles have enough.
+    share : float
+        Of what these two have in common, so much is the error (:func:`evaluation.gaps.coarse.share_of_step`).
     """
 
     limits: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
@@ -72,6 +74,7 @@ class GapBounds:
     holes: Mapping[int, tuple[Hole, ...]] = field(default_factory=dict)
     widened: Reduced | None = None
     halves: tuple[Reduced, ...] = ()
+    share: float = 1.0
 
     def without(self, cycles: Sequence[Cycle]) -> tuple[Cycle, ...]:
         """Return the cycles, those that the bounds are too large for no longer complete."""
@@ -105,24 +108,35 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
         coarse.pop(index, None)
     if not coarse:
         return by_holes
+    looked_at = [result for result in results if result.cycle.index in coarse]
+    pair = _Every.of(record, 2)
+    share = _share(looked_at, pair, _Every.of(record, 3))
     limits, refused = dict(by_holes.limits), dict(by_holes.refused)
-    pair = [_Evaluated.of(_without(record, every_second(record, first))) for first in (0, 1)]
     same: tuple[dict[int, Cycle], dict[int, Cycle]] = ({}, {})
-    for result in (result for result in results if result.cycle.index in coarse):
+    for result in looked_at:
         index = result.cycle.index
-        even, odd = (half.same(result.cycle) for half in pair)
+        others = pair.same(result.cycle)
         why = "hide a turning point"
-        if even is not None and odd is not None:
-            for cycles, other in zip(same, (even, odd), strict=True):
+        if others is not None:
+            for cycles, other in zip(same, others, strict=True):
                 cycles[index] = other.cycle._replace(index=index)
-            own = _halved_limits(result, even, odd)
-            limits[index] = _both(limits.get(index, {}), own)
+            limits[index] = _both(limits.get(index, {}), _halved_limits(result, others, share))
             why = _too_much(result, limits[index], SURE * _NOISE * energy_noise_J(record, result.cycle))
         if why:
             between = f"its samples, {coarse[index]:.3g} s apart,"
             refused[index] = f"what lies between {between} may {why}: record or export it at a higher rate"
-    halves = tuple(Reduced(half.record, cycles) for half, cycles in zip(pair, same, strict=True))
-    return replace(by_holes, limits=limits, refused=refused, halves=halves)
+    halves = tuple(Reduced(half.record, cycles) for half, cycles in zip(pair.parts, same, strict=True))
+    return replace(by_holes, limits=limits, refused=refused, halves=halves, share=share)
+
+
+def _share(looked_at: Sequence[CycleResult], second: _Every, third: _Every) -> float:
+    """Return how much of a change by half of the samples is the error of all of them, by energies."""
+    changes = np.zeros(2)
+    for result in looked_at:
+        own = [every.energy_change_J(result) for every in (second, third)]
+        if None not in own:
+            changes += np.abs(np.array(own, dtype=np.float64))
+    return share_of_step(float(changes[0]), float(changes[1]))
 
 
 def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[CycleResult]) -> GapBounds:
@@ -165,15 +179,16 @@ def _both(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, flo
     return both
 
 
-def _halved_limits(result: CycleResult, even: CycleResult, odd: CycleResult) -> dict[str, float]:
+def _halved_limits(result: CycleResult, halves: Sequence[CycleResult], share: float) -> dict[str, float]:
     """Return the bounds of a cycle's figures by what half of its samples make of them."""
+    even, odd = halves
     one, two = _changes(result, even), _changes(result, odd)
-    limits = {name: Halves(one[name], two[name]).bound for name in one.keys() & two}
+    limits = {name: halves_bound(one[name], two[name], share) for name in one.keys() & two}
     a, b, c = result.cycle, even.cycle, odd.cycle
-    low = Halves(b.stroke_min_mm - a.stroke_min_mm, c.stroke_min_mm - a.stroke_min_mm)
-    high = Halves(b.stroke_max_mm - a.stroke_max_mm, c.stroke_max_mm - a.stroke_max_mm)
+    low = halves_bound(b.stroke_min_mm - a.stroke_min_mm, c.stroke_min_mm - a.stroke_min_mm, share)
+    high = halves_bound(b.stroke_max_mm - a.stroke_max_mm, c.stroke_max_mm - a.stroke_max_mm, share)
     return limits | _by_turns(
-        _explained(low.bound, a.start, b.start, c.start), _explained(high.bound, a.top, b.top, c.top)
+        _explained(low, a.start, b.start, c.start), _explained(high, a.top, b.top, c.top)
     )
 
 
@@ -231,6 +246,36 @@ class _Evaluated:
         at = int(np.argmin(np.abs(self.middles - middle)))
         near = abs(self.middles[at] - middle) < _SAME_CYCLE * cycle.duration_s
         return self.results[at] if near and self.results[at].cycle.complete else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Every:
+    """The cycles of a record in each of the parts that one of several samples makes."""
+
+    parts: tuple[_Evaluated, ...]
+
+    @classmethod
+    def of(cls, record: Record, several: int) -> _Every:
+        return cls(
+            tuple(
+                _Evaluated.of(_without(record, without_every(record, several, first)))
+                for first in range(several)
+            )
+        )
+
+    def same(self, cycle: Cycle) -> tuple[CycleResult, ...] | None:
+        """Return the cycle as each of the parts has it; None where one does not have it."""
+        found = [part.same(cycle) for part in self.parts]
+        known = tuple(one for one in found if one is not None)
+        return known if len(known) == len(found) else None
+
+    def energy_change_J(self, result: CycleResult) -> float | None:  # noqa: N802 - the unit keeps its capital
+        """Return by how much its absorbed energy is another one in the mean of the parts."""
+        own, others = result.quantities.absorbed_energy_J, self.same(result.cycle)
+        if own is None or others is None:
+            return None
+        known = [other.quantities.absorbed_energy_J for other in others]
+        return float(np.mean([energy - own for energy in known if energy is not None]))
 
 
 def _refused(record: Record, holes: Sequence[Hole], why: str) -> str:
@@ -312,8 +357,8 @@ def _changes(result: CycleResult, other: CycleResult) -> dict[str, float]:
 
 
 def _explained(by_mm: float, *fits: TurningPoint) -> float:
-    """Return the change of a turning point less what the noise of its fits explains."""
-    explained = _NOISE * max(fit.u_stroke_mm for fit in fits)
+    """Return the change of a turning point less what is in its uncertainty: noise, and how blunt it is."""
+    explained = max(_NOISE * fit.u_stroke_mm + fit.blunt_mm for fit in fits)
     return float(np.sign(by_mm)) * max(0.0, abs(by_mm) - explained)
 
 

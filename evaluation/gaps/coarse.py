@@ -3,14 +3,14 @@
 A preload that is taken up, a force that jumps where the stroke turns, a corner of the stroke lie anywhere
 between two samples. How much of a figure hangs on that is shown by the record itself, read once with every
 second sample and once with the others. Where a jump lies in one step, the two differ by as much as it can be
-wrong by; a smooth curve changes by three times its error and more. So it is in a record that is written by
-event, however many samples it has: a turning point lies up to an event beyond the last of them.
+wrong by. What both have in common is the error of an interpolation, and grows with a power of the step, which
+every third sample shows. So it is in a record that is written by event, however many samples it has: a
+turning point lies up to an event beyond the last of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,19 +22,35 @@ from evaluation.reversals import noise_sigma
 
 FEW_SAMPLES = 250
 """Cycles of fewer samples are looked at: in others a step is too short to matter."""
+_ORDERS = np.linspace(1.0, 4.0, 61)
+"""Powers of the step that an error may go with: of a jump, up to that of a spline through a smooth curve."""
 
 
-class Halves(NamedTuple):
-    """A figure's change when it is read from every second sample, and from the others."""
+def halves_bound(even: float, odd: float, share: float) -> float:
+    """Return the bound of a figure by its changes when it is read from every second sample, and the others.
 
-    even: float
-    odd: float
+    The larger one of ``share`` (:func:`share_of_step`) of what both have in common and half their difference.
+    """
+    common, apart = 0.5 * (even + odd) * share, 0.5 * (even - odd)
+    return common if abs(common) >= abs(apart) else apart
 
-    @property
-    def bound(self) -> float:
-        """What may be wrong with it: the larger of what both have in common and half their difference."""
-        common, apart = 0.5 * (self.even + self.odd), 0.5 * (self.even - self.odd)
-        return common if abs(common) >= abs(apart) else apart
+
+def share_of_step(second: float, third: float) -> float:
+    """Return the error at a step as a share of what doubling it changes: 1 / (2ᵖ - 1).
+
+    If errors go with the p-th power of the step, steps of three change (3ᵖ - 1) / (2ᵖ - 1) times as much as
+    steps of two. As steps get shorter p does not fall: corners and recoveries are resolved.
+
+    Parameters
+    ----------
+    second, third : float
+        Changes by steps of two and of three.
+    """
+    if second <= 0.0 or not np.isfinite(third):
+        return 1.0
+    ratio = (3.0**_ORDERS - 1.0) / (2.0**_ORDERS - 1.0)
+    order = float(np.interp(third / second, ratio, _ORDERS))
+    return float(1.0 / (2.0**order - 1.0))
 
 
 def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, float]:
@@ -60,9 +76,10 @@ def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, f
     }
 
 
-def every_second(record: Record, first: int) -> NDArray[np.intp]:
-    """Return the samples that leave when every second one stays, from ``first`` (0 or 1) on."""
-    return np.arange(1 - first, record.time_s.size, 2)
+def without_every(record: Record, several: int, first: int) -> NDArray[np.intp]:
+    """Return the samples that leave when one of ``several`` stays, from ``first`` on."""
+    samples = np.arange(record.time_s.size)
+    return np.asarray(samples[samples % several != first], dtype=np.intp)
 
 
 def energy_noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital

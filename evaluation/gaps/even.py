@@ -20,6 +20,8 @@ _MOST_OFF = 0.75
 """Stamps of an even clock are no further than this share of a step from the line through them …"""
 _LEAST_SCATTER = 0.01
 """… and whether they are is asked where they scatter by this share of it."""
+_LOOKED_AT = 4096
+"""Steps at the begin of a stretch that show whether its stamps scatter at all."""
 _AROUND = 4
 """The speed is taken over so many samples to either side."""
 _CORNER = 6.0
@@ -81,6 +83,9 @@ def even_stamps(time_s: FloatArray, stroke_mm: FloatArray, breaks: NDArray[np.in
 def _line(time_s: FloatArray) -> FloatArray | None:
     """Return the even moments nearest to some stamps; None where these are no even clock's, or even."""
     if time_s.size < _LEAST_SAMPLES:
+        return None
+    first = np.diff(time_s[:_LOOKED_AT])
+    if float(np.std(first)) < _LEAST_SCATTER * float(np.mean(first)):  # nearly every record: seen at once
         return None
     rank = np.arange(time_s.size) - 0.5 * (time_s.size - 1)
     middle_s = float(np.mean(time_s))

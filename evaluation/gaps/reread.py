@@ -6,7 +6,7 @@ from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
 
 from evaluation.gaps.bounds import SURE, GapBounds
-from evaluation.gaps.coarse import Halves
+from evaluation.gaps.coarse import halves_bound
 from evaluation.propagations import Propagations
 from evaluation.record import Record
 from evaluation.uncertainty import CyclePropagation
@@ -24,10 +24,13 @@ class Reread(Container[int]):
         With their holes made larger.
     halves : tuple of mapping
         From every second sample, and from the others.
+    share : float
+        Of what these have in common, so much counts.
     """
 
     widened: Mapping[int, CyclePropagation] = field(default_factory=dict)
     halves: tuple[Mapping[int, CyclePropagation], ...] = ()
+    share: float = 1.0
 
     @classmethod
     def of(cls, gaps: GapBounds, record: Record) -> Reread:
@@ -38,6 +41,7 @@ class Reread(Container[int]):
             if wider is None
             else Propagations(wider.record, tuple(wider.cycles.values())),
             tuple(Propagations(half.record, tuple(half.cycles.values())) for half in gaps.halves),
+            gaps.share,
         )
 
     def __contains__(self, index: object) -> bool:
@@ -65,5 +69,5 @@ class Reread(Container[int]):
             even, odd = (read(half[index]) for half in self.halves)
             if even is None or odd is None:
                 return None
-            total += abs(Halves(even - value, odd - value).bound)
+            total += abs(halves_bound(even - value, odd - value, self.share))
         return total
