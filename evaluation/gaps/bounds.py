@@ -20,7 +20,14 @@ from numpy.typing import NDArray
 
 from evaluation.cycles import find_with_harmonics
 from evaluation.gaps.bridge import Hole
-from evaluation.gaps.coarse import coarse_cycles, energy_noise_J, halves_bound, share_of_step, without_every
+from evaluation.gaps.coarse import (
+    coarse_cycles,
+    energy_noise_J,
+    halves_bound,
+    share_of_step,
+    shows_turns,
+    without_every,
+)
 from evaluation.gaps.donors import choose_donors, opened
 from evaluation.motion import Cycle, TurningPoint
 from evaluation.quantities import evaluate_cycles
@@ -120,7 +127,10 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
         if others is not None:
             for cycles, other in zip(same, others, strict=True):
                 cycles[index] = other.cycle._replace(index=index)
-            limits[index] = _both(limits.get(index, {}), _halved_limits(result, others, share))
+            own = _halved_limits(result, others, share)
+            if shows_turns(record, result.cycle, coarse[index]):
+                own |= _by_turns(0.0, 0.0)
+            limits[index] = _both(limits.get(index, {}), own)
             why = _too_much(result, limits[index], SURE * _NOISE * energy_noise_J(record, result.cycle))
         if why:
             between = f"its samples, {coarse[index]:.3g} s apart,"

@@ -22,6 +22,8 @@ from evaluation.reversals import noise_sigma
 
 FEW_SAMPLES = 250
 """Cycles of fewer samples are looked at: in others a step is too short to matter."""
+_TURNS_SAMPLES = 100
+"""A cycle of so many shows its turning points: how blunt they may be between samples is in the u of each."""
 _ORDERS = np.linspace(1.0, 4.0, 61)
 """Powers of the step that an error may go with: of a jump, up to that of a spline through a smooth curve."""
 
@@ -74,6 +76,11 @@ def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, f
         for cycle, count in zip(whole, (last - first).tolist(), strict=True)
         if count < FEW_SAMPLES or record.by_event
     }
+
+
+def shows_turns(record: Record, cycle: Cycle, step_s: float) -> bool:
+    """Say whether the u of a cycle's turning points holds what lies between samples ``step_s`` apart."""
+    return not record.by_event and cycle.duration_s >= _TURNS_SAMPLES * step_s
 
 
 def without_every(record: Record, several: int, first: int) -> NDArray[np.intp]:

@@ -11,6 +11,8 @@ from evaluation.gaps.bridge import Hole
 from evaluation.motion import Cycle
 from evaluation.record import Record
 
+_FEW_SAMPLES = 64
+"""Fewer samples than this in all may be too few to tell strokes from noise."""
 _FELL = 0.05
 """A record in which the stroke first falls by this share of the first cycle's range begins within one."""
 
@@ -71,7 +73,7 @@ def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole])
     """
     known = [cycle for cycle in cycles if cycle.duration_s > 0.0]
     if not known:
-        return Numbering()
+        return Numbering(_unseen(record))
     hidden = _hidden(cycles, known, holes) if holes else []
     ended = [d for d in record.defects if d.kind == "backward-time" and d.start_s == d.end_s]
     if ended:
@@ -99,6 +101,15 @@ def _hidden(cycles: Sequence[Cycle], known: Sequence[Cycle], holes: Sequence[Hol
         first = behind[0] if behind else cycles[-1].index + 1
         hidden.append(Doubt(first, why, hole.start_s, hole.unknown))
     return hidden
+
+
+def _unseen(record: Record) -> tuple[Doubt, ...]:
+    """Return that strokes may be hidden where none is found: between samples that are few and far apart."""
+    if not 2 <= record.time_s.size < _FEW_SAMPLES:
+        return ()
+    step_s = float(np.median(np.diff(record.time_s)))
+    why = f"the record has {record.time_s.size} samples, {step_s:.3g} s apart: strokes between are not seen"
+    return (Doubt(1, why, float(record.time_s[0])),)
 
 
 def _begun(record: Record, cycles: Sequence[Cycle]) -> str:
