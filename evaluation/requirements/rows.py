@@ -11,9 +11,9 @@ from evaluation.across_runs.shared import Regression
 from evaluation.error_model import Draws
 from evaluation.gaps.bridge import Hole
 from evaluation.gaps.numbering import Numbering
+from evaluation.gaps.reread import Reread
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.reads import Spoiled
-from evaluation.gaps.reread import Reread
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import conformance_probability, decide
 from evaluation.requirements.inspection import Inspection
