@@ -116,7 +116,7 @@ def _fit_rows(
             part = alike[at : at + step]
             count = points[part]
             bounds = _bounds(first[part], size[part], count)
-            time, stroke, force = (_means(signal, bounds) for signal in signals)
+            time, stroke, force = _means(signals, bounds)
             used = np.arange(time.shape[1]) < count[:, None]
             share = np.where(used, (time - period[0][part, None]) / period[1][part, None], 0.0)
             values = np.stack((stroke, force, share))
@@ -170,17 +170,25 @@ def _bounds(first: IndexArray, size: IndexArray, count: IndexArray) -> IndexArra
     return np.asarray(first[:, None] + order * size[:, None] // count[:, None])
 
 
-def _means(signal: FloatArray, bounds: IndexArray) -> FloatArray:
-    """Return the means between neighbouring bounds, shape (R, P); padding where they are equal."""
-    size = np.diff(bounds, axis=1)
-    if np.max(size) == 1:
-        return np.asarray(signal[np.minimum(bounds[:, :-1], signal.size - 1)])
+def _means(signals: Sequence[FloatArray], bounds: IndexArray) -> list[FloatArray]:
+    """Return the means of signals between neighbouring bounds, shape (R, P); padding where they are equal."""
+    size, last = np.diff(bounds, axis=1), signals[0].size - 1
+    most = int(np.max(size))
+    if most == 1:
+        at = np.minimum(bounds[:, :-1], last)
+        return [np.asarray(signal[at]) for signal in signals]
+    if most == 2:  # the first sample and the last, which may be the same
+        ends = np.minimum(bounds[:, :-1], last), np.clip(bounds[:, 1:] - 1, 0, last)
+        return [np.asarray(0.5 * (signal[ends[0]] + signal[ends[1]])) for signal in signals]
     # Differences of a running sum, which is short enough to keep twelve digits of them.
     begin = int(bounds[0, 0])
     running = np.zeros(int(np.max(bounds)) - begin + 1)
-    np.cumsum(signal[begin : begin + running.size - 1] - signal[begin], out=running[1:])
-    total = np.diff(running[bounds - begin], axis=1)
-    return np.asarray(signal[begin] + total / np.maximum(size, 1))
+    means = []
+    for signal in signals:
+        np.cumsum(signal[begin : begin + running.size - 1] - signal[begin], out=running[1:])
+        total = np.diff(running[bounds - begin], axis=1)
+        means.append(np.asarray(signal[begin] + total / np.maximum(size, 1)))
+    return means
 
 
 def _unevenness(share: FloatArray, bounds: IndexArray, count: IndexArray) -> FloatArray:
