@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.defects import describe
-from evaluation.motion import Cycle, TurningPoint
+from evaluation.motion import Cycle, CycleColumns, TurnColumns, TurningPoint
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import Sampling, find_reversals, sampling_of
 from evaluation.spectra import spectra_between
@@ -67,23 +67,34 @@ def find_with_harmonics(
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
     turns = _with_edges(record, _fit_turns(record, index, sampling), sampling)
-    triples = [(turns[i], turns[i + 1], turns[i + 2]) for i in _starts(turns)]
-    why, broken = _incomplete(record, triples)
-    whole = np.array([not reasons for reasons in why])
-    ends = np.array([(a.leave_s, c.time_s, a.leave_mm, c.stroke_mm) for a, _, c in triples]).reshape(-1, 4)
-    start_s, end_s, low, end = ends.T
-    found = spectra_between(record, start_s[whole], end_s[whole])
+    first = 0 if turns[0].kind == "lower" else 1
+    triples = list(zip(turns[first::2], turns[first + 1 :: 2], turns[first + 2 :: 2], strict=False))
+    columns = _columns(turns, first, len(triples))
+    start, end = columns.start, columns.end
+    why, broken = _incomplete(record, triples, columns)
+    whole = np.array([not reasons for reasons in why], dtype=bool)
+    found = spectra_between(record, start.leave_s[whole], end.time_s[whole])
+    open_mm = (end.stroke_mm - start.leave_mm)[whole]
     distortion = np.full(whole.size, np.nan)
-    distortion[whole] = np.where(
-        found.samples >= _LEAST_SAMPLES, found.distortion((end - low)[whole]), np.nan
-    )
-    known = [None if np.isnan(d) else d for d in distortion.tolist()]
-    repeated = (whole & _repeats(triples, whole, distortion)).tolist()
+    distortion[whole] = np.where(found.samples >= _LEAST_SAMPLES, found.distortion(open_mm), np.nan)
+    known: list[float | None] = distortion.tolist()
+    for row in np.flatnonzero(np.isnan(distortion)).tolist():
+        known[row] = None
+    repeated = whole & _repeats(columns, whole, distortion)
     cycles = [
-        Cycle(i + 1, *triples[i], not why[i], repeated[i], known[i], why[i], not broken[i])
-        for i in range(len(triples))
+        Cycle(number, *three, complete, steady, known[number - 1], reasons, not is_broken)
+        for number, (three, complete, steady, reasons, is_broken) in enumerate(
+            zip(triples, whole.tolist(), repeated.tolist(), why, broken.tolist(), strict=True), 1
+        )
     ]
     return _judge_steady(cycles), found.first_harmonic()
+
+
+def _columns(turns: Sequence[TurningPoint], first: int, cycles: int) -> CycleColumns:
+    """Return the turning points of cycles as columns."""
+    every = TurnColumns.of(turns)
+    start, top, end = (every.rows(slice(first + k, first + k + 2 * cycles, 2)) for k in range(3))
+    return CycleColumns(start, top, end)
 
 
 def _with_edges(record: Record, turns: list[TurningPoint], sampling: Sampling) -> list[TurningPoint]:
@@ -107,12 +118,6 @@ def _with_edges(record: Record, turns: list[TurningPoint], sampling: Sampling) -
             moment, moment, end_mm, end_mm, "lower", at, "edge", sampling.sigma, step_s, step_s, away_mm
         )
     return turns
-
-
-def _starts(turns: Sequence[TurningPoint]) -> range:
-    """Return the positions of the lower turning points that a whole cycle follows."""
-    first = 0 if turns[0].kind == "lower" else 1
-    return range(first, len(turns) - 2, 2)
 
 
 def _fit_turns(record: Record, index: NDArray[np.intp], sampling: Sampling) -> list[TurningPoint]:
@@ -140,26 +145,27 @@ def _fit_turns(record: Record, index: NDArray[np.intp], sampling: Sampling) -> l
 
 
 Triple = tuple[TurningPoint, TurningPoint, TurningPoint]
-_FITTED = ("polynomial", "lines")
 
 
-def _incomplete(record: Record, triples: Sequence[Triple]) -> tuple[list[tuple[str, ...]], list[bool]]:
+def _incomplete(
+    record: Record, triples: Sequence[Triple], columns: CycleColumns
+) -> tuple[list[tuple[str, ...]], NDArray[np.bool_]]:
     """Return why each cycle is not complete, nothing where it is; and which of them a break goes through."""
     time_s = record.time_s
-    spans = np.array([(start.leave_s, end.time_s) for start, _, end in triples]).reshape(-1, 2)
+    starts, tops, ends = columns
     # The first and last sample that each touches, the neighbours outside included.
-    first = np.maximum(0, np.searchsorted(time_s, spans[:, 0], side="right") - 1)
-    last = np.minimum(time_s.size - 1, np.searchsorted(time_s, spans[:, 1], side="left"))
-    broken = _broken(record, triples, first, last)
+    first = np.maximum(0, np.searchsorted(time_s, starts.leave_s, side="right") - 1)
+    last = np.minimum(time_s.size - 1, np.searchsorted(time_s, ends.time_s, side="left"))
+    broken = _broken(record, columns, first, last)
     few = last - first + 1 < _LEAST_SAMPLES
-    inner = _branch_samples(time_s, triples)
+    inner = _branch_samples(time_s, columns)
     bare = np.any(inner < _LEAST_BRANCH, axis=0)
-    odd = (broken | few | bare).tolist()
-    reasons: list[tuple[str, ...]] = []
-    for row, (start, top, end) in enumerate(triples):
-        if start.method in _FITTED and top.method in _FITTED and end.method in _FITTED and not odd[row]:
-            reasons.append(())
-            continue
+    plain = ~(broken | few | bare)
+    for turns in (starts, tops, ends):
+        plain &= (turns.method == "polynomial") | (turns.method == "lines")
+    reasons: list[tuple[str, ...]] = [()] * len(triples)
+    for row in np.flatnonzero(~plain).tolist():
+        start, top, end = triples[row]
         why = [] if broken[row] else _not_closed(start, top, end)
         if broken[row]:
             inside = [d for d in record.defects if d.end_s >= start.leave_s and d.start_s <= end.time_s]
@@ -169,29 +175,29 @@ def _incomplete(record: Record, triples: Sequence[Triple]) -> tuple[list[tuple[s
             why.append(f"it has fewer than {_LEAST_SAMPLES} samples")
         elif bare[row]:
             why += _bare_branches(inner[:, row].tolist())
-        reasons.append(tuple(why))
-    return reasons, broken.tolist()
+        reasons[row] = tuple(why)
+    return reasons, broken
 
 
 def _broken(
-    record: Record, triples: Sequence[Triple], first: NDArray[np.intp], last: NDArray[np.intp]
+    record: Record, columns: CycleColumns, first: NDArray[np.intp], last: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
     """Say which cycles a break goes through, from their first to their last sample, or cuts off at an end."""
     if not record.breaks:
-        return np.zeros(len(triples), dtype=bool)
+        return np.zeros(first.size, dtype=bool)
     breaks = np.array(record.breaks, dtype=np.intp)
-    begins, ends = (np.array([t[end].method == "cut" for t in triples]).astype(np.intp) for end in (0, 2))
+    begins, ends = ((turns.method == "cut").astype(np.intp) for turns in (columns.start, columns.end))
     return np.asarray(
         np.searchsorted(breaks, last + ends, side="right")
         > np.searchsorted(breaks, first - begins, side="right")
     )
 
 
-def _branch_samples(time_s: FloatArray, triples: Sequence[Triple]) -> NDArray[np.intp]:
+def _branch_samples(time_s: FloatArray, columns: CycleColumns) -> NDArray[np.intp]:
     """Return the samples strictly inside the loading and the unloading branch of each cycle, shape (2, R)."""
-    ends = np.array([(a.leave_s, b.time_s, b.leave_s, c.time_s) for a, b, c in triples]).reshape(-1, 4).T
-    first = np.searchsorted(time_s, ends[::2], side="right")
-    return np.asarray(np.searchsorted(time_s, ends[1::2], side="left") - first)
+    start, top, end = columns
+    first = np.searchsorted(time_s, np.stack((start.leave_s, top.leave_s)), side="right")
+    return np.asarray(np.searchsorted(time_s, np.stack((top.time_s, end.time_s)), side="left") - first)
 
 
 def _bare_branches(samples: Sequence[int]) -> list[str]:
@@ -221,32 +227,14 @@ def _not_closed(start: TurningPoint, top: TurningPoint, end: TurningPoint) -> li
     return why
 
 
-def _repeats(
-    triples: Sequence[Triple], whole: NDArray[np.bool_], distortion: FloatArray
-) -> NDArray[np.bool_]:
+def _repeats(columns: CycleColumns, whole: NDArray[np.bool_], distortion: FloatArray) -> NDArray[np.bool_]:
     """Say which cycles close and repeat a complete neighbour in all: the usual case, told for all at once."""
-    low, high, end, arrive_s, leave_s, end_s, gone_s, u = (
-        np.array(
-            [
-                (
-                    a.leave_mm,
-                    b.stroke_mm,
-                    c.stroke_mm,
-                    a.time_s,
-                    a.leave_s,
-                    c.time_s,
-                    c.leave_s,
-                    a.u_stroke_mm + c.u_stroke_mm,
-                )
-                for a, b, c in triples
-            ]
-        )
-        .reshape(-1, 8)
-        .T
-    )
-    tolerance = STEADY_STROKE * (high - low) + 2.0 * u
+    start, top, last = columns
+    low, high, end = start.leave_mm, top.stroke_mm, last.stroke_mm
+    tolerance = STEADY_STROKE * (high - low) + 2.0 * (start.u_stroke_mm + last.u_stroke_mm)
     closes = np.abs(end - low) <= tolerance
-    duration, period = end_s - leave_s, 0.5 * (end_s + gone_s) - 0.5 * (arrive_s + leave_s)
+    duration = last.time_s - start.leave_s
+    period = 0.5 * (last.time_s + last.leave_s) - 0.5 * (start.time_s + start.leave_s)
     alike = whole[1:] & whole[:-1]
     alike &= np.abs(np.diff(distortion)) <= STEADY_DISTORTION
     near = np.zeros((2, alike.size), dtype=bool)
@@ -275,11 +263,9 @@ def cycle_samples(record: Record, cycle: Cycle) -> slice:
 
 def _judge_steady(cycles: list[Cycle]) -> tuple[Cycle, ...]:
     """Judge those that are complete and not yet known to be steady."""
-    judged = []
-    for position, cycle in enumerate(cycles):
-        if not cycle.complete or cycle.steady:
-            judged.append(cycle)
-            continue
+    judged = list(cycles)
+    for position in [i for i, cycle in enumerate(cycles) if cycle.complete and not cycle.steady]:
+        cycle = cycles[position]
         tolerance = STEADY_STROKE * cycle.range_mm + 2.0 * (cycle.start.u_stroke_mm + cycle.end.u_stroke_mm)
         why: list[str] = []
         open_mm = cycle.stroke_end_mm - cycle.stroke_min_mm
@@ -291,7 +277,7 @@ def _judge_steady(cycles: list[Cycle]) -> tuple[Cycle, ...]:
             why.append("there is no other cycle to compare it with")
         elif all(reasons):
             why.append("; ".join(dict.fromkeys(reason for reason in reasons if reason)))
-        judged.append(cycle._replace(steady=not why, why=tuple(why)))
+        judged[position] = cycle._replace(steady=not why, why=tuple(why))
     return tuple(judged)
 
 

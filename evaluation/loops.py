@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from evaluation.branches import DENSE_SAMPLES, Branches, Stretches, closed
-from evaluation.motion import Cycle, EndReading, Loop, TurningPoint
+from evaluation.motion import Cycle, CycleColumns, EndReading, Loop, TurnColumns
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
 from evaluation.turns import EndForces, Ends, continuous, end_forces
@@ -28,13 +28,14 @@ _LEAST_REST = 4
 class LoopStack:
     """Loops of many cycles, a row each: both branches, and what lies between them where the stroke dwells.
 
-    ``branches``: all loading branches, then all unloading ones. ``dwells``: time, stroke and force (3, M) of
-    the samples strictly inside the dwell at the top, by row; only rows that dwell, or whose force jumps there
-    (then none). ``ends``: the forces at the lower turning point of each cycle, at the end of its loading, and
-    where it is back.
+    ``turns``: the turning points of the cycles. ``branches``: all loading branches, then all unloading ones.
+    ``dwells``: time, stroke and force (3, M) of the samples strictly inside the dwell at the top, by row;
+    only rows that dwell, or whose force jumps there (then none). ``ends``: the forces at the lower turning
+    point of each cycle, at the end of its loading, and where it is back.
     """
 
     cycles: Sequence[Cycle]
+    turns: CycleColumns
     branches: Branches
     dwells: dict[int, FloatArray]
     ends: tuple[EndForces, EndForces, EndForces]
@@ -88,8 +89,9 @@ class LoopStack:
     def _dwelling_J(self) -> FloatArray:  # noqa: N802
         """Area under each dwell at the top [J], shape (R,)."""
         area = np.zeros(len(self.cycles))
-        rests = [row for row in self.dwells if self.cycles[row].top.dwell_s > 0.0]
-        for row in rests:
+        for row in self.dwells:
+            if self.cycles[row].top.dwell_s <= 0.0:
+                continue
             loop = self.loop(row)
             dwell = slice(loop.top, loop.unload + 1)
             area[row] = np.trapezoid(loop.force_kN[dwell], loop.stroke_mm[dwell])
@@ -117,12 +119,10 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
     """
     if not cycles:
         return
-    moments = np.array([(c.start_s, c.top.time_s, c.top.leave_s, c.end_s) for c in cycles]).T
-    strokes = np.array(
-        [(c.stroke_min_mm, c.top.stroke_mm, c.top.leave_mm, c.stroke_end_mm) for c in cycles]
-    ).T
-    up = Stretches.between(record.time_s, moments[0], moments[1])
-    down = Stretches.between(record.time_s, moments[2], moments[3])
+    turns = CycleColumns.of(cycles)
+    start, top, end = turns
+    up = Stretches.between(record.time_s, start.leave_s, top.time_s)
+    down = Stretches.between(record.time_s, top.leave_s, end.time_s)
     sigma_mm = noise_sigma(record.stroke_mm)
     samples = np.maximum(np.maximum(up.last - up.first, down.last - down.first), 1)
     first = 0
@@ -131,36 +131,39 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
         longest = np.maximum.accumulate(samples[first : first + _CHUNK_POINTS])
         fits = np.count_nonzero(longest * np.arange(1, longest.size + 1) <= _CHUNK_POINTS)
         part = slice(first, first + min(max(1, int(fits)), _CHUNK_LOOPS))
-        yield _cut(record, cycles[part], (up.rows(part), down.rows(part)), strokes[:, part], sigma_mm)
+        yield _cut(record, cycles[part], turns.rows(part), (up.rows(part), down.rows(part)), sigma_mm)
         first = part.stop
 
 
 def _cut(
     record: Record,
     cycles: Sequence[Cycle],
+    turns: CycleColumns,
     inner: tuple[Stretches, Stretches],
-    strokes: FloatArray,
     sigma_mm: float,
 ) -> LoopStack:
     both, own = inner[0].joined(inner[1]).trimmed(record.time_s), len(cycles)
-    first, last = np.concatenate(strokes[::2]), np.concatenate(strokes[1::2])
-    smooth = np.array(
-        [[turn.method == "polynomial" for turn in (c.start, c.top, c.top, c.end)] for c in cycles]
-    ).T
+    start, top, end = turns
+    first = np.concatenate((start.leave_mm, top.leave_mm))
+    last = np.concatenate((top.stroke_mm, end.stroke_mm))
+    smooth = [
+        np.concatenate([one.method == "polynomial" for one in both_ends])
+        for both_ends in ((start, top), (top, end))
+    ]
     starts, ends = (
         end_forces(
             record,
-            Ends(at_s, stroke, both.first, both.last, np.full(at_s.size, begins), np.concatenate(turns)),
+            Ends(at_s, stroke, both.first, both.last, np.full(at_s.size, begins), is_smooth),
             sigma_mm,
         )
-        for at_s, stroke, begins, turns in (
-            (both.start_s, first, True, smooth[::2]),
-            (both.end_s, last, False, smooth[1::2]),
+        for at_s, stroke, begins, is_smooth in (
+            (both.start_s, first, True, smooth[0]),
+            (both.end_s, last, False, smooth[1]),
         )
     )
     loading, unloading = slice(0, own), slice(own, None)
-    before = _at_rests(record, [c.start for c in cycles], starts.rows(loading), sigma_mm, leaving=True)
-    behind = _at_rests(record, [c.end for c in cycles], ends.rows(unloading), sigma_mm, leaving=False)
+    before = _at_rests(record, start, starts.rows(loading), sigma_mm, leaving=True)
+    behind = _at_rests(record, end, ends.rows(unloading), sigma_mm, leaving=False)
     begin_kN, end_kN = starts.force_kN.copy(), ends.force_kN.copy()
     passes = inner[0].end_s == inner[1].start_s
     one = passes & continuous(ends.rows(loading), starts.rows(unloading))
@@ -175,23 +178,22 @@ def _cut(
             inside = slice(int(rest.first[row]), int(rest.last[row]))
             dwells[row] = np.stack([column[inside] for column in columns])
     branches = closed(record, both, (first, begin_kN), (last, end_kN))
-    return LoopStack(cycles, branches, dwells, (before, ends.rows(loading), behind))
+    return LoopStack(cycles, turns, branches, dwells, (before, ends.rows(loading), behind))
 
 
 def _at_rests(
-    record: Record, turns: Sequence[TurningPoint], own: EndForces, sigma_mm: float, *, leaving: bool
+    record: Record, turns: TurnColumns, own: EndForces, sigma_mm: float, *, leaving: bool
 ) -> EndForces:
     """Return the forces at turning points, at a rest that of the rest as the stroke leaves or arrives.
 
     Force is one before and behind that moment: a preload that it takes up within some hundredths of a
     millimetre belongs to the branch. A record that begins or ends with the motion has one sample of the rest.
     """
-    rests = np.array([row for row, turn in enumerate(turns) if turn.dwell_s > 0.0], dtype=np.intp)
+    rests = np.flatnonzero(turns.leave_s > turns.time_s)
     found = own
     if rests.size:
-        some = [turns[row] for row in rests.tolist()]
-        begin_s, end_s = np.array([(turn.time_s, turn.leave_s) for turn in some]).T
-        stroke = np.array([turn.leave_mm if leaving else turn.stroke_mm for turn in some])
+        begin_s, end_s = turns.time_s[rests], turns.leave_s[rests]
+        stroke = (turns.leave_mm if leaving else turns.stroke_mm)[rests]
         inside = Stretches.between(record.time_s, begin_s, end_s).trimmed(record.time_s)
         flat = np.ones(rests.size, dtype=bool)
         at_s, begins = (end_s, ~flat) if leaving else (begin_s, flat)
@@ -200,13 +202,8 @@ def _at_rests(
         found = found.replaced(rests[known], there.force_kN[known], there.gain[known])
     at = 0 if leaving else record.time_s.size - 1
     near_s = 0.5 * abs(float(record.time_s[at] - record.time_s[1 if leaving else -2]))
-    edges = [
-        row
-        for row, turn in enumerate(turns)
-        if turn.method == "edge" and abs(turn.time_s - float(record.time_s[at])) <= near_s
-    ]
-    if edges:
-        rows = np.array(edges, dtype=np.intp)
+    rows = np.flatnonzero((turns.method == "edge") & (np.abs(turns.time_s - record.time_s[at]) <= near_s))
+    if rows.size:
         found = found.replaced(rows, np.full(rows.size, record.force_kN[at]), np.ones(rows.size))
     return found
 

@@ -6,8 +6,12 @@ turning point belongs to it: the cycle starts when the stroke leaves it and ends
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from evaluation.record import FloatArray
 
@@ -106,6 +110,73 @@ class Cycle(NamedTuple):
     def range_mm(self) -> float:
         """Stroke from the lower to the upper turning point [mm]."""
         return self.stroke_max_mm - self.stroke_min_mm
+
+
+@dataclass(frozen=True, eq=False)
+class TurnColumns:
+    """Turning points as columns, shape (R,), named as in :class:`TurningPoint`: thousands at once."""
+
+    time_s: FloatArray
+    leave_s: FloatArray
+    stroke_mm: FloatArray
+    leave_mm: FloatArray
+    u_stroke_mm: FloatArray
+    method: NDArray[np.str_]
+
+    @classmethod
+    def of(cls, turns: Sequence[TurningPoint]) -> TurnColumns:
+        """Return the columns of some turning points."""
+        every = TurningPoint._make(zip(*turns, strict=True) if turns else [()] * len(TurningPoint._fields))
+        names = ("time_s", "leave_s", "stroke_mm", "leave_mm", "u_stroke_mm")
+        numbers = {name: np.fromiter(getattr(every, name), np.float64, len(turns)) for name in names}
+        return cls(**numbers, method=np.array(every.method, dtype=np.str_))
+
+    def rows(self, chosen: slice) -> TurnColumns:
+        """Return some of them."""
+        return TurnColumns(
+            self.time_s[chosen],
+            self.leave_s[chosen],
+            self.stroke_mm[chosen],
+            self.leave_mm[chosen],
+            self.u_stroke_mm[chosen],
+            self.method[chosen],
+        )
+
+
+class CycleColumns(NamedTuple):
+    """The turning points of cycles as columns."""
+
+    start: TurnColumns
+    top: TurnColumns
+    end: TurnColumns
+
+    @classmethod
+    def of(cls, cycles: Sequence[Cycle]) -> CycleColumns:
+        """Return those of some cycles."""
+        return cls(
+            TurnColumns.of([cycle.start for cycle in cycles]),
+            TurnColumns.of([cycle.top for cycle in cycles]),
+            TurnColumns.of([cycle.end for cycle in cycles]),
+        )
+
+    def rows(self, chosen: slice) -> CycleColumns:
+        """Return some of them."""
+        return CycleColumns(*(turns.rows(chosen) for turns in self))
+
+    @property
+    def stroke_min_mm(self) -> FloatArray:
+        """Stroke of the lower turning points at which the cycles start [mm]."""
+        return self.start.leave_mm
+
+    @property
+    def stroke_max_mm(self) -> FloatArray:
+        """Stroke of the upper turning points [mm]: the greater one where it creeps while it dwells."""
+        return np.maximum(self.top.stroke_mm, self.top.leave_mm)
+
+    @property
+    def duration_s(self) -> FloatArray:
+        """Length of the cycles without dwells at their lower ends [s]."""
+        return self.end.time_s - self.start.leave_s
 
 
 class EndReading(NamedTuple):

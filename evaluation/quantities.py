@@ -153,16 +153,14 @@ def _not_finite(names: Sequence[str]) -> tuple[str, ...]:
 
 def _stack_figures(stack: LoopStack, first: ComplexArray) -> tuple[list[Quantities], dict[int, list[str]]]:
     """Return the figures of each loop, and what is to be said of some of them."""
-    cycles = stack.cycles
-    low = np.array([cycle.stroke_min_mm for cycle in cycles])
-    high = np.array([cycle.stroke_max_mm for cycle in cycles])
+    low, high = stack.turns.stroke_min_mm, stack.turns.stroke_max_mm
     span, mean = high - low, 0.5 * (low + high)
     stored, absorbed = stack.stored_energy_J(), stack.absorbed_energy_J()
     lowest, highest = _extreme_forces(stack)
     tangent = local_slopes(stack.loading, mean, TANGENT_WINDOW * span)
     storage, loss = first.real, first.imag
     rising, stiff = stored > 0.0, storage > 0.0
-    distortion = np.array([np.nan if c.stroke_distortion is None else c.stroke_distortion for c in cycles])
+    distortion = np.array([cycle.stroke_distortion for cycle in stack.cycles], dtype=np.float64)
     speeds = np.split(branch_speeds_mm_per_s(stack.branches), 2)
     # What NaN may stand for: a figure that is not to be had, for the reason that its warning says.
     unknown = {
@@ -179,7 +177,7 @@ def _stack_figures(stack: LoopStack, first: ComplexArray) -> tuple[list[Quantiti
             "stroke_max_mm": high,
             "prestress_mm": mean,
             "amplitude_mm": 0.5 * span,
-            "frequency_Hz": 1.0 / np.array([cycle.duration_s for cycle in cycles]),
+            "frequency_Hz": 1.0 / stack.turns.duration_s,
             "force_min_kN": lowest,
             "force_max_kN": highest,
             "speed_loading_max_mm_per_s": speeds[0],
@@ -314,7 +312,8 @@ def _on_even_times(
     time_s: FloatArray, value: FloatArray, count: NDArray[np.intp], step_s: FloatArray
 ) -> FloatArray:
     """Return each row on as many even moments, by straight lines; its last value behind them."""
-    place = (time_s - time_s[:, :1]) / step_s[:, None]
+    place = time_s - time_s[:, :1]
+    place /= step_s[:, None]
     order = np.arange(time_s.shape[1])
     ragged = int(np.min(count))
     behind = order[ragged:] >= count[:, None]
@@ -331,10 +330,15 @@ def _on_even_times(
 
 def _beside(place: FloatArray, value: FloatArray, off: FloatArray) -> FloatArray:
     """Return values at moments 0, 1, 2 … of rows whose point k lies less than 1 from moment k."""
-    slope = np.diff(value, axis=1) / np.diff(place, axis=1)
+    slope = np.diff(value, axis=1)
+    slope /= np.diff(place, axis=1)
     even = value.copy()
-    even[:, :-1] -= np.where(off[:, :-1] < 0.0, off[:, :-1] * slope, 0.0)
-    even[:, 1:] -= np.where(off[:, 1:] > 0.0, off[:, 1:] * slope, 0.0)
+    moved = np.minimum(off[:, :-1], 0.0)
+    moved *= slope
+    even[:, :-1] -= moved
+    np.maximum(off[:, 1:], 0.0, out=moved)
+    moved *= slope
+    even[:, 1:] -= moved
     return even
 
 

@@ -150,16 +150,18 @@ class Quantities(NamedTuple):
     temperature_max_C: float | None = None
 
 
-@dataclass(frozen=True)
-class CycleResult:
+_NOTHING: Mapping[str, Any] = {}
+
+
+class CycleResult(NamedTuple):
     """A cycle with its figures; ``warnings`` concern this cycle."""
 
     cycle: Cycle
     quantities: Quantities
-    expanded_uncertainty: Mapping[str, float | None] = field(default_factory=dict)
+    expanded_uncertainty: Mapping[str, float | None] = _NOTHING
     """U = 2u by name of quantity, where it could be propagated."""
     warnings: tuple[str, ...] = ()
-    gap_limits: Mapping[str, float] = field(default_factory=dict)
+    gap_limits: Mapping[str, float] = _NOTHING
     """By how much what is not on record may change a figure (limits, part of U), with their signs."""
 
 

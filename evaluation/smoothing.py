@@ -17,6 +17,9 @@ from evaluation.turn_fits import powers
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
+_FEW_PAIRS = 4
+"""Of a window of so few pairs the sum is formed pair by pair, else from running sums."""
+
 
 @lru_cache(maxsize=512)
 def _operators(window: int, degree: int, derivative: int) -> tuple[FloatArray, FloatArray]:
@@ -49,24 +52,29 @@ def smoothed(values: FloatArray, count: IndexArray, window: int, degree: int) ->
 
 
 def moving_slopes(values: FloatArray, count: IndexArray, window: int) -> FloatArray:
-    """Return the slope by the sample of a moving parabola in the same way, from running sums."""
+    """Return the slope by the sample of a moving parabola in the same way."""
     _, start = _operators(window, 2, 1)
     half = window // 2
-    # Σ j (x[c+j] - x[c-j]) for j up to half, from sums of sums: the window costs nothing.
-    level = values - values[:, :1]
-    once = np.zeros((values.shape[0], values.shape[1] + 1))
-    np.cumsum(level, axis=1, out=once[:, 1:])
-    twice = np.zeros((values.shape[0], values.shape[1] + 2))
-    np.cumsum(once, axis=1, out=twice[:, 1:])
-    moved = np.zeros_like(level)
+    moved = np.zeros_like(values)
     inner = values.shape[1] - 2 * half
-    # once[c + 1] is the sum up to value c, twice[c + 2] the sum of these sums up to it.
-    rise = once[:, 2 * half + 1 : 2 * half + 1 + inner] + once[:, :inner]
-    rise *= half
-    rise -= twice[:, 2 * half + 1 : 2 * half + 1 + inner]
-    rise += twice[:, 1 : 1 + inner]
-    moved[:, half : half + inner] = rise * (3.0 / (half * (half + 1.0) * (2.0 * half + 1.0)))
-    return _with_ends(moved, level, count, start, half, -1.0)
+    rise = moved[:, half : half + inner]
+    # Σ j (x[c+j] - x[c-j]) for j up to half
+    if half <= _FEW_PAIRS:
+        for j in range(1, half + 1):
+            rise += j * (values[:, half + j : half + j + inner] - values[:, half - j : half - j + inner])
+    else:  # from sums of sums: the window costs nothing
+        once = np.zeros((values.shape[0], values.shape[1] + 1))
+        np.cumsum(values - values[:, :1], axis=1, out=once[:, 1:])
+        twice = np.zeros((values.shape[0], values.shape[1] + 2))
+        np.cumsum(once, axis=1, out=twice[:, 1:])
+        # once[c + 1] is the sum up to value c, twice[c + 2] the sum of these sums up to it.
+        rise += once[:, 2 * half + 1 : 2 * half + 1 + inner]
+        rise += once[:, :inner]
+        rise *= half
+        rise -= twice[:, 2 * half + 1 : 2 * half + 1 + inner]
+        rise += twice[:, 1 : 1 + inner]
+    rise *= 3.0 / (half * (half + 1.0) * (2.0 * half + 1.0))
+    return _with_ends(moved, values, count, start, half, -1.0)
 
 
 def _with_ends(

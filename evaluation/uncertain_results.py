@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -161,4 +160,4 @@ def _with_missing(result: CycleResult, known: Mapping[str, float | None]) -> Cyc
             uncertainty[name] = None
             missing.setdefault(_WHY_NOT.get(name, _OTHERWISE), []).append(name)
     texts = [f"no uncertainty of {', '.join(names)}: {why}" for why, names in missing.items()]
-    return replace(result, expanded_uncertainty=uncertainty, warnings=(*result.warnings, *texts))
+    return result._replace(expanded_uncertainty=uncertainty, warnings=(*result.warnings, *texts))

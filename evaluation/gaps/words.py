@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from evaluation.defects import describe
 from evaluation.gaps.bounds import GapBounds
@@ -43,8 +42,7 @@ def with_gap_limits(results: Sequence[CycleResult], gaps: GapBounds) -> list[Cyc
     if not gaps.limits:
         return list(results)
     return [
-        replace(
-            result,
+        result._replace(
             gap_limits=gaps.limits[result.cycle.index],
             warnings=(*result.warnings, *_note(gaps, result)),
         )

@@ -128,7 +128,7 @@ def without_claims(results: Sequence[CycleResult], spoiled: Spoiled) -> list[Cyc
             found.append(result)
             continue
         known = {name: None if name in out else u for name, u in result.expanded_uncertainty.items()}
-        found.append(replace(result, expanded_uncertainty=known))
+        found.append(result._replace(expanded_uncertainty=known))
     return found
 
 
