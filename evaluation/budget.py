@@ -23,6 +23,7 @@ from evaluation.error_model import (
     stroke_terms,
 )
 from evaluation.inertia import InertiaForce
+from evaluation.own_errors import OwnErrors
 from evaluation.quantities import TANGENT_WINDOW
 from evaluation.record import FloatArray
 from evaluation.results import Summary
@@ -67,6 +68,7 @@ class _Inputs:
         force: ChannelUncertainty,
         wires: Sequence[ChannelUncertainty],
         inertia: InertiaForce | None = None,
+        own: OwnErrors | None = None,
     ) -> None:
         stroke = mean_of_wires(wires)
         if force.accuracy_percent is None or stroke is None:
@@ -80,7 +82,9 @@ class _Inputs:
         self.drums_mm = drum_periods_mm(wires)
         self.shape = tuple(GTC.ureal(0.0, wave.joint_u_mm) for wave in stroke.waves for _ in range(2))
         self.mass: tuple[Any, ...] = () if inertia is None else (_within(inertia.limit),)
-        self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew, *self.mass)
+        own = own or OwnErrors()
+        self.own = tuple(GTC.ureal(0.0, u) for u in own.standard_u)
+        self.force_terms = (1.0, self.scale, self.zero, self.reversibility, self.skew, *self.mass, *self.own)
         self.stroke_terms = (1.0, self.stroke_scale, *self.shape)
         # One line for all shapes: of each pair, cosine and sine, the deviation at a stroke has one's u.
         count = 1.0 / math.sqrt(2.0)
@@ -105,6 +109,11 @@ class _Inputs:
             mass = _Source("moving mass", "1", inertia.limit, "rectangular", self.mass)
             self.sources = (*self.sources, mass)
         self.joint = {"stroke: linearity": count}
+        for name in dict.fromkeys(own.names):
+            inputs = tuple(x for x, of in zip(self.own, own.names, strict=True) if of == name)
+            limit, shape = (None, "arcsine") if len(inputs) > 1 else (own.drift_kN, "rectangular")
+            self.sources = (*self.sources, _Source(name, "kN", limit, shape, inputs))
+            self.joint[name] = count if len(inputs) > 1 else 1.0
 
 
 def _within(limit: float) -> Any:
@@ -145,7 +154,7 @@ def run_budget(
         return ()
     chosen = [used[i] for i in np.unique(np.linspace(0, len(used) - 1, _MOST_CYCLES).round().astype(int))]
     loops = [prepared[index] for index in chosen]
-    inputs = _Inputs(force, wires, inertia)
+    inputs = _Inputs(force, wires, inertia, loops[0].own)
     budgets = []
     energies = _energies(inputs, loops, len(used))
     tangent = _tangent(inputs, loops, len(used))

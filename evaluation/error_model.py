@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evaluation.inertia import InertiaForce
+from evaluation.own_errors import OwnErrors
 from evaluation.record import FloatArray
 from foundation.channel import ChannelUncertainty
 
@@ -75,9 +76,9 @@ class Draws:
 
     Attributes
     ----------
-    force : array, shape (N, 5 or 6)
+    force : array, shape (N, 5 or 6 + K)
         Factors of the force terms (:func:`force_terms`): 1, scale, zero [kN], reversibility, skew [s], and
-        the share by which the moving mass is wrong where the record was corrected for one.
+        the share by which the moving mass is wrong where the record was corrected for one, and the run's own.
     stroke : array, shape (N, 8 + 2 D)
         Factors of the stroke terms (:func:`stroke_terms`): 1, scale, shape [mm] …
     stroke_zero_mm : array, shape (N,)
@@ -98,6 +99,8 @@ class Draws:
         one stand makes them.
     drums_mm : tuple of float
         Circumferences of the wires' drums that are stated.
+    own : int
+        The last so many of the force's errors are the run's own (:mod:`evaluation.own_errors`).
     """
 
     force: FloatArray
@@ -110,6 +113,14 @@ class Draws:
     unrecorded: FloatArray
     blunt: FloatArray
     drums_mm: tuple[float, ...] = ()
+    own: int = 0
+
+    @property
+    def drift(self) -> FloatArray:
+        """By how much the force's zero drifts over the run [kN], shape (N,)."""
+        return (
+            self.force[:, self.force.shape[1] - self.own] if self.own % 2 else np.zeros(self.force.shape[0])
+        )
 
     def errors(self) -> dict[str, FloatArray]:
         """Return the errors that a certificate covers, so that other runs may have them too, by name.
@@ -117,13 +128,14 @@ class Draws:
         Neither noise nor overreach, which are each run's own; nor that of the thermometers, whose limit holds
         at every temperature: an error at one says little of that at another.
         """
+        shared = self.force.T[1 : self.force.shape[1] - self.own]
         force = ("force scale", "force zero", "force reversibility", "delay", "moving mass")
         lengths = [2.0 * SHAPE_LENGTH_MM / waves for waves in SHAPE_HALF_WAVES]
         waves = [*(f"stroke shape {mm:g} mm" for mm in lengths), *(f"drum {mm:g} mm" for mm in self.drums_mm)]
         shapes = [f"{wave} {part}" for wave in waves for part in ("cosine", "sine")]
         stroke = ("stroke scale", *shapes)
         return {
-            **dict(zip(force, self.force.T[1:], strict=False)),  # no mass where none was corrected for
+            **dict(zip(force, shared, strict=False)),  # no mass where none was corrected for
             **dict(zip(stroke, self.stroke.T[1:], strict=True)),
             "stroke zero": self.stroke_zero_mm,
             "clock": self.time_base,
@@ -200,6 +212,7 @@ def draw_errors(
     draws: int,
     seed: int,
     inertia: InertiaForce | None = None,
+    own: OwnErrors | None = None,
 ) -> Draws | None:
     """Draw the errors of all channels; None when force or stroke states no accuracy.
 
@@ -213,6 +226,8 @@ def draw_errors(
         The same seed gives the same draws.
     inertia : InertiaForce, optional
         What the correction for a moving mass added.
+    own : OwnErrors, optional
+        Hum and drift of the run.
     """
     stroke = mean_of_wires(wires)
     if force is None or force.accuracy_percent is None or stroke is None:
@@ -237,13 +252,15 @@ def draw_errors(
     shape_mm = smooth[0].joint_u_mm
     shapes = generator.normal(0.0, shape_mm, (draws, 2 * len(smooth)))  # before what depends on the wires
     for place, drum in enumerate(drums):  # of a generator of its own: all else stays as it was
-        own = np.random.default_rng((seed, _DRUM, place)).normal(0.0, drum.joint_u_mm, (draws, 2))
-        shapes = np.column_stack((shapes, own))
+        waves_mm = np.random.default_rng((seed, _DRUM, place)).normal(0.0, drum.joint_u_mm, (draws, 2))
+        shapes = np.column_stack((shapes, waves_mm))
     stroke_errors = np.column_stack((np.ones(draws), within(*stroke.scales), shapes))
     zero_mm, time_base, thermometer = within(*stroke.zeros_mm), within(TIME_BASE_LIMIT), within(1.0)
     overreach = np.where(generator.random(draws) < 0.5, -1.0, 1.0)
     if inertia is not None:
         force_errors = np.column_stack((force_errors, within(inertia.limit)))
+    own_columns = np.zeros((draws, 0)) if own is None else own.draw(draws, seed)
+    force_errors = np.column_stack((force_errors, own_columns))
     # Of generators of their own: what is drawn of a record that lacks nothing stays as it was.
     unrecorded = np.random.default_rng((seed, _UNRECORDED)).uniform(-1.0, 1.0, draws)
     drums_mm = drum_periods_mm(wires)
@@ -259,6 +276,7 @@ def draw_errors(
         unrecorded,
         blunt,
         drums_mm,
+        own_columns.shape[1],
     )
 
 

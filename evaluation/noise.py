@@ -12,7 +12,7 @@ differ by shows it. Below the slowest that is seen it is taken to go on as it is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -141,12 +141,14 @@ class Noise:
     """Noise of force [kN] and stroke [mm], estimated from the record.
 
     Standard deviations of the white noise of a sample, and the densities; without one the noise is white.
+    ``force_lines``: hum on the force, which is an error of its own (:mod:`evaluation.own_errors`).
     """
 
     force_kN: float
     stroke_mm: float
     force: Spectrum | None = None
     stroke: Spectrum | None = None
+    force_lines: tuple[Line, ...] = ()
 
 
 def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Sequence[Cycle] = ()) -> Noise:
@@ -173,7 +175,10 @@ def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Se
         if force is not None:
             density = force.density + added**2 * force.step_s
             force = Spectrum(force.frequency_Hz, density, force.step_s, force.lines)
-    return Noise(force_kN, stroke_mm, force, stroke)
+    lines = () if force is None else force.lines
+    if force is not None:
+        force = replace(force, lines=())
+    return Noise(force_kN, stroke_mm, force, stroke, lines)
 
 
 def _spectrum(

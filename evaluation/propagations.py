@@ -8,6 +8,7 @@ from functools import cached_property
 from evaluation.inertia import InertiaForce
 from evaluation.motion import Cycle
 from evaluation.noise import Noise, record_noise
+from evaluation.own_errors import OwnErrors, own_errors
 from evaluation.record import Record
 from evaluation.uncertainty import CyclePropagation
 
@@ -22,22 +23,41 @@ class Propagations(Mapping[int, CyclePropagation]):
         Of that record.
     inertia : InertiaForce, optional
         What the correction for a moving mass added to the record.
+    like : Propagations, optional
+        Of the same run as it was recorded: its noise, hum and drift count.
     """
 
-    def __init__(self, record: Record, cycles: Sequence[Cycle], inertia: InertiaForce | None = None) -> None:
+    def __init__(
+        self,
+        record: Record,
+        cycles: Sequence[Cycle],
+        inertia: InertiaForce | None = None,
+        like: Propagations | None = None,
+    ) -> None:
         self._record = record
         self._cycles = {cycle.index: cycle for cycle in cycles if cycle.complete}
         self._inertia = inertia
+        self._other = like
         self._prepared: dict[int, CyclePropagation] = {}
 
     @cached_property
     def _noise(self) -> Noise:
+        if self._other is not None:
+            return self._other._noise
         return record_noise(self._record, self._inertia, list(self._cycles.values()))
+
+    @cached_property
+    def own(self) -> OwnErrors:
+        """Errors of the force that are the run's own."""
+        if self._other is not None:
+            return self._other.own
+        return own_errors(self._noise.force_lines, self._record.drift_kN, self._record.time_s)
 
     def __getitem__(self, index: int) -> CyclePropagation:
         if index not in self._prepared:
             cycle = self._cycles[index]
-            self._prepared[index] = CyclePropagation(self._record, cycle, self._noise, self._inertia)
+            own = (self._record, cycle, self._noise, self._inertia, self.own)
+            self._prepared[index] = CyclePropagation(*own)
         return self._prepared[index]
 
     def __contains__(self, index: object) -> bool:

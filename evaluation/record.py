@@ -99,6 +99,8 @@ class Record:
         recorded, by channel (``force``, ``stroke``, ``speed``; of two draw wires also ``stroke_1`` …).
     by_event : bool
         A sample was written whenever something had changed: in a long step nothing did but at its end.
+    drift_kN : float
+        Limit of the change of the force's zero over the record, where stated.
     as_recorded : mapping of str to (array, array)
         Time and value of channels whose samples here are brought to other instants, or are means of two draw
         wires: as they were read (``force``, ``stroke_1``, ``stroke_2``), all numbers at rising times.
@@ -119,6 +121,7 @@ class Record:
     ends: Mapping[str, Ends] = field(default_factory=dict)
     between: Between | None = None
     by_event: bool = False
+    drift_kN: float = 0.0
     as_recorded: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
 
     def has_break(self, first: int, last: int) -> bool:

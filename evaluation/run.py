@@ -10,9 +10,9 @@ from dataclasses import replace
 from evaluation.across_runs.shared import Regression, SharedErrors
 from evaluation.condense import condensed_for
 from evaluation.contact import contact_warnings, first_contact_of
-from evaluation.error_model import draw_errors, drum_periods_mm, missing_facts
+from evaluation.error_model import Draws, draw_errors, drum_periods_mm, missing_facts
 from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
-from evaluation.gaps.found import found_in
+from evaluation.gaps.found import Found, found_in
 from evaluation.history import history_of
 from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.plausibility import Look, Spoiled, doubted, look_for_implausible, without_claims
@@ -82,15 +82,14 @@ def _collecting_later() -> Iterator[None]:
 
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
     samples, facts, wires = check_wires(record, facts)
-    if drums_mm := drum_periods_mm(facts.stroke_uncertainty):
-        samples = replace(samples, drums_mm=drums_mm)
+    samples = _with_stated(samples, facts)
     record, turns, coarse = condensed_for(_without_readings(samples), facts.kind)
     interval_s = limits.conditions.reading_interval_max_s
     found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
-    draws = draw_errors(*stated, options.draws, options.seed, added) if options.draws else None
+    draws = _drawn_errors(facts, options, found)
     spoiled = Spoiled(look_for_implausible(Look(samples, record, results, facts, wires)))
     division = division_without(facts.kind, results, _numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
@@ -193,6 +192,21 @@ def _all_complete(results: Sequence[CycleResult], spoiled: Spoiled) -> tuple[int
     """Return what stands for the run in comparisons where no cycle is steady: all complete cycles."""
     complete = tuple(r.cycle.index for r in results if r.cycle.complete)
     return tuple(number for number in complete if number not in spoiled.cycles) or complete
+
+
+def _drawn_errors(facts: RunFacts, options: Options, found: Found) -> Draws | None:
+    """Return the errors of the channels, drawn; None where none are asked for or stated."""
+    if not options.draws:
+        return None
+    stated = (facts.force_uncertainty, facts.stroke_uncertainty)
+    return draw_errors(*stated, options.draws, options.seed, found.added, found.prepared.own)
+
+
+def _with_stated(samples: Record, facts: RunFacts) -> Record:
+    """Return the record with what its channels state that changes along it: drums, and a drifting zero."""
+    drums_mm, force = drum_periods_mm(facts.stroke_uncertainty), facts.force_uncertainty
+    drift_kN = (force.drift if force is not None else None) or 0.0
+    return replace(samples, drums_mm=drums_mm, drift_kN=drift_kN) if drums_mm or drift_kN else samples
 
 
 def _with_judged(

@@ -21,6 +21,7 @@ from evaluation.inertia import InertiaForce
 from evaluation.loops import cut_loop
 from evaluation.motion import Cycle, EndReading, TurningPoint
 from evaluation.noise import Noise, Spectrum, white
+from evaluation.own_errors import OwnErrors
 from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray, Record
 
@@ -85,11 +86,19 @@ class CyclePropagation:
     noise : Noise
     inertia : InertiaForce, optional
         What the correction for a moving mass added to the record.
+    own : OwnErrors, optional
+        Hum and drift of the run.
     """
 
     def __init__(
-        self, record: Record, cycle: Cycle, noise: Noise, inertia: InertiaForce | None = None
+        self,
+        record: Record,
+        cycle: Cycle,
+        noise: Noise,
+        inertia: InertiaForce | None = None,
+        own: OwnErrors | None = None,
     ) -> None:
+        self.own = own or OwnErrors()
         self._drums_mm = record.drums_mm
         self.cycle = cycle
         self.noise = noise
@@ -103,8 +112,9 @@ class CyclePropagation:
 
     @cached_property
     def force(self) -> FloatArray:
-        """Terms of the force (:func:`evaluation.error_model.force_terms`), shape (5 or 6, M)."""
-        return force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading, self._added_kN)
+        """Terms of the force (:func:`evaluation.error_model.force_terms`) and own ones, shape (5 + K, M)."""
+        terms = force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading, self._added_kN)
+        return np.concatenate((terms, self.own.rows(self.loop.time_s)))
 
     @cached_property
     def stroke(self) -> FloatArray:

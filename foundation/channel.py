@@ -51,13 +51,16 @@ class ChannelUncertainty(Settings):
     drum_circumference_mm: float | None = Field(default=None, gt=0)
     """Travel of a draw wire in one turn of its drum [mm]: part of the deviation from the straight line
     repeats with it."""
+    drift: float | None = Field(default=None, ge=0)
+    """Limit of the change of a force channel's zero during a run, in the channel's unit."""
 
     @model_serializer(mode="wrap")
     def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Leave out what only some channels have: the record of any other stays as it was."""
         content: dict[str, Any] = handler(self)
-        if self.drum_circumference_mm is None:
-            content.pop("drum_circumference_mm", None)
+        for name in ("drum_circumference_mm", "drift"):
+            if getattr(self, name) is None:
+                content.pop(name, None)
         return content
 
 
@@ -76,6 +79,12 @@ class Channel(Settings):
     calibration: Calibration = Calibration()
     uncertainty: ChannelUncertainty = ChannelUncertainty()
     plausible: Plausibility | None = None
+
+    @model_validator(mode="after")
+    def _drifts(self) -> Channel:
+        if self.uncertainty.drift is not None and self.quantity != "force":
+            raise ValueError(f"uncertainty.drift is for force channels, not for {self.quantity}")
+        return self
 
     @model_serializer(mode="wrap")
     def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -55,7 +55,7 @@ def force_errors(draws: Draws, reading: Reading, falls_from_kN: float, inertia_k
         What the correction for a moving mass added to it.
     """
     force, errors = reading.value, draws.force
-    whole = force * errors[:, 1] + errors[:, 2]
+    whole = force * errors[:, 1] + errors[:, 2] + draws.drift
     if falls_from_kN > 0.0:
         whole = whole + force * (1.0 - min(1.0, abs(force) / falls_from_kN)) * errors[:, 3]
     if errors.shape[1] > INERTIA:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class Found:
     gaps: GapBounds
     numbering: Numbering
 
-    @property
+    @cached_property
     def prepared(self) -> Propagations:
         """Its complete cycles, prepared for drawing."""
         return Propagations(self.record, [result.cycle for result in self.results], self.added)
@@ -44,7 +45,7 @@ class Found:
     @property
     def reread(self) -> Reread:
         """Those of which something is not on record, prepared once more from less of it."""
-        return Reread.of(self.gaps, self.record)
+        return Reread.of(self.gaps, self.prepared)
 
     @property
     def warnings(self) -> list[str]:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
 
-from evaluation.gaps.bounds import SURE, GapBounds
+from evaluation.gaps.bounds import SURE, GapBounds, Reduced
 from evaluation.gaps.coarse import halves_bound
 from evaluation.propagations import Propagations
-from evaluation.record import Record
 from evaluation.uncertainty import CyclePropagation
 
 Reading = Callable[[CyclePropagation], float | None]
@@ -33,16 +32,14 @@ class Reread(Container[int]):
     share: float = 1.0
 
     @classmethod
-    def of(cls, gaps: GapBounds, record: Record) -> Reread:
-        """Return them for the bounds of a record."""
-        wider = gaps.widened
-        return cls(
-            Propagations(record, ())
-            if wider is None
-            else Propagations(wider.record, tuple(wider.cycles.values())),
-            tuple(Propagations(half.record, tuple(half.cycles.values())) for half in gaps.halves),
-            gaps.share,
-        )
+    def of(cls, gaps: GapBounds, prepared: Propagations) -> Reread:
+        """Return them for the bounds of a record, with the noise of its own cycles, ``prepared``."""
+
+        def less(again: Reduced) -> Propagations:
+            return Propagations(again.record, tuple(again.cycles.values()), like=prepared)
+
+        wider = {} if gaps.widened is None else less(gaps.widened)
+        return cls(wider, tuple(less(half) for half in gaps.halves), gaps.share)
 
     def __contains__(self, index: object) -> bool:
         return index in self.widened or any(index in half for half in self.halves)
