@@ -30,6 +30,8 @@ SAME_SPEED = 0.2
 """… loading speed of static runs within this share."""
 LEAST_COMMON_SHARE = 0.2
 """Loops with less than this share of the larger range in common are not compared."""
+_STEP = 0.02
+"""Share of a loop's range over which it is asked how its area grows with the place of its turn."""
 _COVERAGE = 2.0
 _SQRT3 = float(np.sqrt(3.0))
 
@@ -240,26 +242,74 @@ def _figures(loop: MeanLoop) -> dict[str, float | None]:
 def _relative(run: RunEvaluation, loop: MeanLoop, name: str, value: float | None) -> Figure | None:
     """Return a figure at equal stroke as a share of itself, 1 ± u: that of the run's whole loop.
 
-    Of the end force: that of the largest force, and of the stroke times the slope there.
+    Of the end force: that of the largest force, and of the stroke times the slope there. Whatever the
+    turning points of both loops were read as, both are cut at the same stroke: force and stored energy are
+    those of their branches there, and the errors of the turning points leave them. But the turn of a loop is
+    moved by what lies between its own and the cut: a wrong one leaves so much more or less of the area.
     """
     if value is None or value == 0.0:
         return None
-    if name != "end_force_kN":
-        return _share(run, loop, name, 1.0)
-    force = _share(run, loop, "force_max_kN", 1.0)
-    if force is None:
+    whole = _loop(run)
+    top = _share(run, loop, "stroke_max_mm", whole.means.get("stroke_max_mm", 0.0))  # in mm
+    low = _share(run, loop, "stroke_min_mm", whole.means.get("stroke_min_mm", 0.0))
+    top_mm, low_mm = (0.0 if one is None else one.own_u for one in (top, low))
+    if name == "end_force_kN":
+        return _end_force(run, loop, value, top)
+    figure = _share(run, loop, name, 1.0)
+    absorbed = _share(run, loop, "absorbed_energy_J", 1.0)
+    if figure is None or absorbed is None:
         return None
+    own = figure.own_u
+    if name != "absorbed_energy_J":  # the area of the loop has no error of the turning points
+        turns_J = np.hypot(whole.end_force_kN * top_mm, float(whole.loading_kN[0]) * low_mm)
+        stored_J = whole.means.get("stored_energy_J", whole.stored_energy_J)
+        noise = absorbed.own_u * (whole.means["absorbed_energy_J"] / stored_J if name != "damping" else 1.0)
+        own = max(abs(noise), _less(own, float(turns_J) / stored_J))
+    if name != "stored_energy_J":
+        own = float(np.hypot(own, _per_mm(loop) * top_mm))
+    return _with_own(figure, own)
+
+
+def _end_force(run: RunEvaluation, loop: MeanLoop, value: float, top: Figure | None) -> Figure | None:
+    force = _share(run, loop, "force_max_kN", 1.0)
+    if force is None or top is None:
+        return force
     tail = loop.stroke_mm >= loop.stroke_mm[-1] - 0.05 * np.ptp(loop.stroke_mm)
     slope = float(np.polynomial.polynomial.polyfit(loop.stroke_mm[tail], loop.loading_kN[tail], 1)[1])
-    stroke = _share(run, loop, "stroke_max_mm", slope * loop.means.get("stroke_max_mm", 0.0) / value)
-    if stroke is None:
-        return force
+    stroke = top.shared.scaled(slope / value)
     # A stroke that reads too much has its force at too large a stroke: the end force is too small there.
-    one, other = force.shared.by_source, stroke.shared.by_source
+    one, other = force.shared.by_source, stroke.by_source
     shared = {s: one.get(s, 0.0) - other.get(s, 0.0) for s in dict.fromkeys((*one, *other))}
     explained = float(np.sqrt(sum(c * c for c in shared.values())))
-    own = float(np.hypot(force.own_u, stroke.own_u))
-    return Figure(1.0, float(np.hypot(own, explained)), Owed(shared, explained))
+    return _with_own(
+        Figure(1.0, explained, Owed(shared, explained)), _end_noise(force, slope / value * top.own_u)
+    )
+
+
+def _with_own(figure: Figure, own_u: float) -> Figure:
+    """Return a figure with the same shared errors, and so much of its own."""
+    shared = figure.shared
+    return Figure(figure.value, float(np.hypot(own_u, shared.explained_u)), shared)
+
+
+def _less(own_u: float, part_u: float) -> float:
+    """Return what is left of an uncertainty without a part of it."""
+    return float(np.sqrt(max(0.0, own_u**2 - part_u**2)))
+
+
+def _end_noise(force: Figure, turn: float) -> float:
+    """Return what the largest force has of its own but for the place of the turn; all, where it has not that:
+    the largest force is not at the turn then.
+    """
+    return _less(force.own_u, turn) if force.own_u >= abs(turn) else force.own_u
+
+
+def _per_mm(loop: MeanLoop) -> float:
+    """Return the share by which the area of a loop grows for each mm that it turns later [1/mm]."""
+    first, last = float(loop.stroke_mm[0]), float(loop.stroke_mm[-1])
+    step_mm = _STEP * (last - first)
+    whole_J = loop.absorbed_energy_J
+    return (whole_J - loop.cut(first, last - step_mm).absorbed_energy_J) / (step_mm * whole_J)
 
 
 def _share(run: RunEvaluation, loop: MeanLoop, name: str, factor: float) -> Figure | None:

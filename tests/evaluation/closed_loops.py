@@ -54,6 +54,11 @@ class Progressive:
     def half_mm(self) -> float:
         return 0.5 * (self.high_mm - self.low_mm)
 
+    @property
+    def peak_kN(self) -> float:  # noqa: N802 - the unit keeps its capitals
+        """Largest force, where rising and falling are the same state."""
+        return float(LOADING(self.high_mm))
+
     def loss(self) -> Polynomial:
         """Return the force lost on unloading over the stroke: nothing at the turns, most in the middle."""
         about = (Polynomial([0.0, 1.0]) - self.mean_mm) / self.half_mm
@@ -174,7 +179,7 @@ def measured(
     true_time = time * clock + start
     skew = shared.normal(0.0, force.u_delay_s or 0.0)
     true_force, falling = loop.force(true_time - skew)
-    peak = float(LOADING(loop.high_mm))
+    peak = loop.peak_kN
 
     def within(limit: float | None) -> float:
         return float(shared.uniform(-1.0, 1.0)) * (limit or 0.0)
