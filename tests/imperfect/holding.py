@@ -2,8 +2,8 @@
 
 Every figure is held that no fault falsifies where it was read; its error over U counts for the coverage,
 and more than 2 U (four standard uncertainties) is "gross". A figure that a fault falsifies is compared,
-too: wrong by more than 1.5 U it is "spoilt" (contract, section 4: a value that cannot be had is null) and
-shows that the fault must be named.
+too: wrong by more than 1.5 U it is "spoilt" where it states a U (evaluation.md, "Plausibility": it has none
+then), and shows that the fault must be named.
 """
 
 from __future__ import annotations
@@ -58,15 +58,15 @@ def hold_figures(
 ) -> None:
     """Compare every figure with the truth."""
     for row in [*_means(scene, run, strokes), *_by_cycle(scene, run, strokes)]:
-        start, end = min(c.start_s for c in row.true), max(c.end_s for c in row.true)
+        spans = [(c.start_s, c.end_s) for c in row.true]
         for name, (value, u) in row.values.items():
             if not all(name in c.figures for c in row.true) or hidden(scene, name):
                 continue
             if value is None:
                 continue
             truth = _mean([c.figures[name] for c in row.true])
-            _compare(j, scene, name, row.label, value, u, truth, (start, end), disturbed=disturbed)
-            if row.counts and not _falsified(scene, name, start, end):
+            compare(j, scene, name, row.label, value, u, truth, spans, disturbed=disturbed)
+            if row.counts and not falsified(scene, name, spans):
                 off = error(value, truth)
                 if u:
                     j.ratios.append((f"{row.label.split()[0]} {name}, U", off / u))
@@ -78,11 +78,12 @@ def hold_figures(
     _rows(j, scene, run, strokes, disturbed=disturbed)
 
 
-def _falsified(scene: Scene, name: str, start: float, end: float) -> bool:
-    return any(a.touches(name) and a.overlaps(start, end) for a in scene.applied)
+def falsified(scene: Scene, name: str, spans: list[Interval]) -> bool:
+    """Return whether a fault falsifies this figure in one of the stretches that it is read from."""
+    return any(a.touches(name) and a.overlaps(*span) for a in scene.applied for span in spans)
 
 
-def _compare(
+def compare(
     j: Judgement,
     scene: Scene,
     name: str,
@@ -90,19 +91,21 @@ def _compare(
     value: float,
     u: float | None,
     truth: Interval,
-    span: tuple[float, float],
+    spans: list[Interval],
     *,
     disturbed: bool,
 ) -> None:
+    """Note a figure that is wrong; keep what shows that a fault has an effect, or none."""
     off, scale = error(value, truth), max(abs(truth[0]), abs(truth[1]))
     said = f"{label}: {value:.6g} ± {u or 0.0:.2g}, true {truth[0]:.6g} to {truth[1]:.6g}"
-    false = _falsified(scene, name, *span)
-    j.held.append((name, *span))
+    false = falsified(scene, name, spans)
+    j.held += [(name, *span) for span in spans]
     width = u or _without(scene, name, scale)
     if false:
         if abs(off) > max(1.5 * width, 1e-3 * scale):
-            j.off.append((name, *span, f"{name}, {said}"))
-            j.say("spoilt", name, said)
+            j.off += [(name, *span, f"{name}, {said}") for span in spans]
+            if u is not None:  # a figure of a spoiled channel may stand, named, without an uncertainty
+                j.say("spoilt", name, said)
     elif abs(off) > max(2.0 * width, LEFT * scale):
         j.say("gross", name, said)
     if u == 0.0:
@@ -182,14 +185,14 @@ def _extremes(j: Judgement, scene: Scene, run: dict[str, Any], *, disturbed: boo
         for way, pick in (("min", np.min), ("max", np.max)):
             name = f"{channel}_{way}_{unit}"
             entry = found.get(name) or {}
-            if entry.get("value") is None or hidden(scene, name):
+            if entry.get("value") is None or entry.get("doubt") or hidden(scene, name):
                 continue
             pair = sorted((float(pick(samples)), float(pick(fine))))
             truth, u = (pair[0], pair[1]), entry.get("expanded_uncertainty")
-            span = (float(at.min()), float(at.max()))
-            _compare(j, scene, name, "extreme", entry["value"], u, truth, span, disturbed=disturbed)
+            spans = [(float(at.min()), float(at.max()))]
+            compare(j, scene, name, "extreme", entry["value"], u, truth, spans, disturbed=disturbed)
             half = entry.get("half_width_95")
-            if half and not _falsified(scene, name, *span):
+            if half and not falsified(scene, name, spans):
                 j.ratios.append((f"extreme {name}, half_width_95", error(entry["value"], truth) / half))
 
 
@@ -240,9 +243,9 @@ def _rows(
         truth = true.readings.get(name) if true is not None else None
         if true is None or truth is None or value is None or name in true.unknown or hidden(scene, name):
             continue
-        span = (true.start_s, true.end_s)
-        _compare(j, scene, name, f"stroke {true.number}", value, u, truth, span, disturbed=disturbed)
-        if u and true.number == 1 + j.number % 3 and not _falsified(scene, name, *span):
+        spans = [(true.start_s, true.end_s)]
+        compare(j, scene, name, f"stroke {true.number}", value, u, truth, spans, disturbed=disturbed)
+        if u and true.number == 1 + j.number % 3 and not falsified(scene, name, spans):
             j.ratios.append((f"requirement {name}, U", error(value, truth) / u))
 
 

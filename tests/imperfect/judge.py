@@ -15,6 +15,7 @@ import numpy as np
 from .chain import Scene
 from .expected import begins_within
 from .form import hold_form
+from .history import hold_history
 from .holding import hold_figures, regular
 from .judgement import Judgement
 from .naming import hold_names
@@ -37,9 +38,11 @@ def judge(scene: Scene, document: dict[str, Any], said_at_import: list[str]) -> 
     disturbed = not all(a.harmless for a in scene.applied)
     hold_form(j, run, stated=bool(scene.stated))
     strokes = match(scene, run["cycles"])
-    _cycles(j, scene, run, strokes, disturbed=disturbed)
-    _averaged(j, scene, run, strokes)
+    if all(a.name != "sign-stroke" for a in scene.applied):  # whose cycles run from top to top
+        _cycles(j, scene, run, strokes, disturbed=disturbed)
+        _averaged(j, scene, run, strokes)
     hold_figures(j, scene, run, strokes, disturbed=disturbed)
+    hold_history(j, scene, run, strokes, disturbed=disturbed)
     if scene.motion.kind in {"impact", "proof"} or scene.facts["what"] == "draw-gear":
         hold_other_tests(j, scene, run, strokes, disturbed=disturbed)
     elif scene.motion.kind == "static":

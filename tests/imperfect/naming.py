@@ -19,6 +19,7 @@ from .judgement import Judgement
 
 # Words of a fault in a warning, and the imperfections that may make one say so.
 JUMPS = {"gain-jump", "offset-jump", "stroke-slip", "spikes", "sentinel", "frozen", "clock-set-back"}
+JUMPS |= {"force-late-beyond"}  # still falling, or falling already, while the stroke rests
 UNITS = {"unit-N-as-kN", "unit-lbf-as-kN", "unit-m-as-mm", "unit-in-as-mm", "times-ten"}
 SIGNS = {"sign-force", "sign-stroke", "force-late-beyond", "force-zero-off", "zero-off", "sentinel", *JUMPS}
 HOLES = {"lost-single", "lost-burst", "lost-turn", "lost-branch", "lost-stroke", "lost-pause"}
@@ -37,7 +38,7 @@ ALARMS: dict[str, tuple[str, set[str]]] = {
     "sign": (r"mostly negative|turned sign|negative (absorbed|energy)", SIGNS | UNITS | {"drift-beyond"}),
     "sensor": (r"power-on|disconnect|sensor fault", {"temperature-85", "temperature-127"}),
     "lost": (
-        r"\blost\b|\bgaps?\b|samples? (is|are) missing",
+        r"\bgaps?\b|samples? (is |are )?(missing|lost)|lost samples?",
         HOLES | BLANKS | STAMPS | SLOWER | {"temperature-hole", "temperature-first-second"},
     ),
     "alone": (r"spike|outlier|stands? alone", JUMPS | {"temperature-85", "temperature-127"}),

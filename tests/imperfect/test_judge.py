@@ -178,3 +178,15 @@ def test_a_pass_by_luck_is_without_ground(judged: tuple[Scene, dict[str, Any]]) 
     assert ("gross", "stored-energy") in _said(judge(scene, document, []))
     scene.applied = [_clipped()]
     assert ("unfounded", "stored-energy of stroke 2") in _said(judge(scene, document, []))
+
+
+def test_what_a_record_holds_besides_is_held(judged: tuple[Scene, dict[str, Any]]) -> None:
+    scene, document, run = _falsified(judged)
+    run["cumulated_energy_J"]["absorbed"] *= 1.2
+    run["residual_strokes"][0]["residual_mm"] += 3.0
+    change = next(e for e in run["settling"] if e["quantity"] == "stored_energy_J")
+    change["last"] *= 1.2
+    change["expanded_uncertainty"] = 1.0
+    said = {(c, w, d.split(":")[0]) for c, w, d in judge(scene, document, []).findings}
+    assert ("gross", "absorbed_energy_J", "cumulated") in said
+    assert {"residual_mm", "settling stored_energy_J"} <= {w for c, w, _ in said if c == "gross"}

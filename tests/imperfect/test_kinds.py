@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -66,3 +68,12 @@ def test_what_a_channel_does_not_go_into_is_not_falsified() -> None:
     late = _made("force-late-beyond").applied[0]
     assert late.touches("damping")
     assert not late.touches("force_max_kN")
+
+
+def test_a_code_is_written_as_a_logger_writes_it(tmp_path: Path) -> None:
+    scene = _made("sentinel")
+    scene.force_read_kN = scene.force_read_kN.copy()
+    scene.force_read_kN[5] = 9.91e37
+    text = world.write(scene, tmp_path).record.read_text()
+    assert "9.91E+37" in text.replace(",", ".")
+    assert max(map(len, text.splitlines())) < 200

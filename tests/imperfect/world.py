@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -131,7 +132,7 @@ def write(scene: Scene, folder: Path) -> Files:
     row = separator.join(formats) + "\n"
     table = np.column_stack(columns)
     text = (row * len(table)) % tuple(table.ravel().tolist())
-    text = text.replace("nan", "").replace(f"{9.91e37:.3f}", "9.91E+37").replace(f"{9.91e37:.4f}", "9.91E+37")
+    text = re.sub(r"99\d{36}\.0+", "9.91E+37", text.replace("nan", ""))
     if comma:
         text = text.replace(".", ",")
     record = folder / f"r{scene.number:06d}.csv"

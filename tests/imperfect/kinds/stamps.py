@@ -57,6 +57,7 @@ def clock_back(rng: np.random.Generator, s: Scene) -> Applied:
         channel="time",
         figures="named",
         falsifies=TIMES,
+        may=("stroke-jump", "offset-jump", "gain-jump", "spike"),
         start_s=at - 2.0 * s.dt_s,
         end_s=at + by + 2.0 * s.dt_s,
     )

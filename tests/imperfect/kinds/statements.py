@@ -48,7 +48,8 @@ def force_late(rng: np.random.Generator, s: Scene) -> Applied:
         channel="force",
         figures="hidden",
         falsifies=PHASE,
-        may=("sign", "unlike"),  # a force that is early makes loops of negative area
+        # a force that is early makes loops of negative area; a late one still falls at rests
+        may=("sign", "unlike", "offset-jump", "gain-jump", "drift", "zero"),
     )
 
 
