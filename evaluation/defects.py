@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan", "doubled"]
+DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan", "doubled", "spike"]
 
 UNKNOWN = -1
 """As number of samples lost: of an interruption of which not even the length is known."""

@@ -15,8 +15,10 @@ from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_e
 from evaluation.gaps.found import Found, found_in
 from evaluation.history import history_of
 from evaluation.nulls import missing_warnings, temperature_warnings
-from evaluation.plausibility import Look, Spoiled, doubted, look_for_implausible, without_claims
+from evaluation.plausibility import Channels, Look, Spoiled, doubted, look_for_implausible, without_claims
+from evaluation.plausibility.codes import without_codes
 from evaluation.plausibility.means import division_without, summed_without_claims, unfit_warnings
+from evaluation.plausibility.spikes import without_spikes
 from evaluation.record import FloatArray, Record
 from evaluation.requirements.decision import run_verdict
 from evaluation.requirements.inspection import inspection_of
@@ -28,7 +30,7 @@ from evaluation.steps import Division
 from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
 from evaluation.summary import MeanOfDraws
 from evaluation.uncertain_results import with_uncertainty
-from evaluation.wires import check_wires
+from evaluation.wires import DrawWires, check_wires
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
@@ -81,16 +83,18 @@ def _collecting_later() -> Iterator[None]:
 
 
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
-    samples, facts, wires = check_wires(record, facts)
-    samples = _with_stated(samples, facts)
-    record, turns, coarse = condensed_for(_without_readings(samples), facts.kind)
+    seen, coded = without_codes(Channels(record))
+    seen, calm, facts, wires = _looked_at(seen, facts)
+    samples = seen.record
+    record, turns, coarse = condensed_for(_without_readings(calm), facts.kind)
     interval_s = limits.conditions.reading_interval_max_s
     found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
 
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = _drawn_errors(facts, options, found)
-    spoiled = Spoiled(look_for_implausible(Look(samples, record, results, facts, wires)))
+    look = Look(samples, record, results, facts, wires, seen, coded)
+    spoiled = Spoiled(look_for_implausible(look))
     division = division_without(facts.kind, results, _numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
     tallies = [MeanOfDraws() for _ in stand_for]
@@ -181,6 +185,18 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         findings=spoiled.findings,
         unfit=whole.unfit,
     )
+
+
+def _looked_at(seen: Channels, facts: RunFacts) -> tuple[Channels, Record, RunFacts, DrawWires | None]:
+    """Return the channels as recorded, the record without their spikes, and what its draw wires say.
+
+    Where a draw wire is out, the channels are those of the other one, without spikes.
+    """
+    calm, facts, wires = check_wires(without_spikes(seen), facts)
+    calm = _with_stated(calm, facts)
+    if wires is not None and wires.out:
+        seen = Channels(calm)
+    return seen, calm, facts, wires
 
 
 def _without_readings(record: Record) -> Record:

@@ -81,9 +81,9 @@ def with_uncertainty(
             if keep and drawn.keys() >= _JUDGED:
                 kept[index] = drawn
         else:
-            drawn = _finite(
-                {**stroke_draws(draws, result.cycle), **temperature_draws(draws, result, temperatures)}
-            )
+            with np.errstate(invalid="ignore"):  # a turn that was cut off may be anywhere
+                of_stroke = stroke_draws(draws, result.cycle)
+            drawn = _finite({**of_stroke, **temperature_draws(draws, result, temperatures)})
         known[index] = _with_missing(result, {name: expanded(values) for name, values in drawn.items()})
     sources = known | whole
     completed = [

@@ -20,6 +20,7 @@ _FEWEST = 20
 """Samples up to the first upper turning point, below which nothing is looked for."""
 _REST_SAMPLES = 200
 """The rest level is the median of so many samples before the force rises, or of what there is …"""
+_ONE_PLACE = 1e-6
 _FEWEST_REST = 5
 """… but not of fewer than this."""
 _SURE = 6.0
@@ -179,7 +180,8 @@ def _stretch(
         _BRANCH_MM, float(np.partition(beyond, min(_FEWEST, beyond.size - 1))[min(_FEWEST, beyond.size - 1)])
     )
     near = (beyond > far / 3.0) & (beyond <= far)
-    if np.count_nonzero(near) < _FEWEST_REST:
+    # A stroke whose samples are held stays at one value, through which there is no line.
+    if np.count_nonzero(near) < _FEWEST_REST or np.ptp(beyond[near]) <= _ONE_PLACE * far:
         return before, after, "jump"
     slope, offset = np.polyfit(beyond[near], pushed[near], 1)
     left = pushed[near] - slope * beyond[near] - offset

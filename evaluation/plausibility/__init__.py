@@ -9,14 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from evaluation.plausibility.channels import Channels
 from evaluation.plausibility.clipped import clipped
+from evaluation.plausibility.codes import codes
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
-from evaluation.plausibility.look import Look, Samples
+from evaluation.plausibility.frozen import frozen
+from evaluation.plausibility.held import held
+from evaluation.plausibility.look import Look
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
+from evaluation.plausibility.samples import Samples
 from evaluation.plausibility.spikes import spikes
 
 __all__ = [
     "DETECTORS",
+    "Channels",
     "Effect",
     "Finding",
     "FindingKind",
@@ -31,7 +37,7 @@ __all__ = [
 ]
 
 Detector = Callable[[Look], list[Finding]]
-DETECTORS: tuple[Detector, ...] = (clipped, spikes)
+DETECTORS: tuple[Detector, ...] = (codes, clipped, held, frozen, spikes)
 """Every detector, in the order in which their findings are told."""
 _LEAST_SAMPLES = 8
 

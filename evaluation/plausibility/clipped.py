@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look, Samples
+from evaluation.plausibility.look import Look
+from evaluation.plausibility.samples import Samples
 
 LEAST_ROWS = 8
 """So many samples at the extreme …"""
@@ -62,13 +63,26 @@ def clipped(look: Look) -> list[Finding]:
         if not np.any(channel.scan.same):
             continue
         other = look.other(channel)
-        for side, value in zip((-1, 1), channel.ends, strict=True):
-            if channel.quantity == "force" and side < 0 and abs(value) < NO_LOAD * channel.span:
-                continue
-            level = _level(channel, value, side)
-            runs = _pinned(channel, other, level)
-            if runs.size:
-                found.append(_finding(look, channel, other, value, runs))
+        for value, runs in _pinned_ends(channel, other):
+            found.append(_finding(look, channel, other, value, runs))
+    return found
+
+
+def pinned_rows(look: Look, channel: Samples) -> frozenset[int]:
+    """Return the first rows of all stretches in which a channel is clipped."""
+    ends = _pinned_ends(channel, look.other(channel))
+    return frozenset(int(first) for _, runs in ends for first in runs[:, 0])
+
+
+def _pinned_ends(channel: Samples, other: Samples) -> list[tuple[float, NDArray[np.intp]]]:
+    """Return each end of a channel at which it is pinned, and where, shape (K, 2)."""
+    found = []
+    for side, value in zip((-1, 1), channel.ends, strict=True):
+        if channel.quantity == "force" and side < 0 and abs(value) < NO_LOAD * channel.span:
+            continue
+        runs = _pinned(channel, other, _level(channel, value, side))
+        if runs.size:
+            found.append((value, runs))
     return found
 
 
@@ -91,7 +105,10 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
         beside = np.abs(channel.value - level.value) <= _NEXT * channel.resolution
         if _FEWER_NEXT * (int(np.count_nonzero(beside)) - int(np.sum(lengths))) > count:
             return runs[:0]
-        moving = [_moved(channel, other, run) > _least_move(other) for run in runs.tolist()]
+        moving = [
+            other.moved(float(channel.time_s[first]), float(channel.time_s[last])) > _least_move(other)
+            for first, last in runs.tolist()
+        ]
         return runs if any(moving) else runs[:0]
     runs = level.runs[lengths >= LEAST_RUN * held]
     cut = [_is_cut(channel, other, run, level.side) for run in runs.tolist()]
@@ -99,22 +116,7 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
 
 
 def _least_move(other: Samples) -> float:
-    own = other.sampling
-    return max(MOVED_SHARE * other.span, MOVED_NOISE * own.sigma, MOVED_STEPS * own.step)
-
-
-def _within(channel: Samples, other: Samples, run: list[int]) -> NDArray[np.float64]:
-    """Return the other channel over a stretch of this one."""
-    start_s, end_s = channel.time_s[run[0]], channel.time_s[run[1]]
-    inside = other.value[other.rows(float(start_s), float(end_s))]
-    ends = other.at(np.array([start_s, end_s]))
-    return np.concatenate((ends[:1], inside, ends[1:]))
-
-
-def _moved(channel: Samples, other: Samples, run: list[int]) -> float:
-    """Return by how much the other channel moves over a stretch."""
-    values = _within(channel, other, run)
-    return float(np.max(values) - np.min(values))
+    return max(MOVED_SHARE * other.span, MOVED_NOISE * other.sigma, MOVED_STEPS * other.sampling.step)
 
 
 def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool:
@@ -129,13 +131,13 @@ def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool
     beyond = 0.25 * float(time_s[last] - time_s[first]) * min(rises, falls)
     own = channel.sampling
     steps = BEYOND_STEPS * max(own.step, channel.resolution)
-    if beyond <= max(BEYOND_SHARE * channel.span, BEYOND_NOISE * own.sigma, steps):
+    if beyond <= max(BEYOND_SHARE * channel.span, BEYOND_NOISE * channel.sigma, steps):
         return False
-    moved = side * _within(channel, other, run)
+    moved = side * other.within(float(time_s[first]), float(time_s[last]))
     furthest = float(np.max(moved))
     own_step = abs(float(moved[-1] - moved[0])) / (last - first)
     own_step = max(own_step, float(np.median(np.abs(np.diff(moved)))))
-    comes_back = max(MOVED_NOISE * other.sampling.sigma, MOVED_STEPS * other.sampling.step, _BACK * own_step)
+    comes_back = max(MOVED_NOISE * other.sigma, MOVED_STEPS * other.sampling.step, _BACK * own_step)
     entered, left = furthest - float(moved[0]), furthest - float(moved[-1])
     return entered > _least_move(other) and left > comes_back
 

@@ -155,9 +155,10 @@ def _doubted(extreme: Extreme, spoiled: Spoiled) -> Extreme:
     if extreme.doubt or extreme.time_s is None:
         return extreme
     quantity = extreme.channel.split("_", maxsplit=1)[0]
-    for finding in spoiled.spoiling:
+    for finding in spoiled.findings:
         here = finding.start_s <= extreme.time_s <= finding.end_s
         own = quantity == finding.quantity
-        if own and here and (finding.whole_record or finding.kind in _LOCAL):
+        is_local = finding.kind in _LOCAL
+        if own and here and (is_local or (finding.whole_record and finding.effect == "spoils")):
             return replace(extreme, doubt=finding.text, expanded_uncertainty=None, half_width_95=None)
     return extreme

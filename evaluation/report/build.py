@@ -31,6 +31,7 @@ from evaluation.report.identification import (
     simulated,
 )
 from evaluation.report.modelled import model_section
+from evaluation.report.plausibility import plausibility_section, spoiled_notice
 from evaluation.report.purposes import purpose_warnings
 from evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
 from evaluation.report.references import missing_references
@@ -76,6 +77,7 @@ def build_content(source: Source) -> Content:
         not_tested_section(source),
         warnings_section(source, [*purpose_warnings(source), *overdue(calibration)]),
         rule_section(source),
+        plausibility_section(source),
         evidence_section(source),
         budgets_section(source),
         calibration,
@@ -112,6 +114,7 @@ def notices_of(source: Source) -> tuple[str, ...]:
     notices = list(amendment_notice(source))
     if simulated(source):
         notices.append("Simulated stand: nothing in this report was measured on a specimen.")
+    notices += spoiled_notice(source)
     notices += [f"Run {run.number} {run.status}: {run.reason}." for run in source.runs if run.ended_early]
     if others := [run.number for run in source.runs if not_as_required(run)]:
         named = runs_text(others)

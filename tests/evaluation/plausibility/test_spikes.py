@@ -28,7 +28,7 @@ def test_single_samples(column: int, share: float) -> None:
     assert finding.channel == ("stroke" if column == 1 else "force")
     assert finding.start_s == finding.end_s == 1300 / 500.0
     assert finding.cycles
-    assert finding.effect == "spoils"
+    assert finding.effect == "noted"
 
 
 def test_two_in_a_row() -> None:
@@ -37,10 +37,32 @@ def test_two_in_a_row() -> None:
     assert finding.end_s == 2.602
 
 
-def test_in_a_rest_it_takes_the_count_of_strokes() -> None:
-    run = static(spiked(1, [50], 0.05))
+@pytest.mark.parametrize("row", [50, 700, 1500, 2200, 3000])
+@pytest.mark.parametrize(("column", "share"), [(1, 0.3), (1, -0.5), (2, 0.5), (2, -0.1)])
+def test_a_spike_is_left_out_as_if_it_were_lost(column: int, share: float, row: int) -> None:
+    """Cycles, verdicts and figures are those of the record without it, within U; its size matters nothing."""
+    good, run = static(), static(spiked(column, [row], share))
     assert len(of_kind(run, "spike")) == 1
-    assert {r.id: r.verdict for r in run.requirements}["cycle-count"] == "inconclusive"
+    assert len(run.cycles) == len(good.cycles)
+    assert run.verdict == good.verdict == "pass"
+    for one, other in zip(run.cycles, good.cycles, strict=True):
+        for name in ("stored_energy_J", "absorbed_energy_J", "stroke_max_mm", "force_max_kN"):
+            U = one.expanded_uncertainty[name]
+            assert U is not None
+            assert abs(getattr(one.quantities, name) - getattr(other.quantities, name)) < 0.3 * U
+    assert any("spike" in text and "left out" in text for text in run.warnings)
+
+
+def test_the_extremes_are_those_of_all_samples_with_a_doubt() -> None:
+    extreme = static(spiked(2, [2200], 0.5)).extremes["force_max_kN"]
+    assert extreme.time_s == 22.0
+    assert extreme.doubt
+
+
+def test_too_many_of_them_spoil_the_cycles() -> None:
+    run = harmonic(spiked(2, list(range(200, 3000, 40)), 0.3))
+    assert {finding.effect for finding in of_kind(run, "spike")} == {"spoils"}
+    assert run.unfit
 
 
 @pytest.mark.parametrize("kind", [static, harmonic])

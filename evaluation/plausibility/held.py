@@ -1,0 +1,142 @@
+"""Held samples: a slower channel that is written at the rate of a faster one, each value several times.
+
+Converter steps repeat values, too, but for the longer the slower the motion, and one step at a time. A held
+channel changes in every k-th row, fast or slow, by whatever it has moved meanwhile. Its values are late by
+(k - 1) / 2 rows on average, as a delay that nobody stated: W_a of a loop changes by the share ωτ / tan δ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.plausibility.finding import Effect, Finding
+from evaluation.plausibility.look import Look
+from evaluation.plausibility.samples import Samples
+
+LEAST_CHANGES = 20
+"""So many changes tell how far they are apart."""
+REGULAR = 0.85
+"""This share of them lies a whole number of rows apart that is the same, or one of two that follow."""
+_RESTS = 3.0
+"""Changes further apart than so many times the median are rests."""
+SINGLE_STEPS = 0.5
+"""Where the values are whole steps of a converter: less than this share of the changes is one step."""
+BY_LATENESS = 0.005
+"""Lateness that changes W_a by no more than this share is noted only: as much as a gap may."""
+
+
+@dataclass(frozen=True)
+class _Hold:
+    rows: float
+    """For how many rows each value stays."""
+    step_s: float
+
+    @property
+    def late_s(self) -> float:
+        return 0.5 * (self.rows - 1.0) * self.step_s
+
+
+def held(look: Look) -> list[Finding]:
+    """Return the channels whose values are held.
+
+    Parameters
+    ----------
+    look : Look
+
+    Returns
+    -------
+    list of Finding
+        ``size`` is by how much the channel is late on average [s].
+    """
+    if look.samples.by_event:
+        return []  # a value stays until it has changed enough: that is how such a log is written
+    holds = {channel.name: hold for channel in look.channels if (hold := hold_of(channel)) is not None}
+    found = []
+    for channel in look.channels:
+        if channel.name not in holds:
+            continue
+        own = holds[channel.name]
+        others = [holds.get(c.name) for c in look.channels if c.quantity != channel.quantity]
+        together = all(other is not None and other.rows == own.rows for other in others)
+        found.append(_finding(look, channel, own, together=together))
+    return found
+
+
+def hold_of(channel: Samples) -> _Hold | None:
+    """Return for how long a channel holds its values, if it does so regularly."""
+    if channel.sampling.held < 2:
+        return None
+    changes = _changes(channel)
+    if changes.size < LEAST_CHANGES:
+        return None
+    apart = np.diff(changes)
+    usual = float(np.median(apart))
+    apart = apart[apart <= _RESTS * usual]
+    mean = float(np.mean(apart))
+    if mean < 1.5 or np.count_nonzero(np.abs(apart - mean) < 1.0) < REGULAR * apart.size:
+        return None
+    step = channel.sampling.step
+    if step > 0.0:
+        sizes = np.abs(channel.value[changes] - channel.value[changes - 1])
+        if np.count_nonzero(sizes < 1.5 * step) > SINGLE_STEPS * sizes.size:
+            return None
+    whole = round(mean)
+    exact = np.count_nonzero(apart == whole) >= REGULAR * apart.size
+    return _Hold(float(whole) if exact else mean, float(np.median(np.diff(channel.time_s))))
+
+
+def _changes(channel: Samples) -> NDArray[np.intp]:
+    """Return the rows at which a channel changes."""
+    return np.flatnonzero(np.diff(channel.value) != 0.0) + 1
+
+
+def _finding(look: Look, channel: Samples, hold: _Hold, *, together: bool) -> Finding:
+    share = _share_of_area(look, hold.late_s)
+    effect: Effect = "spoils"
+    if together:
+        what = "force and stroke are held alike: they are late together, and W_a stays"
+        effect = "noted"
+    elif share is None:
+        what = "what it changes is not known"
+    else:
+        what = f"W_a changes by up to {share:.2g} of itself"
+        if share <= BY_LATENESS or hold.late_s <= _stated_s(look):
+            effect = "noted"
+    text = (
+        f"{channel.name} held: each value is repeated in {hold.rows:.3g} rows (true rate "
+        f"{1.0 / (hold.rows * hold.step_s):.4g} Hz), so that it is late by {1e3 * hold.late_s:.3g} ms on "
+        f"average; {what}; record it at its own rate, each value once"
+    )
+    start_s, end_s = float(channel.time_s[0]), float(channel.time_s[-1])
+    return Finding(
+        "held",
+        channel.name,
+        start_s,
+        end_s,
+        look.all_cycles,
+        hold.late_s,
+        "s",
+        text,
+        effect,
+        whole_record=True,
+    )
+
+
+def _stated_s(look: Look) -> float:
+    """Return the uncertainty that is stated of the delays of both channels [s]."""
+    stated = (look.facts.force_uncertainty, *look.facts.stroke_uncertainty)
+    return hypot(*(one.u_delay_s or 0.0 for one in stated if one is not None))
+
+
+def _share_of_area(look: Look, late_s: float) -> float | None:
+    """Return by which share of itself lateness changes the loop area most, ωτ / tan δ."""
+    shares = []
+    for result in look.results:
+        rate_Hz, loss = result.quantities.frequency_Hz, result.quantities.loss_factor
+        if rate_Hz is not None and loss is not None and loss != 0.0:
+            shares.append(2.0 * pi * rate_Hz * late_s / abs(loss))
+    return max(shares, default=None)

@@ -1,0 +1,73 @@
+"""Held samples: found with their rate and lateness; converter steps and rests are none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from evaluation.plausibility.held import hold_of
+from evaluation.plausibility.samples import Samples
+from tests.evaluation.plausibility.records import Change, Floats, harmonic, of_kind, static
+
+
+def holding(column: int, rows: float, both: bool = False) -> Change:
+    """Return what repeats each value of a column for so many rows (also for parts of rows)."""
+
+    def change(*columns: Floats) -> tuple[Floats, Floats, Floats]:
+        at = np.arange(columns[0].size)
+        first = np.ceil(np.floor(at / rows) * rows - 1e-9).astype(int)
+        changed = [c[first] if n == column or (both and n > 0) else c for n, c in enumerate(columns)]
+        return changed[0], changed[1], changed[2]
+
+    return change
+
+
+@pytest.mark.parametrize("rows", [2, 3, 12, 2.5])
+@pytest.mark.parametrize(("column", "channel"), [(1, "stroke"), (2, "force")])
+def test_a_slower_channel_written_at_the_faster_rate(rows: float, column: int, channel: str) -> None:
+    run = harmonic(holding(column, rows))
+    (finding,) = of_kind(run, "held")
+    assert (finding.channel, finding.whole_record) == (channel, True)
+    assert finding.size == pytest.approx(0.5 * (rows - 1.0) / 500.0, rel=0.02)
+    assert f"true rate {500.0 / rows:.4g} Hz" in finding.text
+    assert finding.effect == "spoils"  # ωτ / tan δ is 2 % and more
+
+
+def test_lateness_is_what_it_does_to_the_loop() -> None:
+    """The area changes by what the text says, against the loop that is not held."""
+    good, run = harmonic(noise=1e-4), harmonic(holding(2, 4), noise=1e-4)
+    (finding,) = of_kind(run, "held")
+    areas = [r.summary.values["absorbed_energy_J"].value for r in (good, run)]
+    assert areas[0] is not None
+    assert areas[1] is not None
+    stated = float(finding.text.split("W_a changes by up to ")[1].split()[0])
+    assert abs(areas[1] / areas[0] - 1.0) == pytest.approx(stated, rel=0.15)
+
+
+def test_slow_cycles_are_not_spoiled_by_a_short_hold() -> None:
+    run = static(holding(2, 3))
+    (finding,) = of_kind(run, "held")
+    assert finding.effect == "noted"
+    assert run.verdict == static().verdict
+
+
+def test_channels_held_alike_are_late_together() -> None:
+    found = of_kind(harmonic(holding(1, 4, both=True)), "held")
+    assert {finding.channel for finding in found} == {"force", "stroke"}
+    assert {finding.effect for finding in found} == {"noted"}
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.1, 0.4])
+@pytest.mark.parametrize("shape", ["triangle", "sine"])
+def test_converter_steps_are_no_hold(shape: str, speed: float) -> None:
+    """Slow ramps dwell on each step of a converter for as many rows as on the next."""
+    time = np.arange(20_000) / 100.0
+    way = np.abs(time * speed % 2.0 - 1.0) if shape == "triangle" else 0.5 + 0.5 * np.sin(time * speed * 3.0)
+    for noise in (0.0, 0.2, 1.0):
+        read = way * 20.0 + 0.1 * noise * np.random.default_rng(2).standard_normal(time.size)
+        assert hold_of(Samples("stroke", time, np.round(read / 0.1) * 0.1)) is None
+
+
+def test_clean_records_are_not_held() -> None:
+    for run in (static(), static(noisy=False), harmonic(), harmonic(noise=0.0)):
+        assert not of_kind(run, "held")
