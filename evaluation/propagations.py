@@ -41,9 +41,10 @@ class Propagations(Mapping[int, CyclePropagation]):
         self._prepared: dict[int, CyclePropagation] = {}
 
     @cached_property
-    def _noise(self) -> Noise:
+    def noise(self) -> Noise:
+        """Noise of the record."""
         if self._other is not None:
-            return self._other._noise
+            return self._other.noise
         return record_noise(self._record, self._inertia, list(self._cycles.values()))
 
     @cached_property
@@ -51,12 +52,12 @@ class Propagations(Mapping[int, CyclePropagation]):
         """Errors of the force that are the run's own."""
         if self._other is not None:
             return self._other.own
-        return own_errors(self._noise.force_lines, self._record.drift_kN, self._record.time_s)
+        return own_errors(self.noise.force_lines, self._record.drift_kN, self._record.time_s)
 
     def __getitem__(self, index: int) -> CyclePropagation:
         if index not in self._prepared:
             cycle = self._cycles[index]
-            own = (self._record, cycle, self._noise, self._inertia, self.own)
+            own = (self._record, cycle, self.noise, self._inertia, self.own)
             self._prepared[index] = CyclePropagation(*own)
         return self._prepared[index]
 

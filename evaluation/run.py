@@ -14,6 +14,7 @@ from evaluation.error_model import Draws, draw_errors, drum_periods_mm, missing_
 from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
 from evaluation.gaps.found import Found, found_in
 from evaluation.history import history_of
+from evaluation.noise import Noise, record_noise
 from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.plausibility import Channels, Look, Spoiled, doubted, look_for_implausible, without_claims
 from evaluation.plausibility.codes import without_codes
@@ -153,7 +154,8 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     warnings += contact_warnings(contact, requirements)
     warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
     inertial = None if added is None else (record.time_s, added.added_kN)
-    recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty)
+    noise = None if draws is None else _noise_of_samples(samples, found)
+    recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty, noise)
     extremes = doubted(run_extremes(recorded, results, draws), spoiled)
     warnings += extreme_warnings(extremes, warnings, drawn=draws is not None)
     steps = [
@@ -216,6 +218,13 @@ def _drawn_errors(facts: RunFacts, options: Options, found: Found) -> Draws | No
         return None
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     return draw_errors(*stated, options.draws, options.seed, found.added, found.prepared.own)
+
+
+def _noise_of_samples(samples: Record, found: Found) -> Noise:
+    """Return the noise of every sample: means of some, which the cycles are found in, have less of it."""
+    if samples.time_s.size == found.record.time_s.size:
+        return found.prepared.noise
+    return record_noise(samples, None, [r.cycle for r in found.results if r.cycle.complete])
 
 
 def _with_stated(samples: Record, facts: RunFacts) -> Record:

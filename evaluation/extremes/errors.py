@@ -27,11 +27,14 @@ class Reading:
         Standard deviation of the noise of one reading.
     rivals : float
         How many readings might have been the extreme one by their noise, itself included.
+    hum : float
+        Amplitude of waves on the channel: an extreme reading is one at their crest.
     """
 
     value: float
     sigma: float
     rivals: float
+    hum: float = 0.0
 
 
 def rivals_of(values: FloatArray, extreme: float, sigma: float, averaged: int = 1) -> float:
@@ -104,7 +107,8 @@ def _noise(draws: Draws, reading: Reading, stream: int) -> FloatArray:
     generator = np.random.default_rng((count, stream))  # its own: other figures' draws stay what they are
     scatter = reading.sigma / float(np.sqrt(1.0 + np.log(reading.rivals)))
     most = overreach(reading.rivals) if reading.rivals > 1.0 else 0.0
-    return np.asarray(most * reading.sigma * draws.overreach + scatter * generator.standard_normal(count))
+    leans = most * reading.sigma + reading.hum
+    return np.asarray(leans * draws.overreach + scatter * generator.standard_normal(count))
 
 
 def stated(errors: FloatArray) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from evaluation.extremes.errors import (
 )
 from evaluation.extremes.peaks import peaks_of, stands_alone
 from evaluation.extremes.speeds import SpeedPeak, greatest_speeds
+from evaluation.noise import Noise, Spectrum
 from evaluation.record import Ends, FloatArray, Peak, Record, Temperature
 from evaluation.results import EXTREME_NAMES, CycleResult, Extreme, StepResult
 from evaluation.reversals import noise_sigma
@@ -48,6 +49,8 @@ class Recorded:
     wires : DrawWires or None
     speed : ChannelUncertainty or None
         What a measured speed channel states of itself.
+    noise : Noise or None
+        That of ``samples``, over frequency.
     """
 
     samples: Record
@@ -55,6 +58,7 @@ class Recorded:
     inertia: tuple[FloatArray, FloatArray] | None = None
     wires: DrawWires | None = None
     speed: ChannelUncertainty | None = None
+    noise: Noise | None = None
 
     def between(self, start_s: float, end_s: float) -> Recorded:
         """Return what was recorded from one moment to another."""
@@ -211,15 +215,28 @@ def _forces(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
     found = _named("force", ends, "force")
     if draws is None or ends is None:
         return found
-    sigma = noise_sigma(samples.force_kN) * float(np.sqrt(samples.averaged))
+    spectrum = None if recorded.noise is None else recorded.noise.force
+    sigma, _ = _scatter(spectrum, samples.force_kN, samples.averaged)
+    hum_kN = sum(line.amplitude for line in recorded.noise.force_lines) if recorded.noise else 0.0
     most = max(ends[1].value, 0.0)
 
     def errors(peak: Peak) -> FloatArray:
-        reading = Reading(peak.value, sigma, rivals_of(force_kN, peak.value, sigma, samples.averaged))
+        rivals = rivals_of(force_kN, peak.value, sigma, samples.averaged)
+        reading = Reading(peak.value, sigma, rivals, hum_kN)
         falls = 0.0 if peak is ends[1] else most
         return force_errors(draws, reading, falls, float(recorded.inertia_force(peak.time_s)))
 
     return _with_uncertainty(found, ends, errors)
+
+
+def _scatter(spectrum: Spectrum | None, values: FloatArray, averaged: int) -> tuple[float, float]:
+    """Return the standard deviation of a sample's noise, slow and fast, and the amplitude of hum."""
+    if spectrum is None:
+        return noise_sigma(values) * float(np.sqrt(averaged)), 0.0
+    rest = replace(spectrum, lines=()).sigma
+    # Of samples that came as means of some the fast part is known of these only.
+    fast = float(np.sqrt(spectrum.density[-1] / spectrum.step_s * (averaged - 1)))
+    return float(np.hypot(rest, fast)), sum(line.amplitude for line in spectrum.lines)
 
 
 def _corrected(ends: Ends, recorded: Recorded) -> Ends:
@@ -236,11 +253,12 @@ def _strokes(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
     found = _named("stroke", ends, channel)
     if draws is None or ends is None:
         return found
-    sigma = noise_sigma(samples.stroke_mm) * float(np.sqrt(samples.averaged))
+    spectrum = None if recorded.noise is None else recorded.noise.stroke
+    sigma, hum_mm = _scatter(spectrum, samples.stroke_mm, samples.averaged)
 
     def errors(peak: Peak) -> FloatArray:
         rivals = rivals_of(samples.stroke_mm, peak.value, sigma, samples.averaged)
-        return stroke_errors(draws, Reading(peak.value, sigma, rivals))
+        return stroke_errors(draws, Reading(peak.value, sigma, rivals, hum_mm))
 
     return _with_uncertainty(found, ends, errors)
 
