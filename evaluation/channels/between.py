@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+SEVERAL = (2, 3)
+"""Of so many readings one each is left, once from each of them on."""
+PARTS = sum(SEVERAL)
+
 _FEWEST = 16
 
 
@@ -20,13 +24,14 @@ class Between:
     ----------
     step_s : float
         Usual step of its readings.
-    time_s, halved_kN : arrays, shape (N,)
-        What every second of them gives, less what all give.
+    time_s : array, shape (N,)
+    fewer_kN : array, shape (5, N)
+        What parts of them give, less what all give (:class:`evaluation.channels.bring.Brought`).
     """
 
     step_s: float
     time_s: FloatArray
-    halved_kN: FloatArray
+    fewer_kN: FloatArray
     noise_kN: float = 0.0
     """Standard deviation of the readings' noise."""
 
@@ -41,6 +46,16 @@ class Between:
             return 0.0
         return float(np.pi / np.sqrt(2.0 * readings)) * range_mm * self.noise_kN
 
-    def at(self, time_s: FloatArray) -> FloatArray:
-        """Return that difference at some moments [kN], shape (M,)."""
-        return np.asarray(np.interp(time_s, self.time_s, self.halved_kN), dtype=np.float64)
+    def by_one_of(self, several: int, first: int, time_s: FloatArray) -> FloatArray:
+        """Return by how much one of several readings gives another force at some moments [kN], shape (M,).
+
+        Parameters
+        ----------
+        several : int
+            2 or 3.
+        first : int
+            From which of them on.
+        time_s : array, shape (M,)
+        """
+        part = sum(known for known in SEVERAL if known < several) + first
+        return np.asarray(np.interp(time_s, self.time_s, self.fewer_kN[part]), dtype=np.float64)

@@ -24,9 +24,11 @@ from evaluation.gaps.coarse import (
     coarse_cycles,
     energy_noise_J,
     halves_bound,
+    is_few,
+    one_of,
     share_of_step,
     shows_turns,
-    without_every,
+    without,
 )
 from evaluation.gaps.donors import choose_donors, opened
 from evaluation.motion import Cycle, TurningPoint
@@ -116,8 +118,9 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
     if not coarse:
         return by_holes
     looked_at = [result for result in results if result.cycle.index in coarse]
-    pair = _Every.of(record, 2)
-    share = _share(looked_at, pair, _Every.of(record, 3))
+    thinned = any(is_few(record, result.cycle, coarse[result.cycle.index]) for result in looked_at)
+    pair = _Every.of(record, 2, thinned=thinned)
+    share = _share(looked_at, pair, _Every.of(record, 3, thinned=thinned))
     limits, refused = dict(by_holes.limits), dict(by_holes.refused)
     same: tuple[dict[int, Cycle], dict[int, Cycle]] = ({}, {})
     for result in looked_at:
@@ -131,9 +134,9 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
             if shows_turns(record, result.cycle, coarse[index]):
                 own |= _by_turns(0.0, 0.0)
             limits[index] = _both(limits.get(index, {}), own)
-            why = _too_much(result, limits[index], SURE * _NOISE * energy_noise_J(record, result.cycle))
+            why = _too_much(result, limits[index], _noise_J(record, result.cycle))
         if why:
-            between = f"its samples, {coarse[index]:.3g} s apart,"
+            between = _between_what(record, coarse[index])
             refused[index] = f"what lies between {between} may {why}: record or export it at a higher rate"
     halves = tuple(Reduced(half.record, cycles) for half, cycles in zip(pair.parts, same, strict=True))
     return replace(by_holes, limits=limits, refused=refused, halves=halves, share=share)
@@ -150,15 +153,11 @@ def _share(looked_at: Sequence[CycleResult], second: _Every, third: _Every) -> f
 
 
 def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[CycleResult]) -> GapBounds:
-    """Return what bridged holes may change, and what lies between the readings of a slower force."""
+    """Return what bridged holes may change."""
     own = _holes_of(narrow, results) if narrow else {}
-    if record.between is not None:
-        own = {r.cycle.index: own.get(r.cycle.index, ()) for r in results if r.cycle.complete}
     if not own:
         return GapBounds()
-    short = _without(record, _beside(record, narrow)) if narrow else record
-    if record.between is not None:
-        short = replace(short, force_kN=short.force_kN + record.between.at(short.time_s))
+    short = without(record, _beside(record, narrow))
     others = _Evaluated.of(short)
     limits, refused, same = {}, {}, {}
     for result in results:
@@ -167,12 +166,12 @@ def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[Cycle
             continue
         other = others.same(result.cycle)
         if other is None:
-            refused[index] = _refused(record, own[index], "hide a turning point")
+            refused[index] = _refused(own[index], "hide a turning point")
             continue
         same[index] = other.cycle._replace(index=index)
         limits[index] = _limits(result, other)
-        if why := _too_much(result, limits[index], _noise_J(record, result.cycle)):
-            refused[index] = _refused(record, own[index], why)
+        if why := _too_much(result, limits[index], 0.0):
+            refused[index] = _refused(own[index], why)
     for index, better in _by_donors(record, results, own, refused).items():
         limits[index] = better
         del refused[index]
@@ -209,15 +208,13 @@ def _by_donors(
     refused: Mapping[int, str],
 ) -> dict[int, dict[str, float]]:
     """Return the bounds of refused cycles that the same holes in like cycles show to be small enough."""
-    if record.between is not None:  # no cycle is free of it
-        return {}
     wanted = [r for r in results if r.cycle.index in refused and r.cycle.steady]
     donors = choose_donors(wanted, results, own) if wanted else {}
     if not donors:
         return {}
     of = {result.cycle.index: result for result in results}
     lost = [opened(record, of[at].cycle, own[at], cycles) for at, cycles in donors.items()]
-    others = _Evaluated.of(_without(record, np.concatenate(lost)))
+    others = _Evaluated.of(without(record, np.concatenate(lost)))
     found = {}
     for index, cycles in donors.items():
         seen = [(of[cycle.index], others.same(cycle)) for cycle in cycles]
@@ -265,12 +262,9 @@ class _Every:
     parts: tuple[_Evaluated, ...]
 
     @classmethod
-    def of(cls, record: Record, several: int) -> _Every:
+    def of(cls, record: Record, several: int, *, thinned: bool) -> _Every:
         return cls(
-            tuple(
-                _Evaluated.of(_without(record, without_every(record, several, first)))
-                for first in range(several)
-            )
+            tuple(_Evaluated.of(one_of(record, several, first, thinned=thinned)) for first in range(several))
         )
 
     def same(self, cycle: Cycle) -> tuple[CycleResult, ...] | None:
@@ -288,12 +282,16 @@ class _Every:
         return float(np.mean([energy - own for energy in known if energy is not None]))
 
 
-def _refused(record: Record, holes: Sequence[Hole], why: str) -> str:
-    if not holes and record.between is not None:
-        readings = f"the readings of the force, {record.between.step_s:.3g} s apart"
-        return f"what lies between {readings}, may {why}: record or export it at a higher rate"
+def _refused(holes: Sequence[Hole], why: str) -> str:
     more = f" and {len(holes) - 1} more" if len(holes) > 1 else ""
     return f"what is not on record of it may {why}: {holes[0].text}{more}"
+
+
+def _between_what(record: Record, step_s: float) -> str:
+    """Return between what more may lie than is known: samples ``step_s`` apart, or readings of the force."""
+    if record.between is not None and record.between.step_s > step_s:
+        return f"the readings of the force, {record.between.step_s:.3g} s apart,"
+    return f"its samples, {step_s:.3g} s apart,"
 
 
 def _holes_of(holes: Sequence[Hole], results: Sequence[CycleResult]) -> dict[int, tuple[Hole, ...]]:
@@ -328,23 +326,6 @@ def _beside(record: Record, holes: Sequence[Hole]) -> NDArray[np.intp]:
         strict=True,
     )
     return np.concatenate([np.arange(a, b) for a, b in sides])
-
-
-def _without(record: Record, lost: NDArray[np.intp]) -> Record:
-    """Return the record without some samples; its first and last one stay."""
-    keep = np.ones(record.time_s.size, dtype=bool)
-    keep[lost] = False
-    keep[[0, -1]] = True
-    kept = np.flatnonzero(keep)
-    return replace(
-        record,
-        time_s=record.time_s[kept],
-        stroke_mm=record.stroke_mm[kept],
-        force_kN=record.force_kN[kept],
-        speed_mm_per_s=None,
-        wire_difference_mm=None,
-        breaks=tuple(np.searchsorted(kept, record.breaks).tolist()),
-    )
 
 
 def _limits(result: CycleResult, other: CycleResult) -> dict[str, float]:
@@ -383,10 +364,11 @@ def _by_turns(low_mm: float, high_mm: float) -> dict[str, float]:
 
 
 def _noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital
-    """Return what the noise of an interpolated force explains of a change of W_a."""
-    if record.between is None:
-        return 0.0
-    return SURE * _NOISE * record.between.noise_J(cycle.range_mm, cycle.duration_s)
+    """Return what noise explains of a change of W_a."""
+    noise_J = energy_noise_J(record, cycle)
+    if record.between is not None:
+        noise_J = float(np.hypot(noise_J, record.between.noise_J(cycle.range_mm, cycle.duration_s)))
+    return SURE * _NOISE * noise_J
 
 
 def _too_much(result: CycleResult, limits: Mapping[str, float], noise_J: float) -> str:

@@ -11,6 +11,7 @@ turning point lies up to an event beyond the last of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,7 @@ def share_of_step(second: float, third: float) -> float:
 def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, float]:
     """Return the complete cycles that have few samples, by number, and how far these are apart [s].
 
-    Of a record that is written by event, all.
+    Of a record that is written by event, or whose force was interpolated between readings of its own, all.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, f
     results : sequence of CycleResult
         Of that record.
     """
-    if record.averaged > 1:
+    if record.averaged > 1 and record.between is None:
         return {}
     whole = [result.cycle for result in results if result.cycle.complete]
     ends = np.array([(cycle.start_s, cycle.end_s) for cycle in whole]).reshape(-1, 2)
@@ -74,7 +75,7 @@ def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, f
     return {
         cycle.index: cycle.duration_s / max(1, count)
         for cycle, count in zip(whole, (last - first).tolist(), strict=True)
-        if count < FEW_SAMPLES or record.by_event
+        if count < FEW_SAMPLES or record.by_event or record.between is not None
     }
 
 
@@ -83,10 +84,40 @@ def shows_turns(record: Record, cycle: Cycle, step_s: float) -> bool:
     return not record.by_event and cycle.duration_s >= _TURNS_SAMPLES * step_s
 
 
-def without_every(record: Record, several: int, first: int) -> NDArray[np.intp]:
-    """Return the samples that leave when one of ``several`` stays, from ``first`` on."""
+def one_of(record: Record, several: int, first: int, *, thinned: bool) -> Record:
+    """Return the record with one of ``several`` samples, from ``first`` on; all where it is not ``thinned``.
+
+    Where the force was interpolated between readings of its own, one of so many of these makes it.
+    """
+    if record.between is not None:
+        force_kN = record.force_kN + record.between.by_one_of(several, first, record.time_s)
+        record = replace(record, force_kN=force_kN)
+    if not thinned:
+        return record
     samples = np.arange(record.time_s.size)
-    return np.asarray(samples[samples % several != first], dtype=np.intp)
+    return without(record, np.asarray(samples[samples % several != first], dtype=np.intp))
+
+
+def is_few(record: Record, cycle: Cycle, step_s: float) -> bool:
+    """Say whether a cycle has few samples, ``step_s`` apart, or those of a log by event."""
+    return record.averaged == 1 and (record.by_event or cycle.duration_s < FEW_SAMPLES * step_s)
+
+
+def without(record: Record, lost: NDArray[np.intp]) -> Record:
+    """Return the record without some samples; its first and last one stay."""
+    keep = np.ones(record.time_s.size, dtype=bool)
+    keep[lost] = False
+    keep[[0, -1]] = True
+    kept = np.flatnonzero(keep)
+    return replace(
+        record,
+        time_s=record.time_s[kept],
+        stroke_mm=record.stroke_mm[kept],
+        force_kN=record.force_kN[kept],
+        speed_mm_per_s=None,
+        wire_difference_mm=None,
+        breaks=tuple(np.searchsorted(kept, record.breaks).tolist()),
+    )
 
 
 def energy_noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital
