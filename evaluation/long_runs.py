@@ -14,7 +14,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.between import PARTS
 from evaluation.channels.bring import holes, same_instants
 from evaluation.channels.joined import are_of_streams
 from evaluation.channels.pieces import Pieces
@@ -78,7 +77,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     size = bounds.samples_a_block(stream.rows)
     cleaner = Cleaner(_longest_usual_step_s(run, stream.name, bounds.piece_rows))
     apart = Pieces(run, wires, bounds.piece_rows) if are_of_streams(run, wires) else None
-    columns = 3 + (len(wires) > 1) + run.has("speed") + (PARTS if apart else 0)
+    columns = 3 + (len(wires) > 1) + run.has("speed") + 2 * (apart is not None)
     blocks = _Blocks(size, columns, stream.rows)
     first = 0
     ends: dict[str, Ends] = {}
@@ -99,8 +98,8 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     time_s, stroke_mm, force_kN, *others = blocks.columns()
     between = None
     if apart:
-        others, fewer = others[:-PARTS], others[-PARTS:]
-        between = apart.between(time_s, np.stack(fewer))
+        others, halved = others[:-2], others[-2:]
+        between = apart.between(time_s, np.stack(halved))
     record = Record(
         time_s=time_s,
         stroke_mm=stroke_mm,

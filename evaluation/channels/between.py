@@ -9,10 +9,6 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-SEVERAL = (2, 3)
-"""Of so many readings one each is left, once from each of them on."""
-PARTS = sum(SEVERAL)
-
 _FEWEST = 16
 
 
@@ -25,13 +21,13 @@ class Between:
     step_s : float
         Usual step of its readings.
     time_s : array, shape (N,)
-    fewer_kN : array, shape (5, N)
-        What parts of them give, less what all give (:class:`evaluation.channels.bring.Brought`).
+    halved_kN : array, shape (2, N)
+        What every second one gives, and what the others give, less what all give.
     """
 
     step_s: float
     time_s: FloatArray
-    fewer_kN: FloatArray
+    halved_kN: FloatArray
     noise_kN: float = 0.0
     """Standard deviation of the readings' noise."""
 
@@ -46,16 +42,6 @@ class Between:
             return 0.0
         return float(np.pi / np.sqrt(2.0 * readings)) * range_mm * self.noise_kN
 
-    def by_one_of(self, several: int, first: int, time_s: FloatArray) -> FloatArray:
-        """Return by how much one of several readings gives another force at some moments [kN], shape (M,).
-
-        Parameters
-        ----------
-        several : int
-            2 or 3.
-        first : int
-            From which of them on.
-        time_s : array, shape (M,)
-        """
-        part = sum(known for known in SEVERAL if known < several) + first
-        return np.asarray(np.interp(time_s, self.time_s, self.fewer_kN[part]), dtype=np.float64)
+    def at(self, first: int, time_s: FloatArray) -> FloatArray:
+        """Return what every second reading, from ``first`` on, gives less what all give [kN], shape (M,)."""
+        return np.asarray(np.interp(time_s, self.time_s, self.halved_kN[first]), dtype=np.float64)

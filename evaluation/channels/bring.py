@@ -1,8 +1,7 @@
 """One channel at the instants of another: by a spline through its readings, and how far that may be off.
 
 Between the readings of a slower channel the truth is not on record. What may lie there is judged by the
-readings themselves: by what every second one of them gives, the others, and every third
-(:mod:`evaluation.gaps.coarse`).
+readings themselves: by what every second one of them gives, and the others (:mod:`evaluation.gaps.coarse`).
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.between import PARTS, SEVERAL
 from evaluation.splines import moved
 
 FloatArray = NDArray[np.float64]
@@ -22,7 +20,7 @@ _SAME_INSTANT_S = 1e-9
 LONG = 1.5
 """A step longer than so many of both its neighbours is a hole: nothing is interpolated across it."""
 _LEAST = 4
-_LEAST_FEWER = 8
+_LEAST_HALVED = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +31,12 @@ class Brought:
     ----------
     value : array, shape (M,)
         NaN where its readings do not reach, or have a hole.
-    fewer : array, shape (5, M)
-        What every second reading gives, and the others, and every third one from the first, second and third
-        on, less ``value``; 0 where that is NaN.
+    halved : array, shape (2, M)
+        What every second reading gives, and what the others give, less ``value``; 0 where that is NaN.
     """
 
     value: FloatArray
-    fewer: FloatArray
+    halved: FloatArray
 
 
 def same_instants(one_s: FloatArray, other_s: FloatArray) -> bool:
@@ -79,7 +76,7 @@ def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:
     Brought
         Beyond its ends, a stretch reaches by no more than 1.5 steps of the faster one of both.
     """
-    brought = Brought(np.full(wanted_s.size, np.nan), np.zeros((PARTS, wanted_s.size)))
+    brought = Brought(np.full(wanted_s.size, np.nan), np.zeros((2, wanted_s.size)))
     if at_s.size < _LEAST or not wanted_s.size:
         return brought
     reach_s = LONG * min(usual_step_s(at_s), usual_step_s(wanted_s))
@@ -92,7 +89,7 @@ def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:
         wanted = wanted_s[near]
         found = moved(own_s, known, wanted)
         brought.value[near] = found
-        brought.fewer[:, near] = _by_fewer(own_s, known, wanted) - found
+        brought.halved[:, near] = _halved(own_s, known, wanted) - found
     return brought
 
 
@@ -136,14 +133,13 @@ def too_coarse(slow_s: FloatArray, fast_s: FloatArray, fast: FloatArray, limit: 
     return coarse
 
 
-def _by_fewer(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray:
-    """Return what parts of the readings give, shape (5, M); of few, straight lines between them."""
+def _halved(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray:
+    """Return what halves of the readings give, shape (2, M); of few, straight lines between them."""
     parts = []
-    for several in SEVERAL:
-        for first in range(several):
-            rows = np.unique(np.concatenate(([0], np.arange(first, at_s.size, several), [at_s.size - 1])))
-            if at_s.size < _LEAST_FEWER * several // 2:
-                parts.append(np.interp(wanted_s, at_s[rows], value[rows]))
-            else:
-                parts.append(moved(at_s[rows], value[rows], wanted_s))
+    for first in (0, 1):
+        rows = np.unique(np.concatenate(([0], np.arange(first, at_s.size, 2), [at_s.size - 1])))
+        if at_s.size < _LEAST_HALVED:
+            parts.append(np.interp(wanted_s, at_s[rows], value[rows]))
+        else:
+            parts.append(moved(at_s[rows], value[rows], wanted_s))
     return np.stack(parts)

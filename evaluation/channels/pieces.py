@@ -88,7 +88,7 @@ class Pieces:
     def columns(self) -> Iterator[FloatArray]:
         """Return time, stroke, force, where there are, wire difference and speed; shape (columns, rows).
 
-        The last five columns are what parts of the force's readings give, less what all give.
+        The last two columns are what halves of the force's readings give, less what all give.
         What lies before the force's first reading and behind its last one is left out.
 
         Raises
@@ -118,18 +118,18 @@ class Pieces:
                 stroke = stroke - 0.5 * difference[0]
             force = self._checked(at["force"], time_s, base.about(*span), about["force"])
             speed = [at["speed"]] if "speed" in at else []
-            fewer = np.nan_to_num(brought["force"].fewer)
-            piece = np.stack([time_s, stroke, force, *difference, *speed, *fewer])
+            halved = np.nan_to_num(brought["force"].halved)
+            piece = np.stack([time_s, stroke, force, *difference, *speed, *halved])
             reach_s = usual_step_s(known)
             out = (time_s < others["force"].first_s - reach_s) | (time_s > others["force"].last_s + reach_s)
             out &= ~np.isfinite(force)
             yield piece[:, ~out] if out.any() else piece
 
-    def between(self, time_s: FloatArray, fewer_kN: FloatArray) -> Between | None:
+    def between(self, time_s: FloatArray, halved_kN: FloatArray) -> Between | None:
         """Return what may lie between the readings of the force; None where they are more frequent."""
         if self._rates.slow == "stroke":
             return None
-        return Between(self._force_step_s, time_s, fewer_kN, self._force_noise_kN)
+        return Between(self._force_step_s, time_s, halved_kN, self._force_noise_kN)
 
     def problems(self) -> tuple[str, ...]:
         """Return what a user must know, once all pieces have been taken.
