@@ -77,7 +77,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     size = bounds.samples_a_block(stream.rows)
     cleaner = Cleaner(_longest_usual_step_s(run, stream.name, bounds.piece_rows))
     apart = Pieces(run, wires, bounds.piece_rows) if are_of_streams(run, wires) else None
-    columns = 3 + (len(wires) > 1) + run.has("speed") + (apart is not None)
+    columns = 3 + (len(wires) > 1) + run.has("speed") + 2 * (apart is not None)
     blocks = _Blocks(size, columns, stream.rows)
     first = 0
     ends: dict[str, Ends] = {}
@@ -96,7 +96,10 @@ def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record,
     problems = apart.problems() if apart else ()
     check_usable(cleaner)
     time_s, stroke_mm, force_kN, *others = blocks.columns()
-    between = apart.between(time_s, others.pop()) if apart else None
+    between = None
+    if apart:
+        others, halved = others[:-2], others[-2:]
+        between = apart.between(time_s, np.stack(halved))
     record = Record(
         time_s=time_s,
         stroke_mm=stroke_mm,

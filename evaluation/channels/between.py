@@ -20,8 +20,9 @@ class Between:
     ----------
     step_s : float
         Usual step of its readings.
-    time_s, halved_kN : arrays, shape (N,)
-        What every second of them gives, less what all give.
+    time_s : array, shape (N,)
+    halved_kN : array, shape (2, N)
+        What every second one gives, and what the others give, less what all give.
     """
 
     step_s: float
@@ -41,6 +42,6 @@ class Between:
             return 0.0
         return float(np.pi / np.sqrt(2.0 * readings)) * range_mm * self.noise_kN
 
-    def at(self, time_s: FloatArray) -> FloatArray:
-        """Return that difference at some moments [kN], shape (M,)."""
-        return np.asarray(np.interp(time_s, self.time_s, self.halved_kN), dtype=np.float64)
+    def at(self, first: int, time_s: FloatArray) -> FloatArray:
+        """Return what every second reading, from ``first`` on, gives less what all give [kN], shape (M,)."""
+        return np.asarray(np.interp(time_s, self.time_s, self.halved_kN[first]), dtype=np.float64)

@@ -1,9 +1,7 @@
 """One channel at the instants of another: by a spline through its readings, and how far that may be off.
 
 Between the readings of a slower channel the truth is not on record. What may lie there is judged by the
-readings themselves: what every second one of them gives differs from what all give by at least as much as
-that differs from the truth. (Halving the step leaves 1/16 of a cubic spline's error on a curve, 1/2 of that
-at a corner.)
+readings themselves: by what every second one of them gives, and the others (:mod:`evaluation.gaps.coarse`).
 """
 
 from __future__ import annotations
@@ -33,8 +31,8 @@ class Brought:
     ----------
     value : array, shape (M,)
         NaN where its readings do not reach, or have a hole.
-    halved : array, shape (M,)
-        What every second reading gives, less ``value``; 0 where that is NaN.
+    halved : array, shape (2, M)
+        What every second reading gives, and what the others give, less ``value``; 0 where that is NaN.
     """
 
     value: FloatArray
@@ -78,7 +76,7 @@ def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:
     Brought
         Beyond its ends, a stretch reaches by no more than 1.5 steps of the faster one of both.
     """
-    brought = Brought(np.full(wanted_s.size, np.nan), np.zeros(wanted_s.size))
+    brought = Brought(np.full(wanted_s.size, np.nan), np.zeros((2, wanted_s.size)))
     if at_s.size < _LEAST or not wanted_s.size:
         return brought
     reach_s = LONG * min(usual_step_s(at_s), usual_step_s(wanted_s))
@@ -91,7 +89,7 @@ def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:
         wanted = wanted_s[near]
         found = moved(own_s, known, wanted)
         brought.value[near] = found
-        brought.halved[near] = _halved(own_s, known, wanted) - found
+        brought.halved[:, near] = _halved(own_s, known, wanted) - found
     return brought
 
 
@@ -136,8 +134,12 @@ def too_coarse(slow_s: FloatArray, fast_s: FloatArray, fast: FloatArray, limit: 
 
 
 def _halved(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray:
-    """Return what every second reading gives; where they are few, straight lines between them."""
-    second = np.unique(np.append(np.arange(0, at_s.size, 2), at_s.size - 1))
-    if at_s.size < _LEAST_HALVED:
-        return np.asarray(np.interp(wanted_s, at_s[second], value[second]), dtype=np.float64)
-    return moved(at_s[second], value[second], wanted_s)
+    """Return what halves of the readings give, shape (2, M); of few, straight lines between them."""
+    parts = []
+    for first in (0, 1):
+        rows = np.unique(np.concatenate(([0], np.arange(first, at_s.size, 2), [at_s.size - 1])))
+        if at_s.size < _LEAST_HALVED:
+            parts.append(np.interp(wanted_s, at_s[rows], value[rows]))
+        else:
+            parts.append(moved(at_s[rows], value[rows], wanted_s))
+    return np.stack(parts)

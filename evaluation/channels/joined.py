@@ -181,7 +181,7 @@ def _force_at(run: Run, force: Readings, stroke: Readings) -> tuple[FloatArray, 
     between = None
     if rates.slow != "stroke":
         step_s = usual_step_s(force.time_s)
-        between = Between(step_s, stroke.time_s[there], brought.halved[there], noise_sigma(force.value))
+        between = Between(step_s, stroke.time_s[there], brought.halved[:, there], noise_sigma(force.value))
     coarse = rates.too_coarse(known, force)
     if coarse is None or not coarse.any():
         return value, between, []

@@ -88,7 +88,7 @@ class Pieces:
     def columns(self) -> Iterator[FloatArray]:
         """Return time, stroke, force, where there are, wire difference and speed; shape (columns, rows).
 
-        The last column is what every second reading of the force gives, less what all give.
+        The last two columns are what halves of the force's readings give, less what all give.
         What lies before the force's first reading and behind its last one is left out.
 
         Raises
@@ -119,7 +119,7 @@ class Pieces:
             force = self._checked(at["force"], time_s, base.about(*span), about["force"])
             speed = [at["speed"]] if "speed" in at else []
             halved = np.nan_to_num(brought["force"].halved)
-            piece = np.stack([time_s, stroke, force, *difference, *speed, halved])
+            piece = np.stack([time_s, stroke, force, *difference, *speed, *halved])
             reach_s = usual_step_s(known)
             out = (time_s < others["force"].first_s - reach_s) | (time_s > others["force"].last_s + reach_s)
             out &= ~np.isfinite(force)

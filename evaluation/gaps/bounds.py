@@ -21,12 +21,16 @@ from numpy.typing import NDArray
 from evaluation.cycles import find_with_harmonics
 from evaluation.gaps.bridge import Hole
 from evaluation.gaps.coarse import (
+    SMOOTH_SHARE,
     coarse_cycles,
     energy_noise_J,
+    half_of,
     halves_bound,
-    share_of_step,
+    is_few,
+    is_resolved,
+    no_less_than_usual,
     shows_turns,
-    without_every,
+    without,
 )
 from evaluation.gaps.donors import choose_donors, opened
 from evaluation.motion import Cycle, TurningPoint
@@ -73,7 +77,7 @@ class GapBounds:
     halves : tuple of Reduced
         Every second sample of it, and the others; none where all cycles have enough.
     share : float
-        Of what these two have in common, so much is the error (:func:`evaluation.gaps.coarse.share_of_step`).
+        So much of what these change counts.
     """
 
     limits: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
@@ -113,52 +117,48 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
     coarse = coarse_cycles(record, results)
     for index in by_holes.refused:
         coarse.pop(index, None)
-    if not coarse:
-        return by_holes
+    return _with_coarse(record, results, coarse, by_holes) if coarse else by_holes
+
+
+def _with_coarse(
+    record: Record, results: Sequence[CycleResult], coarse: Mapping[int, float], by_holes: GapBounds
+) -> GapBounds:
+    """Return the bounds with what lies between the samples of cycles that have few, ``coarse`` [s] apart."""
     looked_at = [result for result in results if result.cycle.index in coarse]
-    pair = _Every.of(record, 2)
-    share = _share(looked_at, pair, _Every.of(record, 3))
+    thinned = any(is_few(record, result.cycle, coarse[result.cycle.index]) for result in looked_at)
+    pair = _Halves.of(record, thinned=thinned)
+    smooth = not record.by_event and is_resolved(record, [result.cycle for result in looked_at])
+    share = SMOOTH_SHARE if smooth else 1.0
     limits, refused = dict(by_holes.limits), dict(by_holes.refused)
     same: tuple[dict[int, Cycle], dict[int, Cycle]] = ({}, {})
+    found: dict[int, dict[str, float]] = {}
     for result in looked_at:
+        index, others = result.cycle.index, pair.same(result.cycle)
+        if others is None:
+            refused[index] = _between_what(record, coarse[index], "hide a turning point")
+            continue
+        for cycles, other in zip(same, others, strict=True):
+            cycles[index] = other.cycle._replace(index=index)
+        found[index] = _halved_limits(result, others, share)
+        if shows_turns(record, result.cycle, coarse[index]):
+            found[index] |= {**_by_turns(0.0, 0.0), "frequency_Hz": 0.0}
+    found = no_less_than_usual(found, {r.cycle.index: r.cycle.range_mm for r in looked_at})
+    for result in (result for result in looked_at if result.cycle.index in found):
         index = result.cycle.index
-        others = pair.same(result.cycle)
-        why = "hide a turning point"
-        if others is not None:
-            for cycles, other in zip(same, others, strict=True):
-                cycles[index] = other.cycle._replace(index=index)
-            own = _halved_limits(result, others, share)
-            if shows_turns(record, result.cycle, coarse[index]):
-                own |= _by_turns(0.0, 0.0)
-            limits[index] = _both(limits.get(index, {}), own)
-            why = _too_much(result, limits[index], SURE * _NOISE * energy_noise_J(record, result.cycle))
-        if why:
-            between = f"its samples, {coarse[index]:.3g} s apart,"
-            refused[index] = f"what lies between {between} may {why}: record or export it at a higher rate"
+        limits[index] = _both(limits.get(index, {}), found[index])
+        noise_J = _noise_J(record, result.cycle, coarse[index], smooth=smooth)
+        if why := _too_much(result, limits[index], noise_J):
+            refused[index] = _between_what(record, coarse[index], why)
     halves = tuple(Reduced(half.record, cycles) for half, cycles in zip(pair.parts, same, strict=True))
     return replace(by_holes, limits=limits, refused=refused, halves=halves, share=share)
 
 
-def _share(looked_at: Sequence[CycleResult], second: _Every, third: _Every) -> float:
-    """Return how much of a change by half of the samples is the error of all of them, by energies."""
-    changes = np.zeros(2)
-    for result in looked_at:
-        own = [every.energy_change_J(result) for every in (second, third)]
-        if None not in own:
-            changes += np.abs(np.array(own, dtype=np.float64))
-    return share_of_step(float(changes[0]), float(changes[1]))
-
-
 def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[CycleResult]) -> GapBounds:
-    """Return what bridged holes may change, and what lies between the readings of a slower force."""
+    """Return what bridged holes may change."""
     own = _holes_of(narrow, results) if narrow else {}
-    if record.between is not None:
-        own = {r.cycle.index: own.get(r.cycle.index, ()) for r in results if r.cycle.complete}
     if not own:
         return GapBounds()
-    short = _without(record, _beside(record, narrow)) if narrow else record
-    if record.between is not None:
-        short = replace(short, force_kN=short.force_kN + record.between.at(short.time_s))
+    short = without(record, _beside(record, narrow))
     others = _Evaluated.of(short)
     limits, refused, same = {}, {}, {}
     for result in results:
@@ -167,12 +167,12 @@ def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[Cycle
             continue
         other = others.same(result.cycle)
         if other is None:
-            refused[index] = _refused(record, own[index], "hide a turning point")
+            refused[index] = _refused(own[index], "hide a turning point")
             continue
         same[index] = other.cycle._replace(index=index)
         limits[index] = _limits(result, other)
-        if why := _too_much(result, limits[index], _noise_J(record, result.cycle)):
-            refused[index] = _refused(record, own[index], why)
+        if why := _too_much(result, limits[index], 0.0):
+            refused[index] = _refused(own[index], why)
     for index, better in _by_donors(record, results, own, refused).items():
         limits[index] = better
         del refused[index]
@@ -180,16 +180,18 @@ def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[Cycle
 
 
 def _both(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-    """Return bounds by two causes: of each figure their sum, with the sign of the larger one."""
+    """Return bounds by two causes that have nothing in common: root of squares, sign of the larger one."""
     both = dict(other)
     for name, bound in one.items():
         second = other.get(name, 0.0)
         larger = bound if abs(bound) >= abs(second) else second
-        both[name] = float(np.copysign(abs(bound) + abs(second), larger))
+        both[name] = float(np.copysign(np.hypot(bound, second), larger))
     return both
 
 
-def _halved_limits(result: CycleResult, halves: Sequence[CycleResult], share: float) -> dict[str, float]:
+def _halved_limits(
+    result: CycleResult, halves: tuple[CycleResult, CycleResult], share: float
+) -> dict[str, float]:
     """Return the bounds of a cycle's figures by what half of its samples make of them."""
     even, odd = halves
     one, two = _changes(result, even), _changes(result, odd)
@@ -209,15 +211,13 @@ def _by_donors(
     refused: Mapping[int, str],
 ) -> dict[int, dict[str, float]]:
     """Return the bounds of refused cycles that the same holes in like cycles show to be small enough."""
-    if record.between is not None:  # no cycle is free of it
-        return {}
     wanted = [r for r in results if r.cycle.index in refused and r.cycle.steady]
     donors = choose_donors(wanted, results, own) if wanted else {}
     if not donors:
         return {}
     of = {result.cycle.index: result for result in results}
     lost = [opened(record, of[at].cycle, own[at], cycles) for at, cycles in donors.items()]
-    others = _Evaluated.of(_without(record, np.concatenate(lost)))
+    others = _Evaluated.of(without(record, np.concatenate(lost)))
     found = {}
     for index, cycles in donors.items():
         seen = [(of[cycle.index], others.same(cycle)) for cycle in cycles]
@@ -259,41 +259,33 @@ class _Evaluated:
 
 
 @dataclass(frozen=True, eq=False)
-class _Every:
-    """The cycles of a record in each of the parts that one of several samples makes."""
+class _Halves:
+    """The cycles of a record in each half of its samples."""
 
-    parts: tuple[_Evaluated, ...]
+    parts: tuple[_Evaluated, _Evaluated]
 
     @classmethod
-    def of(cls, record: Record, several: int) -> _Every:
-        return cls(
-            tuple(
-                _Evaluated.of(_without(record, without_every(record, several, first)))
-                for first in range(several)
-            )
-        )
+    def of(cls, record: Record, *, thinned: bool) -> _Halves:
+        even, odd = (_Evaluated.of(half_of(record, first, thinned=thinned)) for first in (0, 1))
+        return cls((even, odd))
 
-    def same(self, cycle: Cycle) -> tuple[CycleResult, ...] | None:
-        """Return the cycle as each of the parts has it; None where one does not have it."""
-        found = [part.same(cycle) for part in self.parts]
-        known = tuple(one for one in found if one is not None)
-        return known if len(known) == len(found) else None
-
-    def energy_change_J(self, result: CycleResult) -> float | None:  # noqa: N802 - the unit keeps its capital
-        """Return by how much its absorbed energy is another one in the mean of the parts."""
-        own, others = result.quantities.absorbed_energy_J, self.same(result.cycle)
-        if own is None or others is None:
-            return None
-        known = [other.quantities.absorbed_energy_J for other in others]
-        return float(np.mean([energy - own for energy in known if energy is not None]))
+    def same(self, cycle: Cycle) -> tuple[CycleResult, CycleResult] | None:
+        """Return the cycle as both halves have it; None where one does not have it."""
+        even, odd = (part.same(cycle) for part in self.parts)
+        return None if even is None or odd is None else (even, odd)
 
 
-def _refused(record: Record, holes: Sequence[Hole], why: str) -> str:
-    if not holes and record.between is not None:
-        readings = f"the readings of the force, {record.between.step_s:.3g} s apart"
-        return f"what lies between {readings}, may {why}: record or export it at a higher rate"
+def _refused(holes: Sequence[Hole], why: str) -> str:
     more = f" and {len(holes) - 1} more" if len(holes) > 1 else ""
     return f"what is not on record of it may {why}: {holes[0].text}{more}"
+
+
+def _between_what(record: Record, step_s: float, why: str) -> str:
+    """Return why a cycle is not evaluated whose samples, or readings of the force, are too few."""
+    between = f"its samples, {step_s:.3g} s apart,"
+    if record.between is not None and record.between.step_s > step_s:
+        between = f"the readings of the force, {record.between.step_s:.3g} s apart,"
+    return f"what lies between {between} may {why}: record or export it at a higher rate"
 
 
 def _holes_of(holes: Sequence[Hole], results: Sequence[CycleResult]) -> dict[int, tuple[Hole, ...]]:
@@ -328,23 +320,6 @@ def _beside(record: Record, holes: Sequence[Hole]) -> NDArray[np.intp]:
         strict=True,
     )
     return np.concatenate([np.arange(a, b) for a, b in sides])
-
-
-def _without(record: Record, lost: NDArray[np.intp]) -> Record:
-    """Return the record without some samples; its first and last one stay."""
-    keep = np.ones(record.time_s.size, dtype=bool)
-    keep[lost] = False
-    keep[[0, -1]] = True
-    kept = np.flatnonzero(keep)
-    return replace(
-        record,
-        time_s=record.time_s[kept],
-        stroke_mm=record.stroke_mm[kept],
-        force_kN=record.force_kN[kept],
-        speed_mm_per_s=None,
-        wire_difference_mm=None,
-        breaks=tuple(np.searchsorted(kept, record.breaks).tolist()),
-    )
 
 
 def _limits(result: CycleResult, other: CycleResult) -> dict[str, float]:
@@ -382,11 +357,12 @@ def _by_turns(low_mm: float, high_mm: float) -> dict[str, float]:
     }
 
 
-def _noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital
-    """Return what the noise of an interpolated force explains of a change of W_a."""
-    if record.between is None:
-        return 0.0
-    return SURE * _NOISE * record.between.noise_J(cycle.range_mm, cycle.duration_s)
+def _noise_J(record: Record, cycle: Cycle, step_s: float, *, smooth: bool) -> float:  # noqa: N802 - the unit
+    """Return what noise explains of a change of W_a. Where samples are few, corners look like noise."""
+    noise_J = energy_noise_J(record, cycle) if smooth or shows_turns(record, cycle, step_s) else 0.0
+    if record.between is not None:
+        noise_J = float(np.hypot(noise_J, record.between.noise_J(cycle.range_mm, cycle.duration_s)))
+    return SURE * _NOISE * noise_J
 
 
 def _too_much(result: CycleResult, limits: Mapping[str, float], noise_J: float) -> str:

@@ -3,14 +3,15 @@
 A preload that is taken up, a force that jumps where the stroke turns, a corner of the stroke lie anywhere
 between two samples. How much of a figure hangs on that is shown by the record itself, read once with every
 second sample and once with the others. Where a jump lies in one step, the two differ by as much as it can be
-wrong by. What both have in common is the error of an interpolation, and grows with a power of the step, which
-every third sample shows. So it is in a record that is written by event, however many samples it has: a
-turning point lies up to an event beyond the last of them.
+wrong by. What both have in common is the error of an interpolation, which grows with the step. Where the
+samples show a smooth curve, it grows with the fourth power. So it is in a record that is written by event,
+however many samples it has: a turning point lies up to an event beyond the last of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,43 +23,83 @@ from evaluation.reversals import noise_sigma
 
 FEW_SAMPLES = 250
 """Cycles of fewer samples are looked at: in others a step is too short to matter."""
+_SMALL, _NOISY = 0.085, 1.5 * float(np.sqrt(70.0))
+"""Fourth differences are small up to this share of second ones, and 1.5 times what noise makes of them."""
+_LEAST_STEPS, _EVEN = 8, 1.2
 _TURNS_SAMPLES = 100
 """A cycle of so many shows its turning points: how blunt they may be between samples is in the u of each."""
-_ORDERS = np.linspace(1.0, 4.0, 61)
-"""Powers of the step that an error may go with: of a jump, up to that of a spline through a smooth curve."""
+_SAME_RANGE = 0.1
+"""Ranges are the same that differ by no more than this share."""
+SMOOTH_SHARE = 1.0 / 15.0
+"""Between samples that show a smooth curve a spline's error goes with the fourth power of the step: e of a
+step, 16 e of a step of two, of which the difference is seen."""
 
 
 def halves_bound(even: float, odd: float, share: float) -> float:
     """Return the bound of a figure by its changes when it is read from every second sample, and the others.
 
-    The larger one of ``share`` (:func:`share_of_step`) of what both have in common and half their difference.
+    So much (``share``) of the larger one of what both have in common and half their difference.
     """
-    common, apart = 0.5 * (even + odd) * share, 0.5 * (even - odd)
-    return common if abs(common) >= abs(apart) else apart
+    common, apart = 0.5 * (even + odd), 0.5 * (even - odd)
+    return share * (common if abs(common) >= abs(apart) else apart)
 
 
-def share_of_step(second: float, third: float) -> float:
-    """Return the error at a step as a share of what doubling it changes: 1 / (2ᵖ - 1).
+def is_resolved(record: Record, cycles: Sequence[Cycle]) -> bool:
+    """Say whether samples show their curves: fourth differences are small beside second ones, but for noise.
 
-    If errors go with the p-th power of the step, steps of three change (3ᵖ - 1) / (2ᵖ - 1) times as much as
-    steps of two. As steps get shorter p does not fall: corners and recoveries are resolved.
+    Of a sine of n samples a cycle they are (2π / n)² of these; at a jump or a corner they are larger.
 
     Parameters
     ----------
-    second, third : float
-        Changes by steps of two and of three.
+    record : Record
+    cycles : sequence of Cycle
+        That are looked at.
     """
-    if second <= 0.0 or not np.isfinite(third):
-        return 1.0
-    ratio = (3.0**_ORDERS - 1.0) / (2.0**_ORDERS - 1.0)
-    order = float(np.interp(third / second, ratio, _ORDERS))
-    return float(1.0 / (2.0**order - 1.0))
+    start_s, end_s = min(cycle.start_s for cycle in cycles), max(cycle.end_s for cycle in cycles)
+    inside = slice(*np.searchsorted(record.time_s, (start_s, end_s)).tolist())
+    step = np.diff(record.time_s[inside])
+    if step.size < _LEAST_STEPS or np.max(step) > _EVEN * np.min(step):
+        return False
+    return all(
+        float(np.max(np.abs(np.diff(values[inside], 4))))
+        <= _SMALL * float(np.max(np.abs(np.diff(values[inside], 2)))) + _NOISY * noise_sigma(values)
+        for values in (record.stroke_mm, record.force_kN)
+    )
+
+
+def no_less_than_usual(
+    bounds: Mapping[int, Mapping[str, float]], range_mm: Mapping[int, float]
+) -> dict[int, dict[str, float]]:
+    """Return bounds of which none is less than the median of its figure among cycles of the same range.
+
+    That both halves of a cycle's samples agree, and all of them do not, happens by chance.
+
+    Parameters
+    ----------
+    bounds : mapping of int to mapping
+        By cycle and figure.
+    range_mm : mapping of int to float
+        By cycle.
+    """
+    alike: dict[int, list[int]] = {}
+    for index in bounds:
+        alike.setdefault(round(float(np.log(range_mm[index])) / _SAME_RANGE), []).append(index)
+    found = {}
+    for cycles in alike.values():
+        names = set.intersection(*(set(bounds[index]) for index in cycles))
+        usual = {name: float(np.median([abs(bounds[index][name]) for index in cycles])) for name in names}
+        for index in cycles:
+            found[index] = {
+                name: float(np.copysign(max(abs(bound), usual.get(name, 0.0)), bound))
+                for name, bound in bounds[index].items()
+            }
+    return found
 
 
 def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, float]:
     """Return the complete cycles that have few samples, by number, and how far these are apart [s].
 
-    Of a record that is written by event, all.
+    Of a record that is written by event, or whose force was interpolated between readings of its own, all.
 
     Parameters
     ----------
@@ -66,7 +107,7 @@ def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, f
     results : sequence of CycleResult
         Of that record.
     """
-    if record.averaged > 1:
+    if record.averaged > 1 and record.between is None:
         return {}
     whole = [result.cycle for result in results if result.cycle.complete]
     ends = np.array([(cycle.start_s, cycle.end_s) for cycle in whole]).reshape(-1, 2)
@@ -74,7 +115,7 @@ def coarse_cycles(record: Record, results: Sequence[CycleResult]) -> dict[int, f
     return {
         cycle.index: cycle.duration_s / max(1, count)
         for cycle, count in zip(whole, (last - first).tolist(), strict=True)
-        if count < FEW_SAMPLES or record.by_event
+        if count < FEW_SAMPLES or record.by_event or record.between is not None
     }
 
 
@@ -83,10 +124,38 @@ def shows_turns(record: Record, cycle: Cycle, step_s: float) -> bool:
     return not record.by_event and cycle.duration_s >= _TURNS_SAMPLES * step_s
 
 
-def without_every(record: Record, several: int, first: int) -> NDArray[np.intp]:
-    """Return the samples that leave when one of ``several`` stays, from ``first`` on."""
-    samples = np.arange(record.time_s.size)
-    return np.asarray(samples[samples % several != first], dtype=np.intp)
+def half_of(record: Record, first: int, *, thinned: bool) -> Record:
+    """Return the record with every second sample, from ``first`` on; all where it is not ``thinned``.
+
+    Where the force was interpolated between readings of its own, every second one of these makes it.
+    """
+    if record.between is not None:
+        record = replace(record, force_kN=record.force_kN + record.between.at(first, record.time_s))
+    if not thinned:
+        return record
+    return without(record, np.arange(1 - first, record.time_s.size, 2))
+
+
+def is_few(record: Record, cycle: Cycle, step_s: float) -> bool:
+    """Say whether a cycle has few samples, ``step_s`` apart, or those of a log by event."""
+    return record.averaged == 1 and (record.by_event or cycle.duration_s < FEW_SAMPLES * step_s)
+
+
+def without(record: Record, lost: NDArray[np.intp]) -> Record:
+    """Return the record without some samples; its first and last one stay."""
+    keep = np.ones(record.time_s.size, dtype=bool)
+    keep[lost] = False
+    keep[[0, -1]] = True
+    kept = np.flatnonzero(keep)
+    return replace(
+        record,
+        time_s=record.time_s[kept],
+        stroke_mm=record.stroke_mm[kept],
+        force_kN=record.force_kN[kept],
+        speed_mm_per_s=None,
+        wire_difference_mm=None,
+        breaks=tuple(np.searchsorted(kept, record.breaks).tolist()),
+    )
 
 
 def energy_noise_J(record: Record, cycle: Cycle) -> float:  # noqa: N802 - the unit keeps its capital

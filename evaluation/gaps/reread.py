@@ -24,7 +24,7 @@ class Reread(Container[int]):
     halves : tuple of mapping
         From every second sample, and from the others.
     share : float
-        Of what these have in common, so much counts.
+        So much of what these change counts.
     """
 
     widened: Mapping[int, CyclePropagation] = field(default_factory=dict)

