@@ -6,6 +6,7 @@ import numpy as np
 
 from evaluation.quantities import SPEED_WINDOW
 from evaluation.record import FloatArray, Record
+from evaluation.smoothing import moving_slopes
 
 _LEAST_WINDOW = 5
 _PEAK_OF_NOISE = 5.0
@@ -31,8 +32,6 @@ def branch_speed(record: Record, start_s: float, end_s: float, noise_mm: float) 
     (float, float) or None
         None below five samples.
     """
-    from scipy.signal import savgol_filter  # noqa: PLC0415 - half a second, for runs that are judged only
-
     first = int(np.searchsorted(record.time_s, start_s, side="right"))
     last = int(np.searchsorted(record.time_s, end_s, side="left"))
     time, stroke = record.time_s[first:last], record.stroke_mm[first:last]
@@ -41,7 +40,8 @@ def branch_speed(record: Record, start_s: float, end_s: float, noise_mm: float) 
     window = max(_LEAST_WINDOW, 2 * int(0.5 * SPEED_WINDOW * time.size) + 1)
     even: FloatArray = np.linspace(time[0], time[-1], time.size)
     step_s = float(even[1] - even[0])
-    slope = savgol_filter(np.interp(even, time, stroke), window, 2, deriv=1, delta=step_s)
+    count = np.array([time.size])
+    slope = moving_slopes(np.interp(even, time, stroke)[None], count, window)[0] / step_s
     whole = slope[window // 2 : slope.size - window // 2]
     u = noise_mm * float(np.sqrt(12.0 / (window * (window**2 - 1.0)))) / step_s
     return float(np.max(np.abs(whole))), _PEAK_OF_NOISE * u
