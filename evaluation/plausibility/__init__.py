@@ -11,9 +11,13 @@ from dataclasses import replace
 
 from evaluation.plausibility.clipped import clipped
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
+from evaluation.plausibility.jumps import jumps
 from evaluation.plausibility.look import Look, Samples
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
+from evaluation.plausibility.scale import implausible_units
+from evaluation.plausibility.signs import turned_signs
 from evaluation.plausibility.spikes import spikes
+from evaluation.plausibility.unlike import unlike_cycles
 
 __all__ = [
     "DETECTORS",
@@ -31,7 +35,14 @@ __all__ = [
 ]
 
 Detector = Callable[[Look], list[Finding]]
-DETECTORS: tuple[Detector, ...] = (clipped, spikes)
+DETECTORS: tuple[Detector, ...] = (
+    clipped,
+    spikes,
+    implausible_units,
+    turned_signs,
+    jumps,
+    unlike_cycles,
+)
 """Every detector, in the order in which their findings are told."""
 _LEAST_SAMPLES = 8
 
