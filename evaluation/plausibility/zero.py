@@ -15,6 +15,8 @@ UNSTATED = 0.02
 """Share of the range by which it is off where the channel states no zero …"""
 UNSTATED_DRIFT = 0.01
 """… and by which it moves."""
+IN_CONTACT = 0.02
+"""Share of the range by which it moves where the specimen is in contact, from its first unloading on."""
 FREE_MM = 0.15
 """So far before first contact nothing is loaded."""
 SURE = 6.0
@@ -39,14 +41,14 @@ def zero_of_force(look: Look) -> list[Finding]:
     rests = rests_of(look)
     if not rests:
         return []
-    moving = _moving(look, rests)
+    # In contact, a specimen that was never loaded pushes otherwise than one that was unloaded.
+    moving = _moving(look, rests if _free(rests) else rests[1:])
     if moving is not None:
         return [moving]
     level = float(np.median([rest.levels_kN for rest in rests]))
     sure = SURE * max(rest.u_kN for rest in rests)
-    free = all(rest.stroke_mm < -FREE_MM for rest in rests)
     # At first contact a preload may rest on the cell; a specimen never pulls at it.
-    if abs(level) <= _limit(look, UNSTATED) + sure or not (free or level < 0.0):
+    if abs(level) <= _limit(look, UNSTATED) + sure or not (_free(rests) or level < 0.0):
         return []
     text = (
         f"force zero off: the force is {level:+.3g} kN at rest without contact ({_stated(look)}); all "
@@ -62,9 +64,16 @@ def _finding(look: Look, kind: FindingKind, size: float, text: str) -> Finding:
     )
 
 
-def _limit(look: Look, unstated: float) -> float:
+def _free(rests: list[Rest]) -> bool:
+    """Say whether nothing is loaded at rests."""
+    return all(rest.stroke_mm < -FREE_MM for rest in rests)
+
+
+def _limit(look: Look, unstated: float, *, free: bool = True) -> float:
     """Return by how much the zero may be off [kN]."""
     stated = look.facts.force_uncertainty
+    if not free:
+        return IN_CONTACT * look.force.span
     if stated is None or stated.zero is None:
         return unstated * look.force.span
     return max(stated.zero, LEAST * look.force.span)
@@ -83,7 +92,7 @@ def _moving(look: Look, rests: list[Rest]) -> Finding | None:
     levels = np.array([rest.levels_kN for rest in rests]).ravel()
     moved = float(np.ptp(levels))
     sure = 2.0 * SURE * max(rest.u_kN for rest in rests)
-    if len(rests) < 2 or moved <= _limit(look, UNSTATED_DRIFT) + sure:
+    if len(rests) < 2 or moved <= _limit(look, UNSTATED_DRIFT, free=_free(rests)) + sure:
         return None
     change, lasts = np.diff(levels), np.diff(times)
     within = float(np.sum(np.abs(change[::2])))
