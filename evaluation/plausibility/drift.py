@@ -19,8 +19,10 @@ SHARE = 0.03
 """Share of the range of the force over the whole record, from which on a drift is told."""
 STEADY = 0.25
 """In each half of the cycles it goes at this share of its mean pace at least, as no relaxation does."""
-SURE = 4.0
-"""It is so many times what the scatter of the cycles leaves uncertain."""
+SURE, TOLD = 3.5, 2.5
+"""It is so many times what the scatter of the cycles leaves uncertain: in all, and in steps that tell."""
+_LEAST = 1e-3
+"""No scatter is taken to be less than this share of the range."""
 _FEWEST = 4
 _SETTLING = 2
 """So many cycles are left out at first, of three times as many and more."""
@@ -48,16 +50,18 @@ def drift_of_loops(look: Look) -> list[Finding]:
     if look.facts.kind != "harmonic":
         return []
     paces = [_pace(series) for series in series_of(look) if series.index.size >= _FEWEST]
-    lasts_s = sum(pace.lasts_s for pace in paces)
-    if not paces or lasts_s <= 0.0:
+    if not paces:
         return []
     start_s, end_s = float(look.force.time_s[0]), float(look.force.time_s[-1])
-    size = (end_s - start_s) * sum(pace.moved_kN for pace in paces) / lasts_s
+    rates = np.array([pace.moved_kN / pace.lasts_s for pace in paces])
+    weights = np.array([pace.lasts_s / pace.u_kN for pace in paces]) ** 2
+    size = (end_s - start_s) * float(np.sum(weights * rates) / np.sum(weights))
+    u_kN = (end_s - start_s) / float(np.sqrt(np.sum(weights)))
     stated = look.facts.force_uncertainty
     limit = max(SHARE * look.force.span, 0.0 if stated is None else stated.zero or 0.0)
-    u_kN = (end_s - start_s) * float(np.sqrt(sum(pace.u_kN**2 for pace in paces))) / lasts_s
-    same_way = all(pace.moved_kN * size > 0.0 for pace in paces)
-    if abs(size) <= max(limit, SURE * u_kN) or not same_way or min(pace.slower for pace in paces) < STEADY:
+    told = [pace for pace in paces if abs(pace.moved_kN) > TOLD * pace.u_kN]
+    steady = all(pace.moved_kN * size > 0.0 and pace.slower > STEADY for pace in told)
+    if abs(size) <= max(limit, SURE * u_kN) or not steady:
         return []
     text = (
         f"force drifts by {size:+.3g} kN over the record: greatest and least force of the cycles move "
@@ -80,6 +84,8 @@ def _pace(series: Series) -> _Pace:
     )
     left = even - np.polyval(np.polyfit(time, even, 1), time)
     # Standard deviation of a movement over the whole by what the cycles scatter about the line.
-    u_kN = float(np.sqrt(12.0 * np.dot(left, left) / (time.size - 2) / time.size))
+    u_kN = _LEAST * float(np.median(series.force_range)) + float(
+        np.sqrt(12.0 * np.dot(left, left) / (time.size - 2) / time.size)
+    )
     slower = min(one / whole, two / whole) if whole else 0.0
     return _Pace(whole * last, last, slower, u_kN)

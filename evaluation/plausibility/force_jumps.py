@@ -35,6 +35,11 @@ ALONE_IN_PASS = 4.0
 """… if it is so many times the next largest one of the pass."""
 TURN = 0.1
 """… and is so far from the ends of the pass, as a share of its stroke: friction turns there."""
+LONE, LONE_SHARE = 8.0, 0.02
+"""In a harmonic run of more than three cycles, a leap of this share of the range counts wherever it is, if it
+is so many times the fourth largest."""
+EVEN = 0.5
+"""… and the speed of the stroke changes there by less than this share of itself."""
 LOADED_SHARE = 0.03
 """At a rest under load, in which friction may let go, a leap counts from this share on."""
 _MOST = 3
@@ -62,9 +67,43 @@ def force_jumps(look: Look) -> list[Finding]:
     if not large:
         return []
     ways = ways_of([result.cycle for result in look.results])
-    jumps = [leap for leap in large if _is_jump(look, leap, leaps, ways)]
+    lone = _lone_size(look, leaps)
+    jumps = [leap for leap in large if _is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)]
     # What jumps again and again is not the measuring chain.
     return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
+
+
+def _lone_size(look: Look, leaps: Sequence[Leap]) -> float:
+    """Return from which size on a leap of a harmonic run is one that neither its turns nor its noise make.
+
+    What turns make they make in every cycle, so that only the first few leaps can be others.
+    """
+    complete = sum(result.cycle.complete for result in look.results)
+    if look.facts.kind != "harmonic" or complete <= _MOST or len(leaps) <= _MOST:
+        return float("inf")
+    return max(LONE_SHARE * look.force.span, LONE * abs(leaps[_MOST].size))
+
+
+def _is_lone(look: Look, leap: Leap, least: float) -> bool:
+    """Say whether a leap is large beyond all others, in even motion, and not at the least force on record.
+
+    A damper's force leaps where its motion begins and ends.
+    """
+    force, stroke = look.force, look.stroke
+    lower_kN = float(np.min(force.value[[leap.first, leap.last]]))
+    if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_SHARE * force.span:
+        return False
+    before, after = (
+        np.arange(max(0, leap.first - _STILL_SAMPLES // 4), leap.first + 1),
+        np.arange(leap.last, min(force.time_s.size, leap.last + _STILL_SAMPLES // 4 + 1)),
+    )
+    speeds = [
+        float(np.polyfit(force.time_s[rows] - force.time_s[leap.first], stroke.at(force.time_s[rows]), 1)[0])
+        for rows in (before, after)
+        if rows.size > _STILL_SAMPLES // 4
+    ]
+    fastest = 2.0 * max(abs(speed) for speed in speeds) if speeds else 0.0
+    return len(speeds) == 2 and 2.0 * abs(speeds[1] - speeds[0]) < EVEN * fastest
 
 
 def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way]) -> bool:

@@ -29,6 +29,8 @@ _LONGER = 2.5
 """A step that lasts so many times longer than those beside it is a pause of the logger, or a hole."""
 _EVEN = 0.5
 """The steps on one side of a leap differ by less than this share of it."""
+_NEAR_BREAK = 2
+"""Channels have instants of their own, a little off those of the record."""
 _WHOLE = 150_000
 _CHUNKS = 4
 """Of more samples, so many chunks of :class:`evaluation.plausibility.look.Scan` are looked at: those with the
@@ -60,7 +62,7 @@ def largest_leaps(channel: Samples, breaks_s: Sequence[float], count: int) -> li
         for part in _parts(channel)
         for width in WIDTHS
         for leap in _leaps(channel, part, width, 8 * count)
-        if not any(leap.first < at <= leap.last for at in broken)
+        if not any(leap.first - _NEAR_BREAK < at <= leap.last + _NEAR_BREAK for at in broken)
     ]
     leaps: list[Leap] = []
     for leap in sorted(found, key=_order):
