@@ -88,11 +88,13 @@ def _stated(look: Look) -> str:
 
 def _moving(look: Look, rests: list[Rest]) -> Finding | None:
     """Return a zero that moves between rests: all the time, or at once."""
+    if len(rests) < 2:
+        return None
     times = np.array([rest.times_s for rest in rests]).ravel()
     levels = np.array([rest.levels_kN for rest in rests]).ravel()
     moved = float(np.ptp(levels))
     sure = 2.0 * SURE * max(rest.u_kN for rest in rests)
-    if len(rests) < 2 or moved <= _limit(look, UNSTATED_DRIFT, free=_free(rests)) + sure:
+    if moved <= _limit(look, UNSTATED_DRIFT, free=_free(rests)) + sure:
         return None
     change, lasts = np.diff(levels), np.diff(times)
     within = float(np.sum(np.abs(change[::2])))
