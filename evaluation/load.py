@@ -283,6 +283,8 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         stand=occasion.stand,
         speed_uncertainty=_stated(channels["speed"]) if "speed" in channels else None,
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
+        force_limit_kN=_stand_limit(run, "force_max_kN"),
+        stroke_limit_mm=_stand_limit(run, "stroke_max_mm"),
         moving_mass_kg=moving_mass_kg(run.metadata),
         moving_mass_accuracy_percent=_stand_number(run.metadata, "moving_mass_accuracy_percent"),
         force_cell=_force_cell(run),
@@ -318,6 +320,11 @@ def _empty_wires(run: Run, used: Sequence[str]) -> tuple[str, ...]:
 
 def _stated_number(run: Run, key: str) -> float | None:
     value = (run.metadata.get("test") or {}).get(key)
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _stand_limit(run: Run, key: str) -> float | None:
+    value = ((run.metadata.get("limits") or {}).get("stand") or {}).get(key)
     return float(value) if isinstance(value, int | float) else None
 
 

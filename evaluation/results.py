@@ -59,6 +59,10 @@ class RunFacts:
     """One entry a draw wire, as ``stroke_uncertainty``; empty: nothing is known."""
     stand: str = ""
     """Id of the stand; empty where the record names none."""
+    force_limit_kN: float | None = None
+    """Largest force of the stand, as its file states it [kN]; None where the record names no stand."""
+    stroke_limit_mm: float | None = None
+    """Largest stroke of the stand, as its file states it [mm]."""
     speed_uncertainty: ChannelUncertainty | None = None
     """Of a measured speed channel, where there is one and it states any."""
     force_delay_s: float = 0.0

@@ -112,8 +112,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         )
     results = without_claims(results, spoiled)
     complete = tuple(r for r in results if r.cycle.complete)
-    warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ())]
-    warnings += found.warnings
+    warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ()), *found.warnings]
     warnings += spoiled.warnings(_numbered)
     warnings += _record_warnings(record, facts, results, division)
     if samples.time_s.size:

@@ -15,10 +15,14 @@ from evaluation.plausibility.codes import codes
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
 from evaluation.plausibility.frozen import frozen
 from evaluation.plausibility.held import held
+from evaluation.plausibility.jumps import jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
 from evaluation.plausibility.samples import Samples
+from evaluation.plausibility.scale import implausible_units
+from evaluation.plausibility.signs import turned_signs
 from evaluation.plausibility.spikes import spikes
+from evaluation.plausibility.unlike import unlike_cycles
 
 __all__ = [
     "DETECTORS",
@@ -37,7 +41,17 @@ __all__ = [
 ]
 
 Detector = Callable[[Look], list[Finding]]
-DETECTORS: tuple[Detector, ...] = (codes, clipped, held, frozen, spikes)
+DETECTORS: tuple[Detector, ...] = (
+    codes,
+    clipped,
+    held,
+    frozen,
+    spikes,
+    implausible_units,
+    turned_signs,
+    jumps,
+    unlike_cycles,
+)
 """Every detector, in the order in which their findings are told."""
 _LEAST_SAMPLES = 8
 

@@ -89,6 +89,12 @@ class Look:
         np.add.at(change, last[some], -1)
         return tuple(self.results[row].cycle.index for row in np.flatnonzero(np.cumsum(change)[:-1]).tolist())
 
+    @cached_property
+    def breaks_s(self) -> tuple[float, ...]:
+        """Moments of the last sample before each interruption of the record [s]."""
+        before = np.array(self.samples.breaks, dtype=np.intp) - 1
+        return tuple(self.samples.time_s[before].tolist())
+
     @property
     def out(self) -> frozenset[str]:
         """Draw wires that are not used, because they stand still."""

@@ -1,0 +1,186 @@
+"""Jumps of the force at one instant, held against the force at that stroke in the other strokes.
+
+A specimen makes fast changes of force, too: a preload that is met, friction that turns, a stick that slips.
+The first two happen at the same stroke in every pass, so that nothing is left when another pass is taken off;
+the last one leaves many leaps alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from evaluation.plausibility.finding import Finding, FindingKind
+from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps
+from evaluation.plausibility.look import Look
+from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
+
+SHARE = 0.006
+"""A jump is at least this share of the range of the force …"""
+NOISES, STEPS = 8.0, 2.0
+"""… so many standard deviations of its noise, so many steps of its converter …"""
+ALONE = 3.0
+"""… and so many times the twentieth largest leap."""
+AGREE = 0.5
+"""Beyond most of the other passes it is at least this share of the leap …"""
+OF_STEP = 0.25
+"""… and this one of the whole step: how exactly passes can be compared where the force changes fast."""
+MOST_PASSES = 0.7
+UNLOADED = 0.02
+"""A leap from or to the force at the low end of its pass, within this share of the range, is a contact."""
+ALONE_SHARE = 0.05
+"""Of a pass that no other is like (a ramp), a leap counts from this share of the range on …"""
+ALONE_IN_PASS = 4.0
+"""… if it is so many times the next largest one of the pass."""
+TURN = 0.1
+"""… and is so far from the ends of the pass, as a share of its stroke: friction turns there."""
+LONE, LONE_SHARE = 8.0, 0.02
+"""In a harmonic run of more than three cycles, a leap of this share of the range counts wherever it is, if it
+is so many times the fourth largest."""
+EVEN = 0.5
+"""… and the speed of the stroke changes there by less than this share of itself."""
+LOADED_SHARE = 0.03
+"""At a rest under load, in which friction may let go, a leap counts from this share on."""
+_MOST = 3
+_LOOKED_AT = 40
+_ASIDES = (0.012, 0.004)
+"""Shares of the stroke's range beside a leap that are left out of the comparison; the smaller near a turn."""
+_STILL_SAMPLES = 40
+_STILL = 5e-5
+_STEADY = 0.4
+
+
+def force_jumps(look: Look) -> list[Finding]:
+    """Return the instants at which the force jumps while neither stroke nor other strokes explain it.
+
+    Parameters
+    ----------
+    look : Look
+    """
+    force = look.force
+    leaps = largest_leaps(force, look.breaks_s, _LOOKED_AT)
+    least = max(SHARE * force.span, NOISES * force.sampling.sigma, STEPS * force.sampling.step)
+    if len(leaps) > _LOOKED_AT // 2:
+        least = max(least, ALONE * abs(leaps[_LOOKED_AT // 2].size))
+    large = [leap for leap in leaps if abs(leap.size) > least and goes_on(force, leap)]
+    if not large:
+        return []
+    ways = ways_of([result.cycle for result in look.results])
+    lone = _lone_size(look, leaps)
+    jumps = [leap for leap in large if _is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)]
+    # What jumps again and again is not the measuring chain.
+    return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
+
+
+def _lone_size(look: Look, leaps: Sequence[Leap]) -> float:
+    """Return from which size on a leap of a harmonic run is one that neither its turns nor its noise make.
+
+    What turns make they make in every cycle, so that only the first few leaps can be others.
+    """
+    complete = sum(result.cycle.complete for result in look.results)
+    if look.facts.kind != "harmonic" or complete <= _MOST or len(leaps) <= _MOST:
+        return float("inf")
+    return max(LONE_SHARE * look.force.span, LONE * abs(leaps[_MOST].size))
+
+
+def _is_lone(look: Look, leap: Leap, least: float) -> bool:
+    """Say whether a leap is large beyond all others, in even motion, and not at the least force on record.
+
+    A damper's force leaps where its motion begins and ends.
+    """
+    force, stroke = look.force, look.stroke
+    lower_kN = float(np.min(force.value[[leap.first, leap.last]]))
+    if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_SHARE * force.span:
+        return False
+    before, after = (
+        np.arange(max(0, leap.first - _STILL_SAMPLES // 4), leap.first + 1),
+        np.arange(leap.last, min(force.time_s.size, leap.last + _STILL_SAMPLES // 4 + 1)),
+    )
+    speeds = [
+        float(np.polyfit(force.time_s[rows] - force.time_s[leap.first], stroke.at(force.time_s[rows]), 1)[0])
+        for rows in (before, after)
+        if rows.size > _STILL_SAMPLES // 4
+    ]
+    fastest = 2.0 * max(abs(speed) for speed in speeds) if speeds else 0.0
+    return len(speeds) == 2 and 2.0 * abs(speeds[1] - speeds[0]) < EVEN * fastest
+
+
+def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way]) -> bool:
+    force = look.force
+    if _at_rest(look, leap):
+        low = float(np.min(np.abs(force.value[[leap.first, leap.last]])))
+        loaded = low > UNLOADED * force.span
+        return not loaded or abs(leap.size) > LOADED_SHARE * force.span
+    from_s, to_s = float(force.time_s[leap.first]), float(force.time_s[leap.last])
+    way = next((one for one in ways if one.start_s <= from_s and to_s <= one.end_s), None)
+    if way is None:
+        return False
+    own = pass_of(look, way)
+    below_kN = float(force.value[leap.first if way.way > 0 else leap.last])
+    if not own.force_kN.size or abs(below_kN - float(np.median(own.force_kN[:3]))) < UNLOADED * force.span:
+        return False
+    others = others_of(look, ways, way, own)
+    if others:
+        return _beyond(look, leap, own, others)
+    return _alone_in_pass(look, leap, leaps, way)
+
+
+def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool:
+    """Say whether the force leaves, with a leap, what it is at that stroke in most other passes."""
+    force, stroke = look.force, look.stroke
+    low_mm, high_mm = sorted(stroke.at(force.time_s[[leap.first, leap.last]]).tolist())
+    step = float(force.value[leap.last] - force.value[leap.first])
+    least = max(AGREE * abs(leap.size), OF_STEP * abs(step))
+    for share in _ASIDES:
+        sizes = own.way * beyond_others(own, others, (low_mm, high_mm), share * stroke.span)
+        if sizes.size:
+            return float(np.mean(sizes * np.sign(leap.size) > least)) > MOST_PASSES
+    return False
+
+
+def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> bool:
+    """Say whether a leap of a pass that no other is like, away from its turns, stands out from all others."""
+    force = look.force
+    from_s, to_s = float(force.time_s[leap.first]), float(force.time_s[leap.last])
+    ends_mm = look.stroke.at(np.array([way.start_s, from_s, to_s, way.end_s]))
+    near_mm = TURN * abs(float(ends_mm[3] - ends_mm[0]))
+    if np.min(np.abs(ends_mm[1:3, None] - ends_mm[None, [0, 3]])) < near_mm:
+        return False
+    within = [
+        abs(other.size)
+        for other in leaps
+        if other != leap and way.start_s <= force.time_s[other.first] <= way.end_s
+    ]
+    least = max(ALONE_SHARE * force.span, ALONE_IN_PASS * max(within, default=0.0))
+    return abs(leap.size) > least
+
+
+def _at_rest(look: Look, leap: Leap) -> bool:
+    """Say whether stroke and force stand still on both sides of a leap."""
+    force, stroke = look.force, look.stroke
+    sides = (
+        slice(max(0, leap.first - _STILL_SAMPLES), leap.first + 1),
+        slice(leap.last, leap.last + _STILL_SAMPLES + 1),
+    )
+    before_mm, after_mm = (stroke.at(force.time_s[side]) for side in sides)
+    if min(before_mm.size, after_mm.size) <= _STILL_SAMPLES:
+        return False
+    noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
+    third = _STILL_SAMPLES // 3
+    moved_mm = abs(float(np.median(after_mm[-third:]) - np.median(before_mm[:third])))
+    if moved_mm > noise_mm or max(float(np.ptp(before_mm)), float(np.ptp(after_mm))) > 8.0 * noise_mm:
+        return False
+    return max(float(np.ptp(force.value[side])) for side in sides) < _STEADY * abs(leap.size)
+
+
+def _finding(look: Look, leap: Leap) -> Finding:
+    force = look.force
+    at_s, end_s = float(force.time_s[leap.first]), float(force.time_s[-1])
+    text = (
+        f"force jumps by {leap.size:+.3g} kN at {at_s:.6g} s, within {leap.last - leap.first} samples, "
+        "which neither the stroke nor the other strokes explain: gain or offset of the amplifier changed; "
+        "which of both sides is right is not on record: repeat the test"
+    )
+    kind: FindingKind = "offset-jump" if _at_rest(look, leap) else "gain-jump"
+    return Finding(kind, "force", at_s, end_s, look.all_cycles, leap.size, "kN", text, "spoils")

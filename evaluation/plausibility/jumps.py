@@ -1,0 +1,84 @@
+"""Jumps of both channels and the zero of the force: what a measuring chain does, at once or by and by."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evaluation.plausibility.drift import drift_of_loops
+from evaluation.plausibility.finding import Finding
+from evaluation.plausibility.force_jumps import force_jumps
+from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps
+from evaluation.plausibility.levels import level_jumps
+from evaluation.plausibility.look import Look
+from evaluation.plausibility.samples import Samples
+from evaluation.plausibility.zero import zero_of_force
+
+SHARE = 0.01
+"""A jump of the stroke is at least this share of its range …"""
+NOISES, STEPS = 8.0, 2.0
+"""… so many standard deviations of its noise, so many steps of its converter …"""
+ALONE = 3.0
+"""… and so many times the next largest leap, but for two that may be jumps themselves."""
+COARSE = 0.06
+"""Where the record's own speed makes more than this share of the range from sample to sample (fewer than 50
+samples a cycle), nothing is looked for."""
+_MOST = 3
+_LOOKED_AT = _MOST + 3
+_STEPS_LOOKED_AT = 20_000
+
+
+def jumps(look: Look) -> list[Finding]:
+    """Return jumps of the stroke and of the force, and a force whose zero is off or moves.
+
+    One fault shows in several ways, of which the most direct is told: the instant of a jump, else the force
+    at rests, else what changes from cycle to cycle. The force is held against the stroke, and that of other
+    cycles, which a stroke that jumped is not fit for.
+
+    Parameters
+    ----------
+    look : Look
+
+    Returns
+    -------
+    list of Finding
+        ``size`` is in mm or kN, of a gain that changed between cycles its ratio.
+    """
+    found = [
+        _of_stroke(look, channel, leap) for channel in look.strokes for leap in _stroke_leaps(look, channel)
+    ]
+    return found or force_jumps(look) or zero_of_force(look) or level_jumps(look) or drift_of_loops(look)
+
+
+def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
+    """Return the leaps that no motion of the record comes near to, in order of time."""
+    leaps = largest_leaps(channel, look.breaks_s, _LOOKED_AT)
+    sampling = channel.sampling
+    least = max(SHARE * channel.span, NOISES * sampling.sigma, STEPS * sampling.step)
+    if len(leaps) > _MOST:
+        least = max(least, ALONE * abs(leaps[_MOST].size))
+    fast = _fast(channel)
+    found = []
+    for leap in leaps[:_MOST]:
+        moves = fast * float(channel.time_s[leap.last] - channel.time_s[leap.first])
+        if abs(leap.size) > max(least, moves) and moves < COARSE * channel.span and goes_on(channel, leap):
+            found.append(leap)
+    return sorted(found)
+
+
+def _fast(channel: Samples) -> float:
+    """Return the speed that only one step in twenty exceeds [mm/s]."""
+    every = -(-channel.value.size // _STEPS_LOOKED_AT)
+    moved = np.abs(channel.value[1::every] - channel.value[:-1:every])
+    lasts_s = channel.time_s[1::every] - channel.time_s[:-1:every]
+    return float(np.quantile(moved[lasts_s > 0.0] / lasts_s[lasts_s > 0.0], 0.95))
+
+
+def _of_stroke(look: Look, channel: Samples, leap: Leap) -> Finding:
+    at_s, end_s = float(channel.time_s[leap.first]), float(channel.time_s[-1])
+    text = (
+        f"{channel.name} jumps by {leap.size:+.3g} mm at {at_s:.6g} s, within {leap.last - leap.first} "
+        "samples, and stays there: no motion of the record is as fast; a draw wire slipped or a plug was "
+        "loose: the zero is lost from there on, repeat the test"
+    )
+    touched = look.touched(at_s, end_s)
+    return Finding("stroke-jump", channel.name, at_s, end_s, touched, leap.size, "mm", text, "spoils")

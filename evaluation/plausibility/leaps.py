@@ -1,0 +1,135 @@
+"""Leaps of a channel: steps between samples that the motion before and after them does not make.
+
+A corner of the motion makes any step between those that the speeds on its two sides would make; what is left
+of a step beyond them is a leap. A channel that leaps again and again (samples that are held, a stick that
+slips) has many alike; one that the measuring chain made stands alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from evaluation.plausibility.samples import Samples
+from evaluation.record import FloatArray
+
+BESIDE = 3
+"""The motion on a side is the median speed of so many steps."""
+WIDTHS = (1, 4)
+"""A leap is made in one step, or in so many where a filter or an interpolation blurs it."""
+_MOVES = {1: 1.5, 4: 0.5}
+"""Over as many steps the motion beside a leap makes less than so many times its size."""
+_WIDER = 1.1
+"""What a wider step adds to the same leap counts for nothing below this ratio."""
+_REACH = 8
+"""Leaps so few samples beside each other are one."""
+_LONGER = 2.5
+"""A step that lasts so many times longer than those beside it is a pause of the logger, or a hole."""
+_EVEN = 0.5
+"""The steps on one side of a leap differ by less than this share of it."""
+_NEAR_BREAK = 2
+"""Channels have instants of their own, a little off those of the record."""
+_WHOLE = 150_000
+_CHUNKS = 4
+"""Of more samples, so many chunks of :class:`evaluation.plausibility.look.Scan` are looked at: those with the
+largest second differences."""
+
+
+class Leap(NamedTuple):
+    """A leap from sample ``first`` to sample ``last``: ``size`` is what the motion leaves of the step."""
+
+    first: int
+    last: int
+    size: float
+
+
+def largest_leaps(channel: Samples, breaks_s: Sequence[float], count: int) -> list[Leap]:
+    """Return the largest leaps of a channel, the largest first, none beside another.
+
+    Parameters
+    ----------
+    channel : Samples
+    breaks_s : sequence of float
+        Moments of the last sample before each interruption of the record [s]: a step across one is none.
+    count : int
+        So many at most.
+    """
+    broken = np.searchsorted(channel.time_s, np.asarray(breaks_s, dtype=np.float64), side="right").tolist()
+    found = [
+        leap
+        for part in _parts(channel)
+        for width in WIDTHS
+        for leap in _leaps(channel, part, width, 8 * count)
+        if not any(leap.first - _NEAR_BREAK < at <= leap.last + _NEAR_BREAK for at in broken)
+    ]
+    leaps: list[Leap] = []
+    for leap in sorted(found, key=_order):
+        if len(leaps) == count:
+            break
+        if all(abs(leap.first - other.first) > _REACH for other in leaps):
+            leaps.append(leap)
+    return leaps
+
+
+def goes_on(channel: Samples, leap: Leap) -> bool:
+    """Say whether a channel moves evenly before and after a leap, and so goes on from where it arrived.
+
+    With a few samples a stroke the motion itself leaps: the steps beside a leap must be like each other. A
+    channel that stood still to the last digit and catches up has been held.
+    """
+    before = np.diff(channel.value[max(0, leap.first - BESIDE) : leap.first + 1])
+    after = np.diff(channel.value[leap.last : leap.last + BESIDE + 1])
+    if min(before.size, after.size) < BESIDE or np.any(before) != np.any(after):
+        return False
+    return max(float(np.ptp(before)), float(np.ptp(after))) < _EVEN * abs(leap.size)
+
+
+def _order(leap: Leap) -> float:
+    return -abs(leap.size) / (1.0 if leap.last - leap.first == WIDTHS[0] else _WIDER)
+
+
+def _parts(channel: Samples) -> list[slice]:
+    """Return what is looked at: all of it, or of a long record the stretches with the largest steps."""
+    size = channel.value.size
+    if size <= _WHOLE:
+        return [slice(0, size)]
+    scan = channel.scan
+    chosen = np.sort(np.argsort(scan.step, kind="stable")[-_CHUNKS:])
+    ends = np.append(scan.first[1:], size)
+    return [
+        slice(max(0, int(scan.first[i]) - _REACH), min(size, int(ends[i]) + _REACH)) for i in chosen.tolist()
+    ]
+
+
+def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
+    """Return the largest of what steps over ``width`` samples leave when the motion on either side is off."""
+    time_s, value = channel.time_s[part], channel.value[part]
+    inner = value.size - width - 2 * BESIDE
+    if inner <= 0:
+        return []
+    step_s = np.maximum(np.diff(time_s), np.finfo(np.float64).tiny)
+    speed = np.diff(value) / step_s
+    middle = _median3(speed[:-2], speed[1:-1], speed[2:])
+    before, after = middle[:inner], middle[BESIDE + width :][:inner]
+    own_s = time_s[BESIDE + width :][:inner] - time_s[BESIDE:][:inner]
+    step = value[BESIDE + width :][:inner] - value[BESIDE:][:inner]
+    left = step - np.clip(step, np.minimum(before, after) * own_s, np.maximum(before, after) * own_s)
+    size = np.abs(left)
+    largest = np.argpartition(size, -count)[-count:] if size.size > count else np.arange(size.size)
+    leaps = []
+    for row in largest[size[largest] > 0.0].tolist():
+        beside_s = min(
+            float(np.median(step_s[row : row + BESIDE])),
+            float(np.median(step_s[row + BESIDE + width :][:BESIDE])),
+        )
+        moves = max(abs(float(before[row])), abs(float(after[row]))) * float(own_s[row])
+        if own_s[row] <= _LONGER * width * beside_s and moves < _MOVES[width] * size[row]:
+            first = row + BESIDE + part.start
+            leaps.append(Leap(first, first + width, float(left[row])))
+    return leaps
+
+
+def _median3(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    return np.asarray(np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c)))

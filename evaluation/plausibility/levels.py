@@ -1,0 +1,143 @@
+"""Forces that step from one cycle to the next: all of the loop (gain), or both ends of it alike (offset).
+
+An amplifier that is switched while the force is small, at a turn or in a pause leaves no leap, but other
+cycles after it than before. Springs soften from stroke to stroke, the first time most, and heat softens them
+little by little; they do not harden, and they do not step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from evaluation.plausibility.finding import Finding, FindingKind
+from evaluation.plausibility.look import Look
+from evaluation.plausibility.series import Series, series_of
+from evaluation.record import FloatArray
+
+HARDER = 0.03
+"""A loop that grows by this share from one cycle to the next, force and area alike, has another gain …"""
+RESTED, LONG_S = 0.08, 60.0
+"""… by this one after a pause longer than this, in which a spring may recover."""
+SOFTER = 0.03
+"""One that shrinks by this share has …"""
+FIRST_SOFTER = 0.2
+"""… from the first stroke of a static test to the second, by this one …"""
+STANDS_OUT, STANDS_OUT_SINGLE = 4.0, 1.5
+"""… and by so many times the largest change between the cycles before and after; of single strokes, by so
+many: their softening is their change."""
+OFFSET = 0.02
+"""Both ends of the loop move by this share of its force range …"""
+EVEN = 0.35
+"""… by the same within this share of it …"""
+AREA = 0.5
+"""… and the area changes by less than this share of that."""
+AREA_OF_GAIN = (0.5, 1.6)
+"""The area of a loop whose gain changes does so as its force range does, in logarithms."""
+_NEAR = 4
+_CLEARER = 1.15
+
+
+class Step(NamedTuple):
+    """A level that changes between row ``last`` and row ``first`` of a series, by ``size``."""
+
+    last: int
+    first: int
+    size: float
+
+
+def level_jumps(look: Look) -> list[Finding]:
+    """Return where the forces of like cycles step from one to the next.
+
+    Parameters
+    ----------
+    look : Look
+    """
+    found = []
+    single = look.facts.kind != "harmonic"
+    for series in series_of(look):
+        if gain := _gain_step(series, single=single):
+            text = f"all forces change by {np.expm1(gain.size):+.1%}"
+            found.append(_finding(look, series, gain, "gain-jump", float(np.exp(gain.size)), "1", text))
+        elif offset := _offset_step(series):
+            text = f"all forces move by {offset.size:+.3g} kN"
+            found.append(_finding(look, series, offset, "offset-jump", offset.size, "kN", text))
+    return found
+
+
+def _steps(level: FloatArray) -> Iterator[tuple[Step, float]]:
+    """Return changes of a level over one boundary or over a cycle between, and the largest change beside.
+
+    The cycle in which something happened is neither like those before it nor like those after.
+    """
+    for gap in (1, 2):
+        for last in range(level.size - gap):
+            first = last + gap
+            before, after = level[max(0, last - _NEAR) : last + 1], level[first : first + _NEAR + 1]
+            beside = np.concatenate((np.diff(before), np.diff(after)))
+            wander = gap * float(np.max(np.abs(beside))) if beside.size else np.nan
+            yield Step(last, first, float(level[first] - level[last])), wander
+
+
+def _candidates(level: FloatArray, least: float) -> Iterator[tuple[Step, float]]:
+    """Return the changes of a level that may be steps; of a long series where neighbours change much."""
+    if level.size < 2 or float(np.max(np.abs(np.diff(level)))) < 0.5 * least:
+        return iter(())
+    return ((step, wander) for step, wander in _steps(level) if abs(step.size) > least)
+
+
+def _gain_step(series: Series, *, single: bool) -> Step | None:
+    """Return the clearest step of the force range (logarithm) that the area goes along with."""
+    if np.any(series.force_range <= 0.0) or np.any(series.absorbed_J <= 0.0):
+        return None
+    size, area = np.log(series.force_range), np.log(series.absorbed_J)
+    best = None
+    for step, wander in _candidates(size, min(HARDER, SOFTER)):
+        by_area = float(area[step.first] - area[step.last]) / step.size
+        if not AREA_OF_GAIN[0] < by_area < AREA_OF_GAIN[1]:
+            continue
+        if step.size > 0.0:
+            pause_s = float(np.max(series.pause_s[step.last + 1 : step.first + 1]))
+            least = RESTED if single and pause_s > LONG_S else HARDER
+        else:
+            least = FIRST_SOFTER if np.isnan(wander) or (single and step.last == 0) else SOFTER
+        if not np.isnan(wander):
+            least = max(least, (STANDS_OUT_SINGLE if single else STANDS_OUT) * wander)
+        best = _clearer(best, step, least)
+    return best
+
+
+def _offset_step(series: Series) -> Step | None:
+    """Return the clearest step of both ends of the loop by the same [kN], the area left as it is."""
+    middle, area = series.middle, np.abs(series.absorbed_J)
+    scale = float(np.median(series.force_range))
+    best = None
+    for step, wander in _candidates(middle, OFFSET * scale):
+        ends = [float(end[step.first] - end[step.last]) for end in (series.lower_kN, series.upper_kN)]
+        if abs(ends[1] - ends[0]) > EVEN * abs(step.size) or not min(area[step.first], area[step.last]) > 0.0:
+            continue
+        if abs(float(np.log(area[step.first] / area[step.last]))) > AREA * abs(step.size) / scale:
+            continue
+        best = _clearer(best, step, 0.0 if np.isnan(wander) else STANDS_OUT * wander)
+    return best
+
+
+def _clearer(best: Step | None, step: Step, least: float) -> Step | None:
+    if abs(step.size) <= least or (best is not None and abs(step.size) <= _CLEARER * abs(best.size)):
+        return best
+    return step
+
+
+def _finding(
+    look: Look, series: Series, step: Step, kind: FindingKind, size: float, unit: str, change: str
+) -> Finding:
+    last, first = int(series.index[step.last]), int(series.index[step.first])
+    from_s, to_s = float(series.end_s[step.last]), float(series.start_s[step.first])
+    text = (
+        f"force jumps between cycles {last} and {first}: {change} at the same stroke, more than softening "
+        "explains; gain or offset of the amplifier changed, and which of both sides is right is not on "
+        "record: repeat the test"
+    )
+    return Finding(kind, "force", from_s, max(from_s, to_s), look.all_cycles, size, unit, text, "spoils")

@@ -1,0 +1,47 @@
+"""Rests of a static run: what the force channel shows at its lower turns, where the specimen is released."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evaluation.plausibility.look import Look
+
+_FEWEST = 5
+"""A rest of fewer samples shows no level."""
+_ALIKE_MM = 0.3
+"""Rests whose strokes agree within this are at one place."""
+
+
+class Rest(NamedTuple):
+    """A rest, its first third left out (a specimen relaxes in it), in two halves.
+
+    ``times_s`` are their middles, ``levels_kN`` their medians, ``u_kN`` the standard deviation of a median.
+    """
+
+    stroke_mm: float
+    times_s: tuple[float, float]
+    levels_kN: tuple[float, float]
+    u_kN: float
+
+
+def rests_of(look: Look) -> list[Rest]:
+    """Return the rests at the lowest place at which the stroke rests, in order of time."""
+    turns = {turn.time_s: turn for r in look.results for turn in (r.cycle.start, r.cycle.end)}
+    force, found = look.force, []
+    for turn in sorted(turns.values(), key=lambda turn: turn.time_s):
+        rows = force.rows(turn.time_s, turn.leave_s)
+        count = rows.stop - rows.start
+        if count < _FEWEST:
+            continue
+        third = max(1, count // 3)
+        parts = slice(rows.start + third, rows.start + 2 * third), slice(rows.stop - third, rows.stop)
+        times_s, levels_kN = (
+            tuple(float(np.median(column[part])) for part in parts) for column in (force.time_s, force.value)
+        )
+        at_mm = float(np.median(look.stroke.at(force.time_s[rows])))
+        u_kN = 1.25 * force.sampling.sigma / float(np.sqrt(third))
+        found.append(Rest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))
+    lowest_mm = min((rest.stroke_mm for rest in found), default=0.0)
+    return [rest for rest in found if rest.stroke_mm - lowest_mm <= _ALIKE_MM]

@@ -1,0 +1,79 @@
+"""Figures of like cycles in order of time, for what changes from cycle to cycle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.plausibility.look import Look
+from evaluation.record import FloatArray
+
+_ENDS = 0.02
+"""Cycles that follow each other are alike if both ends of the stroke agree within this share of it …"""
+_RATE = 0.05
+"""… of harmonic runs the frequency within this one …"""
+_SPEED = 0.25
+"""… of others the largest speed of loading."""
+_FEWEST = 24
+"""Cycles of fewer samples have no extreme force."""
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Like cycles that follow each other, shape (C,) each.
+
+    ``lower_kN`` and ``upper_kN`` are the least and the greatest force, ``pause_s`` is the rest before.
+    """
+
+    index: NDArray[np.intp]
+    start_s: FloatArray
+    end_s: FloatArray
+    lower_kN: FloatArray
+    upper_kN: FloatArray
+    absorbed_J: FloatArray
+    pause_s: FloatArray
+
+    @property
+    def force_range(self) -> FloatArray:
+        """Greatest less least force [kN]."""
+        return self.upper_kN - self.lower_kN
+
+    @property
+    def middle(self) -> FloatArray:
+        """Mean of greatest and least force [kN]."""
+        return 0.5 * (self.upper_kN + self.lower_kN)
+
+
+def series_of(look: Look) -> list[Series]:
+    """Return the complete cycles of a run, cut where a cycle is not like the one before it."""
+    rows = []
+    for result in look.results:
+        cycle, own = result.cycle, result.quantities
+        known = (own.force_min_kN, own.force_max_kN, own.absorbed_energy_J)
+        if not cycle.complete or any(value is None for value in known):
+            continue
+        pause_s = cycle.start.leave_s - cycle.start.time_s
+        speed = own.speed_loading_max_mm_per_s
+        shape = (cycle.stroke_min_mm, cycle.range_mm, np.nan if speed is None else speed)
+        rows.append((cycle.index, cycle.start_s, cycle.end_s, *known, pause_s, *shape))
+    if not rows:
+        return []
+    table = np.array(rows, dtype=np.float64)
+    times = look.stroke.time_s
+    samples = np.searchsorted(times, table[:, 2]) - np.searchsorted(times, table[:, 1])
+    table = table[samples >= _FEWEST]
+    if not table.size:
+        return []
+    cuts = np.flatnonzero(_differ(table, harmonic=look.facts.kind == "harmonic")) + 1
+    return [Series(part[:, 0].astype(np.intp), *part[:, 1:7].T) for part in np.split(table, cuts)]
+
+
+def _differ(table: FloatArray, *, harmonic: bool) -> NDArray[np.bool_]:
+    low, span, speed = table[:, 7:].T
+    larger = np.maximum(span[1:], span[:-1])
+    ends = np.maximum(np.abs(np.diff(low)), np.abs(np.diff(low + span)))
+    pace, most = (table[:, 2] - table[:, 1], _RATE) if harmonic else (speed, _SPEED)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray((ends > _ENDS * larger) | (np.abs(np.diff(np.log(pace))) > np.log1p(most)))

@@ -1,0 +1,116 @@
+"""The force's zero: off where nothing is loaded, or moving between rests at one stroke."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evaluation.plausibility.finding import Finding, FindingKind
+from evaluation.plausibility.look import Look
+from evaluation.plausibility.rests import Rest, rests_of
+
+LEAST = 0.003
+"""A zero that is off by less than this share of the range of the force is none, whatever is stated: a cell
+returns to its zero no better after a load."""
+UNSTATED = 0.02
+"""Share of the range by which it is off where the channel states no zero …"""
+UNSTATED_DRIFT = 0.01
+"""… and by which it moves."""
+IN_CONTACT = 0.02
+"""Share of the range by which it moves where the specimen is in contact, from its first unloading on."""
+FREE_MM = 0.15
+"""So far before first contact nothing is loaded."""
+SURE = 6.0
+DRIFTS = 0.4
+"""A drift moves the level within the rests, too: by this share of what their time would have it."""
+
+
+def zero_of_force(look: Look) -> list[Finding]:
+    """Return whether the force of a static run is off where nothing is loaded, or moves between its rests.
+
+    Parameters
+    ----------
+    look : Look
+
+    Returns
+    -------
+    list of Finding
+        ``zero``, ``drift`` (the level moves in the rests, too) or ``offset-jump`` (it does not).
+    """
+    if look.facts.kind != "static":
+        return []
+    rests = rests_of(look)
+    if not rests:
+        return []
+    # In contact, a specimen that was never loaded pushes otherwise than one that was unloaded.
+    moving = _moving(look, rests if _free(rests) else rests[1:])
+    if moving is not None:
+        return [moving]
+    level = float(np.median([rest.levels_kN for rest in rests]))
+    sure = SURE * max(rest.u_kN for rest in rests)
+    # At first contact a preload may rest on the cell; a specimen never pulls at it.
+    if abs(level) <= _limit(look, UNSTATED) + sure or not (_free(rests) or level < 0.0):
+        return []
+    text = (
+        f"force zero off: the force is {level:+.3g} kN at rest without contact ({_stated(look)}); all "
+        "forces and energies have it in them: set the zero with the specimen released and repeat the test"
+    )
+    return [_finding(look, "zero", level, text)]
+
+
+def _finding(look: Look, kind: FindingKind, size: float, text: str) -> Finding:
+    start_s, end_s = float(look.force.time_s[0]), float(look.force.time_s[-1])
+    return Finding(
+        kind, "force", start_s, end_s, look.all_cycles, size, "kN", text, "spoils", whole_record=True
+    )
+
+
+def _free(rests: list[Rest]) -> bool:
+    """Say whether nothing is loaded at rests."""
+    return all(rest.stroke_mm < -FREE_MM for rest in rests)
+
+
+def _limit(look: Look, unstated: float, *, free: bool = True) -> float:
+    """Return by how much the zero may be off [kN]."""
+    stated = look.facts.force_uncertainty
+    if not free:
+        return IN_CONTACT * look.force.span
+    if stated is None or stated.zero is None:
+        return unstated * look.force.span
+    return max(stated.zero, LEAST * look.force.span)
+
+
+def _stated(look: Look) -> str:
+    stated = look.facts.force_uncertainty
+    if stated is None or stated.zero is None:
+        return "the channel states no zero"
+    return f"the channel states ±{stated.zero:.3g} kN"
+
+
+def _moving(look: Look, rests: list[Rest]) -> Finding | None:
+    """Return a zero that moves between rests: all the time, or at once."""
+    if len(rests) < 2:
+        return None
+    times = np.array([rest.times_s for rest in rests]).ravel()
+    levels = np.array([rest.levels_kN for rest in rests]).ravel()
+    moved = float(np.ptp(levels))
+    sure = 2.0 * SURE * max(rest.u_kN for rest in rests)
+    if moved <= _limit(look, UNSTATED_DRIFT, free=_free(rests)) + sure:
+        return None
+    change, lasts = np.diff(levels), np.diff(times)
+    within = float(np.sum(np.abs(change[::2])))
+    expected = moved * float(np.sum(lasts[::2])) / max(float(times[-1] - times[0]), 1e-9)
+    size = float(levels[-1] - levels[0])
+    if within > DRIFTS * expected:
+        text = (
+            f"force drifts: at rest at one stroke it is {levels[0]:+.3g} kN first and {levels[-1]:+.3g} kN "
+            f"at last ({_stated(look)}): let cell and amplifier settle, and repeat the test"
+        )
+        return _finding(look, "drift", size, text)
+    at = int(np.argmax(np.abs(change)))
+    from_s, to_s = float(times[at]), float(times[at + 1])
+    text = (
+        f"force offset jumps between {from_s:.6g} and {to_s:.6g} s: at rest at one stroke it is "
+        f"{levels[at]:+.3g} kN before and {levels[at + 1]:+.3g} kN after ({_stated(look)}): look for a loose "
+        "plug or an amplifier that was set, and repeat the test"
+    )
+    return Finding("offset-jump", "force", from_s, to_s, look.all_cycles, size, "kN", text, "spoils")

@@ -1,0 +1,131 @@
+"""Jumps are found at the smallest size that matters, and what a specimen or a motion makes is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from evaluation.plausibility.reads import read_from
+from evaluation.results import RunEvaluation
+from tests.evaluation.plausibility.records import Floats, harmonic, static
+
+JUMPS = ("stroke-jump", "gain-jump", "offset-jump")
+Made = Callable[..., RunEvaluation]
+
+
+def jumps(run: RunEvaluation) -> list[tuple[str, str]]:
+    return [(found.kind, found.channel) for found in run.findings if found.kind in JUMPS]
+
+
+def from_on(at_s: float, column: int, *, gain: float = 1.0, offset: float = 0.0) -> Callable[..., object]:
+    """Return what changes a column from a moment on: by a factor, or by a share of its span."""
+
+    def change(*columns: Floats) -> tuple[Floats, ...]:
+        values = columns[column]
+        changed = np.where(columns[0] >= at_s, gain * values + offset * np.ptp(values), values)
+        return tuple(changed if n == column else c for n, c in enumerate(columns))
+
+    return change
+
+
+@pytest.mark.parametrize("share", [-0.12, -0.04, 0.04, 0.12])
+@pytest.mark.parametrize("at_s", [55.0, 60.3, 63.0])
+def test_a_wire_that_slips(at_s: float, share: float) -> None:
+    run = static(from_on(at_s, 1, offset=share))  # type: ignore[arg-type]
+    assert jumps(run) == [("stroke-jump", "stroke")]
+    (found,) = run.findings
+    assert found.start_s == pytest.approx(at_s, abs=0.05)
+    assert found.size == pytest.approx(share * 102.0, rel=0.05)
+    assert 1 not in found.cycles
+    read = [row.verdict for row in run.requirements if row.cycle == 3 and "stroke" in read_from(row.id)]
+    assert read
+    assert set(read) == {"inconclusive"}
+
+
+@pytest.mark.parametrize("share", [-0.04, 0.04])
+@pytest.mark.parametrize("rate_Hz", [100.0, 500.0])
+def test_a_wire_that_slips_while_it_swings(rate_Hz: float, share: float) -> None:
+    run = harmonic(from_on(3.3, 1, offset=share), rate_Hz=rate_Hz)  # type: ignore[arg-type]
+    assert jumps(run) == [("stroke-jump", "stroke")]
+
+
+@pytest.mark.parametrize("gain", [0.95, 1.05])
+@pytest.mark.parametrize("at_s", [57.0, 62.0, 75.0])
+def test_an_amplifier_that_is_switched_under_load(at_s: float, gain: float) -> None:
+    run = static(from_on(at_s, 2, gain=gain))  # type: ignore[arg-type]
+    assert jumps(run) == [("gain-jump", "force")]
+    (found,) = (one for one in run.findings if one.kind == "gain-jump")
+    assert found.start_s == pytest.approx(at_s, abs=0.05)
+    assert found.cycles == (1, 2, 3)
+    assert run.verdict == "inconclusive"
+
+
+@pytest.mark.parametrize("share", [-0.05, 0.05])
+@pytest.mark.parametrize("at_s", [45.5, 57.0, 75.0, 89.0])
+def test_a_plug_that_is_loose(at_s: float, share: float) -> None:
+    """Also at rest, at 45.5 and 89 s, where the stroke stands still."""
+    run = static(from_on(at_s, 2, offset=share))  # type: ignore[arg-type]
+    assert len(jumps(run)) == 1
+    assert jumps(run)[0][1] == "force"
+
+
+@pytest.mark.parametrize("at_s", [3.1, 3.34, 3.6])
+@pytest.mark.parametrize(("gain", "offset"), [(1.06, 0.0), (0.94, 0.0), (1.0, 0.05), (1.0, -0.05)])
+def test_harmonic_forces_that_jump(at_s: float, gain: float, offset: float) -> None:
+    run = harmonic(from_on(at_s, 2, gain=gain, offset=offset))  # type: ignore[arg-type]
+    assert jumps(run) in ([("gain-jump", "force")], [("offset-jump", "force")])
+
+
+def test_a_gain_that_changes_between_two_strokes() -> None:
+    run = static(from_on(89.0, 2, gain=1.06), preload_kN=0.0)  # type: ignore[arg-type]
+    assert jumps(run) == [("gain-jump", "force")]
+    assert "between cycles 2 and 3" in next(f.text for f in run.findings if f.kind == "gain-jump")
+
+
+@pytest.mark.parametrize("softer", [0.02, 0.05, 0.10])
+def test_softening_is_none(softer: float) -> None:
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        path = np.cumsum(np.abs(np.diff(np.interp(time_s, time_s, stroke), prepend=stroke[0])))
+        smooth = np.where(path > 0.0, path, 0.0)
+        return time_s, stroke, force * (1.0 + softer * np.exp(-smooth / 250.0))
+
+    assert not jumps(static(change, noise_mm=0.002))
+
+
+@pytest.mark.parametrize("rate_Hz", [20.0, 100.0, 400.0])
+@pytest.mark.parametrize("preload_kN", [0.0, 50.0])
+def test_a_preload_that_is_met_in_one_step_is_none(rate_Hz: float, preload_kN: float) -> None:
+    def met(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        return time_s, stroke - 1.5, np.where(stroke < 1.5, 0.0, force)
+
+    assert not jumps(static(met, preload_kN=preload_kN, rate_Hz=rate_Hz))
+
+
+def test_friction_that_turns_in_one_step_is_none() -> None:
+    def ring(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        rises = np.gradient(stroke, time_s) >= 0.0
+        return time_s, stroke, np.where(rises, 4.0, 1.7) * stroke
+
+    assert not jumps(static(ring, noisy=False))
+    assert not jumps(harmonic(ring, noise=0.0))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.04])
+def test_stick_and_slip_is_none(share: float) -> None:
+    """The force of a spring whose rings stick falls by a share of it again and again while it is loaded."""
+
+    def sawtooth(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        phase = np.random.default_rng(5).uniform(0.0, 1.0, 4)[(time_s // 43.0).astype(int) % 4]
+        teeth = (stroke / 4.0 + phase) % 1.0
+        return time_s, stroke, force * (1.0 + share * (teeth - 0.5))
+
+    assert not jumps(static(sawtooth, noise_mm=0.001))
+
+
+def test_a_corner_of_the_motion_is_none() -> None:
+    def triangle(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        return time_s, 50.0 + 20.0 * (2.0 * np.abs(2.0 * ((time_s + 0.1) % 1.0) - 1.0) - 1.0), force
+
+    assert not jumps(harmonic(triangle, rate_Hz=60.0, noise=0.0))

@@ -1,0 +1,122 @@
+"""Wrong units and signs, and specimens at the ends of the field that have neither."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evaluation.record import make_record
+from evaluation.results import Options, RunEvaluation, RunFacts
+from evaluation.run import evaluate_run
+from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
+from tests.evaluation.signals import BUFFER, STATED, Ellipse
+
+SPECIMEN = {"kind": "buffer", "category": "A", "max_stroke_mm": 105.0}
+
+
+def scaled(force: float = 1.0, stroke: float = 1.0) -> Any:
+    return lambda t, x, f: (t, stroke * x, force * f)
+
+
+def swings(ellipse: Ellipse, change: Any = None, **facts: Any) -> RunEvaluation:
+    columns = ellipse.columns(1.0, 200.0, 5.2, noise=2e-4)
+    columns = columns if change is None else change(*columns)
+    about = replace(RunFacts("h1", "harmonic", specimen=SPECIMEN), **{**STATED, **facts})
+    return evaluate_run(make_record(*columns), about, Options(draws=0))
+
+
+@pytest.mark.parametrize(
+    ("force", "stroke", "channel"),
+    [
+        (1000.0, 1.0, "force"),  # N called kN
+        (224.809, 1.0, "force"),  # lbf called kN
+        (10.0, 1.0, "force"),
+        (0.001, 1.0, "force"),  # MN called kN
+        (1.0, 0.001, "stroke"),  # m called mm
+        (1.0, 1.0 / 25.4, "stroke"),  # in called mm
+        (1.0, 10.0, "stroke"),
+        (1.0, 1000.0, "stroke"),  # µm called mm
+    ],
+)
+def test_units_of_a_static_test(force: float, stroke: float, channel: str) -> None:
+    run = static(scaled(force, stroke))
+    assert [found.channel for found in of_kind(run, "unit")] == [channel]
+    assert run.verdict in ("inconclusive", None)
+    assert not {row.verdict for row in run.requirements} & {"pass", "fail", "invalid"} - {"pass"}
+
+
+@pytest.mark.parametrize("preload_kN", [0.0, 50.0])
+@pytest.mark.parametrize(("soft", "cubic"), [(0.4, 0.0), (1.0, 1.2e-5)])
+def test_any_static_spring_is_none(preload_kN: float, soft: float, cubic: float) -> None:
+    """From 90 kN to 1450 kN at full stroke."""
+    run = static(lambda t, x, f: (t, x, soft * f), preload_kN=preload_kN, cubic=cubic)
+    assert not of_kind(run, "unit")
+
+
+def test_without_facts_of_the_specimen_only_absolute_bounds_apply() -> None:
+    assert not of_kind(static(scaled(10.0), cubic=1e-6, specimen={}), "unit")
+    assert of_kind(static(scaled(1000.0), specimen={}), "unit")
+    pads = Ellipse(mean_mm=0.4, amplitude_mm=0.2, storage=400.0, loss=50.0)
+    assert not of_kind(swings(pads, specimen={}), "unit")
+
+
+@pytest.mark.parametrize(("force", "stroke"), [(1000.0, 1.0), (1.0, 0.001)])
+def test_units_of_a_harmonic_run(force: float, stroke: float) -> None:
+    for ellipse in (Ellipse(), Ellipse(storage=0.8, loss=0.15, mean_kN=20.0, amplitude_mm=5.0)):
+        assert of_kind(swings(ellipse, scaled(force, stroke)), "unit")
+        assert not of_kind(swings(ellipse), "unit")
+
+
+def test_the_range_of_the_stand_and_the_plan() -> None:
+    assert of_kind(swings(Ellipse(), scaled(10.0), force_limit_kN=600.0), "unit")
+    assert not of_kind(swings(Ellipse(), force_limit_kN=200.0), "unit")
+    assert of_kind(swings(Ellipse(), scaled(1.0, 1 / 25.4), step={"amplitude_mm": 20.0}), "unit")
+    assert not of_kind(swings(Ellipse(), step={"amplitude_mm": 5.0}), "unit")
+
+
+@pytest.mark.parametrize(("force", "stroke", "channel"), [(-1.0, 1.0, "force"), (1.0, -1.0, "stroke")])
+@pytest.mark.parametrize("begins_s", [0.0, 8.0])
+def test_a_sign_that_is_turned(force: float, stroke: float, channel: str, begins_s: float) -> None:
+    def change(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        late = t >= begins_s
+        return t[late], stroke * x[late], force * f[late]
+
+    run = static(change)
+    (found,) = of_kind(run, "sign")
+    assert found.channel == channel
+    assert "negative" in found.text
+    assert {row.verdict for row in run.requirements if row.stroke_mm is not None} <= {"inconclusive"}
+    assert [f.channel for f in of_kind(swings(Ellipse(), scaled(force, stroke)), "sign")] == [channel]
+
+
+def test_both_signs_turned() -> None:
+    run = static(scaled(-1.0, -1.0))
+    assert [found.channel for found in of_kind(run, "sign")] == ["force", "stroke"]
+    pulled = {**BUFFER, "kind": "draw-gear"}
+    assert not of_kind(static(scaled(-1.0, -1.0), specimen=pulled), "sign")
+
+
+def test_a_damper_that_works_both_ways() -> None:
+    both = Ellipse(mean_mm=0.0, mean_kN=0.0, storage=0.2, loss=2.0)
+    assert not of_kind(swings(both), "sign")
+    assert [found.channel for found in of_kind(swings(both, scaled(-1.0)), "sign")] == ["force"]
+    friction = swings(both, lambda t, x, _: (t, x, 40.0 * np.sign(np.gradient(x, t))))
+    assert not of_kind(friction, "sign")
+
+
+@pytest.mark.parametrize("which", ["area", "force"])
+def test_a_cycle_that_is_unlike_the_others(which: str) -> None:
+    def change(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        # from lower turn to lower turn: sin(2πt + 1) = -1 at t = 3.5908
+        inside = (t > 3.5908) & (t < 4.5908)
+        line = 100.0 + 4.0 * (x - 50.0)
+        return t, x, np.where(inside, line + 1.4 * (f - line) if which == "area" else f * 1.1 - 2.0, f)
+
+    run = harmonic(change, cycles=8.2, noise=1e-4)
+    (found,) = of_kind(run, "unlike")
+    assert len(found.cycles) == 1
+    assert found.cycles[0] not in run.summary.cycles_used
+    assert not of_kind(harmonic(cycles=8.2), "unlike")

@@ -1,0 +1,81 @@
+"""The force's zero, off or moving, beside what softens, relaxes or rests on the cell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
+
+
+def free(extra_kN: Callable[[Floats], Floats] | None = None) -> Callable[..., object]:
+    """Return what lets a test begin 2 mm before contact, where no force is, and adds to the force."""
+
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        met = np.where(stroke < 2.0, force - 15.0 - 2.0 * stroke, force)
+        return time_s, stroke - 2.0, met + (0.0 if extra_kN is None else extra_kN(time_s))
+
+    return change
+
+
+@pytest.mark.parametrize("off_kN", [-20.0, -4.0, 4.0, 20.0])
+def test_zero_off_before_contact(off_kN: float) -> None:
+    run = static(free(lambda t: np.full_like(t, off_kN)))  # type: ignore[arg-type]
+    (found,) = of_kind(run, "zero")
+    assert found.size == pytest.approx(off_kN, abs=0.3)
+    assert found.channel == "force"
+    assert run.verdict == "inconclusive"
+
+
+@pytest.mark.parametrize("off_kN", [-0.3, 0.0, 0.3, 1.5])
+def test_a_zero_within_its_limit_or_what_a_cell_returns_to_is_none(off_kN: float) -> None:
+    """0.3 kN are stated; 0.3 % of the range are 1.8 kN."""
+    run = static(free(lambda t: np.full_like(t, off_kN)))  # type: ignore[arg-type]
+    assert not of_kind(run, "zero")
+    assert not of_kind(run, "drift")
+
+
+def test_a_preload_at_first_contact_is_no_zero() -> None:
+    assert not of_kind(static(), "zero")
+
+
+def test_where_no_zero_is_stated_two_per_cent_are_allowed() -> None:
+    assert not of_kind(static(free(lambda t: np.full_like(t, 8.0)), stated=False), "zero")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("share", [-0.04, 0.04, 0.12])
+def test_drift_between_the_rests_of_a_static_test(share: float) -> None:
+    run = static(lambda t, x, f: (t, x, f + share * np.ptp(f) * t / t[-1]))
+    (found,) = of_kind(run, "drift")
+    assert found.whole_record
+    assert found.size is not None
+    assert np.sign(found.size) == np.sign(share)
+    assert not of_kind(run, "offset-jump")
+
+
+@pytest.mark.parametrize("share", [-0.05, -0.04, 0.04, 0.12])
+def test_drift_of_loops(share: float) -> None:
+    run = harmonic(lambda t, x, f: (t, x, f + share * np.ptp(f) * t / t[-1]), cycles=8.2)
+    (found,) = of_kind(run, "drift")
+    assert found.size == pytest.approx(share * 162.0, rel=0.05)
+    assert run.unfit
+
+
+@pytest.mark.parametrize("softer", [0.05, 0.2])
+def test_softening_by_heat_is_no_drift(softer: float) -> None:
+    run = harmonic(lambda t, x, f: (t, x, f * (1.0 - softer * t / t[-1])), cycles=10.2)
+    assert not of_kind(run, "drift")
+    assert not of_kind(run, "gain-jump")
+
+
+def test_relaxation_under_prestress_is_no_drift() -> None:
+    run = harmonic(lambda t, x, f: (t, x, f + 10.0 * np.exp(-t / 2.0)), cycles=10.2)
+    assert not of_kind(run, "drift")
+    assert not of_kind(run, "offset-jump")
+
+
+def test_drift_within_the_stated_zero_is_none() -> None:
+    run = static(lambda t, x, f: (t, x, f + 0.3 * t / t[-1]))
+    assert not of_kind(run, "drift")
