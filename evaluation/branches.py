@@ -23,7 +23,7 @@ DENSE_SAMPLES = 200
 _DENSE_MEANS = 45
 """… and one with fewer means over samples: only a stroke without corners has so few (evaluation.condense)."""
 _DENSE_POINTS = 800
-_MOST_POINTS = 1000
+MOST_POINTS = 1000
 """A branch with more samples is averaged in groups: the noise of force times that of stroke adds up with
 the number of samples, while the polygon of 2000 points is right to 2 parts in a million."""
 _LEAST_STEP = 0.5
@@ -157,7 +157,7 @@ def closed(
     """
     own = inner
     size = own.last - own.first
-    group = np.maximum(1, -(-size // _MOST_POINTS))
+    group = np.maximum(1, -(-size // MOST_POINTS))
     inside = -(-size // group)
     count = inside + 2
     sparse = (count < (DENSE_SAMPLES if record.averaged == 1 else _DENSE_MEANS)) & (count >= 4)

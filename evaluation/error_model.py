@@ -28,7 +28,7 @@ the figures of the reference budget (standards.md 3) are reproduced source by so
 TIME_BASE_LIMIT = 1e-4
 """Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is
 no part of any energy; on frequency and speeds it is negligible beside the rest, and counted all the same."""
-_UNRECORDED, _BLUNT, _DRUM = 1, 2, 3
+_UNRECORDED, _BLUNT, _DRUM, _ENDS = 1, 2, 3, 4
 FORCE_TERMS = 5
 """Force as recorded, scale, zero, reversal, skew (order of :attr:`Draws.force`); then inertia, if any."""
 STROKE_TERMS = 2 + 2 * len(SHAPE_HALF_WAVES)
@@ -101,6 +101,9 @@ class Draws:
         Circumferences of the wires' drums that are stated.
     own : int
         The last so many of the force's errors are the run's own (:mod:`evaluation.own_errors`).
+    ends : array, shape (N, 2)
+        Doubt of the forces at lower and upper turns, in its standard uncertainty: standard normal, the same
+        in all cycles, as they are read in one way.
     """
 
     force: FloatArray
@@ -112,6 +115,7 @@ class Draws:
     overreach: FloatArray
     unrecorded: FloatArray
     blunt: FloatArray
+    ends: FloatArray
     drums_mm: tuple[float, ...] = ()
     own: int = 0
 
@@ -264,7 +268,7 @@ def draw_errors(
     # Of generators of their own: what is drawn of a record that lacks nothing stays as it was.
     unrecorded = np.random.default_rng((seed, _UNRECORDED)).uniform(-1.0, 1.0, draws)
     drums_mm = drum_periods_mm(wires)
-    blunt = np.random.default_rng((seed, _BLUNT)).standard_normal((draws, 2))
+    blunt, ends = (np.random.default_rng((seed, own)).standard_normal((draws, 2)) for own in (_BLUNT, _ENDS))
     return Draws(
         force_errors,
         stroke_errors,
@@ -275,6 +279,7 @@ def draw_errors(
         overreach,
         unrecorded,
         blunt,
+        ends,
         drums_mm,
         own_columns.shape[1],
     )

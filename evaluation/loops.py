@@ -8,11 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from evaluation.branches import DENSE_SAMPLES, Branches, Stretches, closed
-from evaluation.motion import Cycle, CycleColumns, EndReading, Loop, TurnColumns
+from evaluation.branches import DENSE_SAMPLES, MOST_POINTS, Branches, Stretches, closed
+from evaluation.motion import Cycle, CycleColumns, EndReading, Loop
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
-from evaluation.turns import EndForces, Ends, continuous, end_forces
+from evaluation.turns import EndForces, Ends, ForceExtremes, Inside, continuous, end_forces, force_extremes
+from evaluation.turns.of_cycles import BY_SPEED, arriving, at_rests, by_speed, creeping
 
 __all__ = ["DENSE_SAMPLES", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
 
@@ -20,8 +21,6 @@ _CHUNK_POINTS = 65_536
 """Points of a branch that are worked on together: what is made of them stays in the processor's cache."""
 _CHUNK_LOOPS = 800
 """… and at most so many loops: short branches grow by interpolation."""
-_LEAST_REST = 4
-"""Samples of a rest from which its force is read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +30,8 @@ class LoopStack:
     ``turns``: the turning points of the cycles. ``branches``: all loading branches, then all unloading ones.
     ``dwells``: time, stroke and force (3, M) of the samples strictly inside the dwell at the top, by row;
     only rows that dwell, or whose force jumps there (then none). ``ends``: the forces at the lower turning
-    point of each cycle, at the end of its loading, and where it is back.
+    point of each cycle, at the end of its loading, and where it is back. ``extremes``: least and largest
+    force of each.
     """
 
     cycles: Sequence[Cycle]
@@ -39,6 +39,7 @@ class LoopStack:
     branches: Branches
     dwells: dict[int, FloatArray]
     ends: tuple[EndForces, EndForces, EndForces]
+    extremes: tuple[ForceExtremes, ForceExtremes]
 
     @cached_property
     def loading(self) -> Branches:
@@ -64,8 +65,21 @@ class LoopStack:
             parts = [loading, self.dwells[row], unloading]
             unload += self.dwells[row].shape[1] + 1
         whole = np.concatenate(parts, axis=1)
-        start, end = (EndReading(float(e.gain[row]), float(e.slope_kN_per_mm[row])) for e in self.ends[:2])
-        return Loop(whole[0], whole[1], whole[2], top, unload, self.loading.averaged, (start, end))
+        before, end, behind = (
+            EndReading(float(e.gain[row]), float(e.slope_kN_per_mm[row]), float(e.doubt_kN[row]))
+            for e in self.ends
+        )
+        least, most = (extreme.reading(row) for extreme in self.extremes)
+        return Loop(
+            whole[0],
+            whole[1],
+            whole[2],
+            top,
+            unload,
+            self.loading.averaged,
+            (before, end, behind),
+            (least, most),
+        )
 
     def stored_energy_J(self) -> FloatArray:  # noqa: N802 - the unit keeps its capital
         """Return the area up to the largest stroke [J = kN·mm] (EN 15551: W_s), shape (R,).
@@ -121,7 +135,7 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
     start, top, end = turns
     up = Stretches.between(record.time_s, start.leave_s, top.time_s)
     down = Stretches.between(record.time_s, top.leave_s, end.time_s)
-    sigma_mm = noise_sigma(record.stroke_mm)
+    noise = noise_sigma(record.force_kN), noise_sigma(record.stroke_mm)
     samples = np.maximum(np.maximum(up.last - up.first, down.last - down.first), 1)
     first = 0
     while first < len(cycles):
@@ -129,7 +143,7 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
         longest = np.maximum.accumulate(samples[first : first + _CHUNK_POINTS])
         fits = np.count_nonzero(longest * np.arange(1, longest.size + 1) <= _CHUNK_POINTS)
         part = slice(first, first + min(max(1, int(fits)), _CHUNK_LOOPS))
-        yield _cut(record, cycles[part], turns.rows(part), (up.rows(part), down.rows(part)), sigma_mm)
+        yield _cut(record, cycles[part], turns.rows(part), (up.rows(part), down.rows(part)), noise)
         first = part.stop
 
 
@@ -138,7 +152,7 @@ def _cut(
     cycles: Sequence[Cycle],
     turns: CycleColumns,
     inner: tuple[Stretches, Stretches],
-    sigma_mm: float,
+    noise: tuple[float, float],
 ) -> LoopStack:
     both, own = inner[0].joined(inner[1]).trimmed(record.time_s), len(cycles)
     start, top, end = turns
@@ -152,7 +166,7 @@ def _cut(
         end_forces(
             record,
             Ends(at_s, stroke, both.first, both.last, np.full(at_s.size, begins), is_smooth),
-            sigma_mm,
+            *noise,
         )
         for at_s, stroke, begins, is_smooth in (
             (both.start_s, first, True, smooth[0]),
@@ -160,8 +174,9 @@ def _cut(
         )
     )
     loading, unloading = slice(0, own), slice(own, None)
-    before = _at_rests(record, start, starts.rows(loading), sigma_mm, leaving=True)
-    behind = _at_rests(record, end, ends.rows(unloading), sigma_mm, leaving=False)
+    before = arriving(record, turns, starts.rows(loading), noise)
+    before = at_rests(record, start, before, noise, leaving=True)
+    behind = at_rests(record, end, ends.rows(unloading), noise, leaving=False)
     begin_kN, end_kN = starts.force_kN.copy(), ends.force_kN.copy()
     passes = inner[0].end_s == inner[1].start_s
     one = passes & continuous(ends.rows(loading), starts.rows(unloading))
@@ -176,34 +191,43 @@ def _cut(
             inside = slice(int(rest.first[row]), int(rest.last[row]))
             dwells[row] = np.stack([column[inside] for column in columns])
     branches = closed(record, both, (first, begin_kN), (last, end_kN))
-    return LoopStack(cycles, turns, branches, dwells, (before, ends.rows(loading), behind))
+    read = before, creeping(top, ends.rows(loading)), behind
+    parts = _inside(record, both, branches, dwells)
+    least, most = (force_extremes(record.time_s, read, parts, noise[0], sign) for sign in (-1.0, 1.0))
+    low, high = starts.rows(loading), starts.rows(unloading)
+    span_kN = most.force_kN - least.force_kN
+    fast = most.force_kN - read[1].force_kN > BY_SPEED * span_kN
+    read = by_speed(read[0], low, fast), by_speed(read[1], high, fast & passes), read[2]
+    return LoopStack(cycles, turns, branches, dwells, read, (least, most))
 
 
-def _at_rests(
-    record: Record, turns: TurnColumns, own: EndForces, sigma_mm: float, *, leaving: bool
-) -> EndForces:
-    """Return the forces at turning points, at a rest that of the rest as the stroke leaves or arrives.
-
-    Force is one before and behind that moment: a preload that it takes up within some hundredths of a
-    millimetre belongs to the branch. A record that begins or ends with the motion has one sample of the rest.
-    """
-    rests = np.flatnonzero(turns.leave_s > turns.time_s)
-    found = own
-    if rests.size:
-        begin_s, end_s = turns.time_s[rests], turns.leave_s[rests]
-        stroke = (turns.leave_mm if leaving else turns.stroke_mm)[rests]
-        inside = Stretches.between(record.time_s, begin_s, end_s).trimmed(record.time_s)
-        flat = np.ones(rests.size, dtype=bool)
-        at_s, begins = (end_s, ~flat) if leaving else (begin_s, flat)
-        there = end_forces(record, Ends(at_s, stroke, inside.first, inside.last, begins, flat), sigma_mm)
-        known = inside.last - inside.first >= _LEAST_REST
-        found = found.replaced(rests[known], there.force_kN[known], there.gain[known])
-    at = 0 if leaving else record.time_s.size - 1
-    near_s = 0.5 * abs(float(record.time_s[at] - record.time_s[1 if leaving else -2]))
-    rows = np.flatnonzero((turns.method == "edge") & (np.abs(turns.time_s - record.time_s[at]) <= near_s))
-    if rows.size:
-        found = found.replaced(rows, np.full(rows.size, record.force_kN[at]), np.ones(rows.size))
-    return found
+def _inside(
+    record: Record, both: Stretches, branches: Branches, dwells: dict[int, FloatArray]
+) -> list[Inside]:
+    """Return the forces between turning points: of branches, as recorded or averaged, and of dwells."""
+    size = both.last - both.first
+    group = np.maximum(1, -(-size // MOST_POINTS))
+    cycle = np.arange(size.size) % (size.size // 2)
+    # What is interpolated adds nothing: of these branches the samples themselves.
+    sparse = branches.count != -(-size // group) + 2
+    parts = []
+    for rows in (np.flatnonzero(~sparse), np.flatnonzero(sparse)):
+        if not rows.size:
+            continue
+        count = -(-size[rows] // group[rows])
+        width = int(np.max(count))
+        if sparse[rows[0]]:
+            at = both.first[rows, None] + np.arange(width)
+            force = record.force_kN[np.minimum(at, record.force_kN.size - 1)]
+        else:
+            force = branches.force_kN[rows if sparse.any() else slice(None), 1 : width + 1]
+        parts.append(Inside(force, count, group[rows], both.first[rows], cycle[rows]))
+    for row, dwell in dwells.items():
+        if dwell.shape[1]:
+            one = np.ones(1, dtype=np.intp)
+            first = np.searchsorted(record.time_s, dwell[0, :1])
+            parts.append(Inside(dwell[2:], one * dwell.shape[1], one, first, one * row))
+    return parts
 
 
 def cut_loop(record: Record, cycle: Cycle) -> Loop:

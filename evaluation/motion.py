@@ -184,6 +184,25 @@ class EndReading(NamedTuple):
 
     gain: float = 1.0
     slope_kN_per_mm: float = 0.0
+    doubt_kN: float = 0.0
+
+
+class ExtremeReading(NamedTuple):
+    """How the least or largest force of a cycle was read (:class:`evaluation.turns.ForceExtremes`).
+
+    Attributes
+    ----------
+    place : int
+        0, 1, 2: at the lower turning point, the upper one, the last one; -1: in between.
+    time_s, gain, doubt_kN, overreach_kN : float
+        In between: when, its gain of a sample's noise, its doubt, and by how much it overreaches.
+    """
+
+    place: int
+    time_s: float = 0.0
+    gain: float = 0.0
+    doubt_kN: float = 0.0
+    overreach_kN: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +211,8 @@ class Loop:
 
     ``time_s``, ``stroke_mm``, ``force_kN`` have shape (M,). Loading is ``[: top + 1]``; a dwell at the top is
     ``[top : unload + 1]``, as is a jump of the force; unloading is ``[unload :]``. ``averaged``: samples
-    that a point is the mean of. ``ends``: how the forces at both ends of the loading branch were read.
+    that a point is the mean of. ``ends``: how the forces at both ends of the loading branch and at the end of
+    the unloading one were read, ``extremes``: how the least and the largest force were.
     """
 
     time_s: FloatArray
@@ -201,7 +221,8 @@ class Loop:
     top: int
     unload: int
     averaged: int = 1
-    ends: tuple[EndReading, EndReading] = (EndReading(), EndReading())
+    ends: tuple[EndReading, EndReading, EndReading] = (EndReading(), EndReading(), EndReading())
+    extremes: tuple[ExtremeReading, ExtremeReading] = (ExtremeReading(0), ExtremeReading(1))
 
     @property
     def loading(self) -> slice:

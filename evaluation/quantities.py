@@ -18,7 +18,7 @@ from evaluation.loops import CutLoops, LoopStack
 from evaluation.motion import Cycle, Loop
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult, Quantities
-from evaluation.smoothing import moving_slopes, polynomials, smoothed
+from evaluation.smoothing import moving_slopes, polynomials
 from evaluation.spectra import spectra
 from evaluation.thermometry import READING_INTERVAL_S, temperatures_of
 
@@ -26,8 +26,6 @@ TANGENT_WINDOW = 0.15
 """Tangent stiffness: cubic fit of force over stroke within ± this share of the range about the mean."""
 SPEED_WINDOW = 0.05
 """Speeds: slope of a local parabola over this share of a branch's samples (at least 5)."""
-FORCE_WINDOW = 0.01
-"""Extreme forces: maximum of a local parabola over this share of a branch's samples (at least 5)."""
 CONSISTENCY = 0.02
 """Largest difference of loop area and π K″ x_a², as a share of the loop area, that passes without a word."""
 SINE_DISTORTION = 0.01
@@ -158,7 +156,7 @@ def _stack_figures(stack: LoopStack, first: ComplexArray) -> tuple[list[Quantiti
     low, high = stack.turns.stroke_min_mm, stack.turns.stroke_max_mm
     span, mean = high - low, 0.5 * (low + high)
     stored, absorbed = stack.stored_energy_J(), stack.absorbed_energy_J()
-    lowest, highest = _extreme_forces(stack)
+    lowest, highest = (extreme.force_kN for extreme in stack.extremes)
     tangent = local_slopes(stack.loading, mean, TANGENT_WINDOW * span)
     storage, loss = first.real, first.imag
     rising, stiff = stored > 0.0, storage > 0.0
@@ -247,41 +245,6 @@ def are_two_sided(force_min_kN: FloatArray, force_max_kN: FloatArray) -> BoolArr
 def is_two_sided(force_min_kN: float, force_max_kN: float) -> bool:
     """Say whether a loop reaches beyond zero to both sides by more than 2 % of its largest force."""
     return bool(are_two_sided(np.array(force_min_kN), np.array(force_max_kN)))
-
-
-def _extreme_forces(stack: LoopStack) -> tuple[FloatArray, FloatArray]:
-    """Return least and largest force from leaving the lower turning point to being back there.
-
-    That includes the forces with which a rest is left and reached, and a dwell at the top, but no other part
-    of a rest. Each branch is smoothed by itself and ends with the force at its turning point: peaks stay
-    sharp.
-    """
-    branches = stack.branches
-    before, top, behind = (ends.force_kN for ends in stack.ends)
-    both = np.append(before, branches.force_kN[before.size :, 0]), np.append(top, behind)
-    least, most = np.minimum(*both), np.maximum(*both)
-    for window, rows in _by_window(branches.count, FORCE_WINDOW):
-        if not window:
-            continue
-        force, count = branches.force_kN[rows], branches.count[rows]
-        force = smoothed(force, count, window, 2)
-        # The first and last half window are read off the end of a polynomial, which is no better than the
-        # force at the turning point itself.
-        half, ragged = window // 2, int(np.min(count)) - window // 2
-        end = force[:, ragged:]
-        end[np.arange(ragged, force.shape[1]) >= (count - half)[:, None]] = np.nan
-        inner = force[:, half:]
-        least[rows] = np.fmin(least[rows], np.fmin.reduce(inner, axis=1))
-        most[rows] = np.fmax(most[rows], np.fmax.reduce(inner, axis=1))
-    lowest, highest = np.minimum(*np.split(least, 2)), np.maximum(*np.split(most, 2))
-    for row, dwell in stack.dwells.items():
-        window = max(_LEAST_WINDOW, 2 * int(0.5 * FORCE_WINDOW * branches.count[row]) + 1)
-        if dwell.shape[1] >= 2 * window:
-            force = smoothed(dwell[2:], np.array([dwell.shape[1]]), window, 2)
-            inside = force[0, window // 2 : -(window // 2)]
-            lowest[row] = min(lowest[row], float(np.min(inside)))
-            highest[row] = max(highest[row], float(np.max(inside)))
-    return lowest, highest
 
 
 def _by_window(count: NDArray[np.intp], share: float) -> list[tuple[int, slice | NDArray[np.intp]]]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from statistics import NormalDist
 from typing import TypeVar
 
 import numpy as np
@@ -22,7 +21,7 @@ from evaluation.loops import cut_loop
 from evaluation.motion import Cycle, EndReading, TurningPoint
 from evaluation.noise import Noise, Spectrum, white
 from evaluation.own_errors import OwnErrors
-from evaluation.quantities import FORCE_WINDOW, TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
+from evaluation.quantities import TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
 from evaluation.record import FloatArray, Record
 
 AnyFloat = TypeVar("AnyFloat", np.float64, np.complex128)
@@ -32,7 +31,7 @@ COVERAGE = 2.0
 NORMAL_95 = 1.959964
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 NEAR_LARGEST = 3.0
-"""Readings within so many standard deviations of the largest may be the largest because of their noise."""
+"""Speeds within so many standard deviations of the largest may be the largest because of their noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,16 +200,17 @@ class CyclePropagation:
         return stored + ends_kN[1] * high_mm - ends_kN[0] * low_mm, absorbed
 
     def end_scatter(
-        self, turn_errors_mm: tuple[FloatArray, FloatArray], generator: np.random.Generator
+        self, turn_errors_mm: tuple[FloatArray, FloatArray], draws: Draws
     ) -> tuple[FloatArray, FloatArray]:
-        """Return what noise makes of the forces at both ends of the loading branch, every draw [kN].
+        """Return what noise and doubt make of the forces at both ends of the loading branch, every draw [kN].
 
         ``turn_errors_mm`` are the errors of the turning points there: the force is read at their place.
         """
         start, end = (
-            reading.gain * self.reading_noise_kN(reading) * generator.standard_normal(error_mm.size)
+            reading.gain * self.reading_noise_kN(reading) * draws.generator.standard_normal(error_mm.size)
             + reading.slope_kN_per_mm * error_mm
-            for reading, error_mm in zip(self.loop.ends, turn_errors_mm, strict=True)
+            + reading.doubt_kN * doubt
+            for reading, error_mm, doubt in zip(self.loop.ends[:2], turn_errors_mm, draws.ends.T, strict=True)
         )
         return start, end
 
@@ -249,24 +249,32 @@ class CyclePropagation:
         )
         return float(np.sqrt(force + reading.slope_kN_per_mm**2 * stroke))
 
-    def extreme_force(self, at: int, sign: float) -> tuple[float, float]:
-        """Return by how much noise makes an extreme force overreach, and how much it scatters then [kN].
+    def extreme_force(
+        self,
+        which: int,
+        draws: Draws,
+        ends_kN: tuple[FloatArray, FloatArray],
+    ) -> FloatArray:
+        """Return the least (``which`` 0) or largest (1) force of every draw [kN], shape (N,).
 
-        ``at`` is the point of the extreme, ``sign`` 1 for the largest force and -1 for the smallest.
+        ``ends_kN``: what noise makes of the forces at both ends of the loading branch.
         """
-        point_kN = float(self.noise.force_kN / np.sqrt(max(1.0, self.samples_a_point)))
-        interpolated = self.samples_a_point < 0.5
-        # A parabola, read at its middle; in an interpolated branch it spans less than a sample.
-        window = 1.0 if interpolated else max(5.0, FORCE_WINDOW * self.loop.top)
-        reading_kN = point_kN * min(1.0, float(1.5 / np.sqrt(window)))
-        force = sign * self.loop.force_kN
-        near = np.count_nonzero(force >= force[at] - NEAR_LARGEST * reading_kN - point_kN)
-        apart = 0.5 * self.loop.time_s.size / self.samples if interpolated else 0.25 * window
-        readings = max(1.0, near / apart)
-        ends = {0: self.loop.ends[0], self.loop.top: self.loop.ends[1]}
-        if at in ends:
-            reading_kN = max(reading_kN, ends[at].gain * self.reading_noise_kN(ends[at]))
-        return overreach(readings) * reading_kN, reading_kN / float(np.sqrt(1.0 + np.log(readings)))
+        reading = self.loop.extremes[which]
+        if reading.place in (0, 1):
+            at, scatter = (0, self.loop.top)[reading.place], ends_kN[reading.place]
+        elif reading.place == 2:  # where the unloading branch ends
+            at, own = self.loop.time_s.size - 1, self.loop.ends[2]
+            u_kN = own.gain * self.reading_noise_kN(own)
+            u_kN = float(np.hypot(u_kN, own.slope_kN_per_mm * self.cycle.end.u_stroke_mm))
+            scatter = u_kN * draws.generator.standard_normal(draws.overreach.size)
+            scatter = scatter + own.doubt_kN * draws.ends[:, 0]
+        else:
+            at = int(np.argmin(np.abs(self.loop.time_s - reading.time_s)))
+            u_kN = reading.gain * self.reading_noise_kN(EndReading(reading.gain))
+            u_kN = float(np.hypot(u_kN, reading.doubt_kN))
+            scatter = u_kN * draws.generator.standard_normal(draws.overreach.size)
+            scatter = scatter + reading.overreach_kN * draws.overreach
+        return _weighted(draws.force, self.force[:, at]) + scatter
 
     def read(self, stroke_mm: float, half_width_mm: float, degree: int = 3) -> LocalReading | None:
         """Read the loading branch at a stroke; None when it is out of reach or too few samples are near."""
@@ -304,11 +312,6 @@ class CyclePropagation:
             value_gain=float(noise_kN[0]),
             slope_gain=float(noise_kN[1]) / scale,
         )
-
-
-def overreach(readings: float) -> float:
-    """Return the mean of the largest of so many standard normal deviates (Blom's formula)."""
-    return NormalDist().inv_cdf((readings - 0.375) / (readings + 0.25))
 
 
 def _weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]:
@@ -417,30 +420,14 @@ def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, Flo
     stored, absorbed = propagation.energies(draws, errors_mm)
     low_mm, high_mm = turns_with(draws, cycle, errors_mm)
     stiffness = _harmonic_draws(draws, propagation)
-    at_max, at_min = int(np.argmax(loop.force_kN)), int(np.argmin(loop.force_kN))
     rise = propagation.force[:, loop.top] - propagation.force[:, 0]
-    scatter = draws.generator.standard_normal((2, low_mm.size))
-    start_kN, end_kN = propagation.end_scatter(errors_mm, draws.generator)
-    (above, max_kN), (below, min_kN) = (
-        propagation.extreme_force(at_max, 1.0),
-        propagation.extreme_force(at_min, -1.0),
-    )
-    # The force at a turning point is read at its fitted place.
-    placed_kN = {0: start_kN, loop.top: end_kN}
-    if at_min in placed_kN:
-        scatter[0], min_kN = placed_kN[at_min], 1.0
-    if at_max in placed_kN:
-        scatter[1], max_kN = placed_kN[at_max], 1.0
+    start_kN, end_kN = propagation.end_scatter(errors_mm, draws)
     figures = {
         "stored_energy_J": stored,
         "absorbed_energy_J": absorbed,
         **stroke_figures(low_mm, high_mm),
-        "force_min_kN": _weighted(draws.force, propagation.force[:, at_min])
-        + below * draws.overreach
-        + min_kN * scatter[0],
-        "force_max_kN": _weighted(draws.force, propagation.force[:, at_max])
-        + above * draws.overreach
-        + max_kN * scatter[1],
+        "force_min_kN": propagation.extreme_force(0, draws, (start_kN, end_kN)),
+        "force_max_kN": propagation.extreme_force(1, draws, (start_kN, end_kN)),
         "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + end_kN - start_kN) / (high_mm - low_mm),
         "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
         "storage_stiffness_kN_per_mm": np.real(stiffness),

@@ -9,7 +9,8 @@ import numpy as np
 from evaluation.error_model import Draws, stroke_term_slopes
 from evaluation.extremes.speeds import SpeedPeak
 from evaluation.record import FloatArray
-from evaluation.uncertainty import NEAR_LARGEST, expanded, half_width_95, overreach, stroke_error_mm
+from evaluation.turns import overreach
+from evaluation.uncertainty import NEAR_LARGEST, expanded, half_width_95, stroke_error_mm
 from foundation.channel import ChannelUncertainty
 
 INERTIA = 5

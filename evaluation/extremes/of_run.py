@@ -206,11 +206,11 @@ def _doubt(quantity: str, peak: Peak, range_: float) -> str:
 def _forces(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
     samples = recorded.samples
     force_kN = samples.force_kN
-    ends = samples.ends.get("force")
+    ends = samples.ends.get("force") or _as_read(samples, "force")
     if recorded.inertia is not None:
         # The greatest force on the specimen is not where the cell read most: all samples are corrected.
         force_kN = force_kN + recorded.inertia_force(samples.time_s)
-        ends = None if ends is None else _corrected(ends, recorded)
+        ends = _corrected(samples.ends["force"], recorded) if "force" in samples.ends else None
     ends = ends or peaks_of(samples.time_s, force_kN, samples.breaks)
     found = _named("force", ends, "force")
     if draws is None or ends is None:
@@ -237,6 +237,18 @@ def _scatter(spectrum: Spectrum | None, values: FloatArray, averaged: int) -> tu
     # Of samples that came as means of some the fast part is known of these only.
     fast = float(np.sqrt(spectrum.density[-1] / spectrum.step_s * (averaged - 1)))
     return float(np.hypot(rest, fast)), sum(line.amplitude for line in spectrum.lines)
+
+
+def _as_read(samples: Record, channel: str) -> Ends | None:
+    """Return the ends of a channel's own readings where they were moved to other instants.
+
+    Beside a jump the curve that moves them overshoots every reading.
+    """
+    if channel not in samples.as_recorded:
+        return None
+    time_s, value = samples.as_recorded[channel]
+    inside = (time_s >= samples.time_s[0]) & (time_s <= samples.time_s[-1])
+    return peaks_of(time_s[inside], value[inside])
 
 
 def _corrected(ends: Ends, recorded: Recorded) -> Ends:

@@ -1,6 +1,19 @@
 """What happens where the stroke turns: how sharp it does, and the forces there, of each branch by itself."""
 
-from evaluation.turns.end_forces import END_SHARE, EndForces, Ends, continuous, end_forces
+from evaluation.turns.end_forces import EndForces, continuous, end_forces
+from evaluation.turns.force_extremes import ForceExtremes, Inside, force_extremes, overreach
 from evaluation.turns.sharpness import Tips, sharpness
+from evaluation.turns.windows import Ends
 
-__all__ = ["END_SHARE", "EndForces", "Ends", "Tips", "continuous", "end_forces", "sharpness"]
+__all__ = [
+    "EndForces",
+    "Ends",
+    "ForceExtremes",
+    "Inside",
+    "Tips",
+    "continuous",
+    "end_forces",
+    "force_extremes",
+    "overreach",
+    "sharpness",
+]

@@ -1,53 +1,34 @@
 """The force at the ends of branches, each from its own branch.
 
 Force hangs on stroke, and on how fast the stroke moves. Where a branch runs into a smooth turn both change
-along its last part, so that the force is read as 1, time and stroke (a viscous or hysteretic ellipse is
-linear in these two). Where it runs into a sharp turn or a rest, stroke and time are one: 1, stroke and its
-square. The reading stands where the fitted turning point is, at no distance in time or stroke.
+along its last part, so that the force is read as 1, stroke, speed and stroke squared (a viscous or
+hysteretic ellipse is linear in stroke and speed). Where it runs into a sharp turn the speed is one up to the
+end: 1, stroke and its square. A rest is read as 1, time and its square. The reading stands where the fitted
+turning point is, at no distance in stroke or time and at no speed.
+
+How many of these terms, and over how many samples: among the fits whose residual the noise explains, the one
+with the least uncertainty counts. How far the others lie from it, beyond what noise makes of them, is its
+doubt.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
-from evaluation.turn_fits import powers
+from evaluation.turns.nested_fits import MODELS, Choice, choose, fit
+from evaluation.turns.windows import Ends, Windows, end_windows
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-END_SHARE = 0.02
-"""Share of a branch's samples from which the force at its end is read."""
-_LEAST_SAMPLES = 5
-_MOST_SAMPLES = 400
-_RESOLVED = 3.0
-"""Where the stroke moves less than so many of its noise in the window, its noise would take its place."""
-_DENSE = 12
-_SHOWN = 3.0
-"""A third term is known to be there when it is so many of its standard deviations."""
+_ASKED = 48
+"""Of more ends so many, evenly spread, are asked for window and terms; the others take the nearest one's."""
 _NEXT = 1.75
 """A branch without a hole begins at most one and a half steps behind its turn."""
-_HOLED = 0.5
-"""A window with a step of more than this share of it has a hole: no polynomial is known there."""
-_RIDGE = 1e-9
-"""Where two terms are one (a sharp turn of an even stroke), each takes half; it costs 1e-9 of a value."""
-
-
-@dataclass(frozen=True, eq=False)
-class Ends:
-    """Ends of branches, shape (E,): moment and stroke of the turning point, samples ``first`` … ``last``
-    (excluded) of the branch, whether the branch begins there, and whether the stroke turns smoothly.
-    """
-
-    time_s: FloatArray
-    stroke_mm: FloatArray
-    first: IndexArray
-    last: IndexArray
-    begins: BoolArray
-    smooth: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +41,8 @@ class EndForces:
         NaN where the branch has no sample.
     gain : array
         Standard deviation of ``force_kN`` for force noise of 1 kN a sample.
+    doubt_kN : array
+        Standard uncertainty of ``force_kN`` by the choice of window and terms, beyond noise.
     slope_kN_per_mm : array
         By how much the force rises with the stroke there: what an error of the turning point makes of it.
     nearest_kN : array
@@ -70,66 +53,119 @@ class EndForces:
 
     force_kN: FloatArray
     gain: FloatArray
+    doubt_kN: FloatArray
     slope_kN_per_mm: FloatArray
     nearest_kN: FloatArray
     far: BoolArray
 
-    def replaced(self, rows: IndexArray, force_kN: FloatArray, gain: FloatArray) -> EndForces:
-        """Return these, some rows of which are others, read at rest: there no error of the stroke counts."""
-        force, gains, slope = self.force_kN.copy(), self.gain.copy(), self.slope_kN_per_mm.copy()
-        force[rows], gains[rows], slope[rows] = force_kN, gain, 0.0
-        return EndForces(force, gains, slope, self.nearest_kN, self.far)
+    def replaced(self, rows: IndexArray, other: EndForces) -> EndForces:
+        """Return these, some rows of which are others, ``other`` in that order."""
+        place = np.arange(self.force_kN.size)
+        place[rows] = self.force_kN.size + np.arange(rows.size)
+        return self._joined(other).rows(place)
 
-    def rows(self, chosen: slice) -> EndForces:
+    def _joined(self, other: EndForces) -> EndForces:
+        return EndForces(
+            np.concatenate((self.force_kN, other.force_kN)),
+            np.concatenate((self.gain, other.gain)),
+            np.concatenate((self.doubt_kN, other.doubt_kN)),
+            np.concatenate((self.slope_kN_per_mm, other.slope_kN_per_mm)),
+            np.concatenate((self.nearest_kN, other.nearest_kN)),
+            np.concatenate((self.far, other.far)),
+        )
+
+    def rows(self, chosen: slice | IndexArray | BoolArray) -> EndForces:
         """Return some of them."""
         return EndForces(
             self.force_kN[chosen],
             self.gain[chosen],
+            self.doubt_kN[chosen],
             self.slope_kN_per_mm[chosen],
             self.nearest_kN[chosen],
             self.far[chosen],
         )
 
+    def at_sample(self, force_kN: float) -> EndForces:
+        """Return the same ends, at which one sample is the force."""
+        flat = np.zeros_like(self.force_kN)
+        return EndForces(flat + force_kN, flat + 1.0, flat, flat, flat + force_kN, self.far)
 
-def end_forces(record: Record, ends: Ends, sigma_mm: float) -> EndForces:
-    """Return the force of each branch at its end, by least squares over its last 2 % (at least 5 samples).
+
+def end_forces(
+    record: Record,
+    ends: Ends,
+    sigma_kN: float,
+    sigma_mm: float,
+    *,
+    at_rest: bool = False,
+) -> EndForces:
+    """Return the force of each branch at its end, by least squares over its last samples.
 
     Parameters
     ----------
     record : Record
     ends : Ends
-    sigma_mm : float
-        Noise of the stroke.
+    sigma_kN, sigma_mm : float
+        Noise of force and stroke.
+    at_rest : bool
+        The branches are rests: their force is read over time, and no error of the stroke counts.
     """
-    size = ends.last - ends.first
-    count = np.minimum(np.clip(END_SHARE * size, _LEAST_SAMPLES, _MOST_SAMPLES).astype(int), size)
-    order = np.arange(int(np.max(count, initial=1)))
-    first = np.where(ends.begins, ends.first, ends.last - count)
-    at = np.clip(first[:, None] + order, 0, record.time_s.size - 1)
-    used = order < count[:, None]
-    force = np.where(used, record.force_kN[at], 0.0)
-    time, _ = _scaled(record.time_s[at] - ends.time_s[:, None], used)
-    stroke, reach = _scaled(record.stroke_mm[at] - ends.stroke_mm[:, None], used)
-    dense = np.flatnonzero((count >= _DENSE) & (_widest_step(time, used) <= _HOLED))
-    if dense.size:  # noise of the stroke would flatten the force over it
-        stroke[dense] = _smooth_stroke(time[dense], stroke[dense], used[dense])
-    resolved = (reach > _RESOLVED * sigma_mm)[:, None]
-    along = np.where(ends.smooth[:, None] | ~resolved, time, stroke)
-    terms = np.stack((used.astype(float), along, np.where(ends.smooth[:, None] & resolved, stroke, along**2)))
-    terms[2, count < _LEAST_SAMPLES] = 0.0
-    terms[1, count < _LEAST_SAMPLES - 2] = 0.0
-    found, gain = _read(terms, force, count)
-    lines = np.arange(count.size)
-    near = force[lines, np.where(ends.begins, 0, np.maximum(count - 1, 0))]
-    middle = np.einsum("ij->i", force) / np.maximum(count, 1)
-    middle_mm = reach * np.einsum("ij->i", stroke) / np.maximum(count, 1)
+    number = ends.time_s.size
+    asked = np.unique(np.linspace(0, number - 1, min(number, _ASKED)).round().astype(np.intp))
+    windows = end_windows(record, ends.rows(asked), sigma_mm, at_rest=at_rest)
+    choice = choose(windows, sigma_kN, sigma_mm)
+    if number > asked.size:
+        nearest = np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(number))
+        choice = choice.rows(nearest)
+        windows = end_windows(record, ends, sigma_mm, at_rest=at_rest, most=int(np.max(choice.points)))
+    found = _read(record, ends, windows, choice)
+    return _within_rest(found, windows) if at_rest else found
+
+
+def _read(record: Record, ends: Ends, windows: Windows, choice: Choice) -> EndForces:
+    """Return the forces by the fits that were chosen."""
+    number = ends.time_s.size
+    points = np.minimum(choice.points, windows.count)
+    value, gain = np.zeros((2, number))
+    for model, terms in enumerate(MODELS):
+        rows = np.flatnonzero(choice.model == model)
+        if rows.size:
+            found = fit(windows.rows(rows), points[rows, None], terms)
+            value[rows], gain[rows] = found.value[:, 0], found.gain[:, 0]
+    used = np.arange(windows.force_kN.shape[1]) < points[:, None]
+    near = windows.force_kN[:, 0]
     # No further from the nearest sample than all of them are from each other: a poor reading is none.
-    span = np.max(np.where(used, force, -np.inf), axis=1) - np.min(np.where(used, force, np.inf), axis=1)
-    there = np.where(count > 0, np.clip(found, near - span, near + span), np.nan)
-    slope = (middle - there) / np.where(middle_mm == 0.0, np.inf, middle_mm)
-    nearest = np.abs(time[lines, np.where(ends.begins, 0, np.maximum(count - 1, 0))])
-    far = nearest * (count - 1) > _NEXT * (1.0 - nearest)  # the farthest one is at 1
-    return EndForces(there, gain, slope, near, far)
+    away_kN = np.where(used, windows.force_kN - near[:, None], 0.0)
+    span = np.ptp(away_kN, axis=1)
+    there = np.where(points > 0, np.clip(value, near - span, near + span), np.nan)
+    total = np.maximum(points, 1)
+    middle = np.einsum("ij->i", np.where(used, windows.force_kN, 0.0)) / total
+    away = np.einsum("ij->i", np.where(used, windows.terms[1], 0.0)) / total
+    away_mm = np.where(away == 0.0, 1.0, away) * np.where(away == 0.0, np.inf, windows.reach_mm)
+    slope = np.nan_to_num((middle - there) / away_mm)
+    at = np.where(ends.begins, ends.first, ends.last - 1)
+    at = np.clip(at, 0, record.time_s.size - 1)
+    gap_s = np.abs(record.time_s[at] - ends.time_s)
+    size = ends.last - ends.first
+    wide = np.minimum(np.maximum(size - 1, 0), 4)
+    other = np.clip(np.where(ends.begins, at + wide, at - wide), 0, record.time_s.size - 1)
+    steps_s = np.abs(record.time_s[other] - record.time_s[at]) / np.maximum(wide, 1)
+    far = gap_s > _NEXT * steps_s
+    return EndForces(there, gain / np.sqrt(windows.group), choice.doubt_kN, slope, record.force_kN[at], far)
+
+
+def _within_rest(found: EndForces, windows: Windows) -> EndForces:
+    """Return forces of rests halfway to their points where they lie beyond all of these.
+
+    A stand eases into a rest: whether the force goes on as it does in the rest up to the moment of arriving,
+    or has turned before, no sample shows.
+    """
+    used = windows.terms[0] > 0.0
+    least = np.min(np.where(used, windows.force_kN, np.inf), axis=1)
+    most = np.max(np.where(used, windows.force_kN, -np.inf), axis=1)
+    beyond = 0.5 * (found.force_kN - np.clip(found.force_kN, least, most))
+    doubt = np.hypot(found.doubt_kN, beyond)
+    return replace(found, force_kN=found.force_kN - beyond, doubt_kN=doubt)
 
 
 def continuous(arrives: EndForces, leaves: EndForces) -> BoolArray:
@@ -142,57 +178,3 @@ def continuous(arrives: EndForces, leaves: EndForces) -> BoolArray:
     """
     apart = np.abs(arrives.force_kN - leaves.force_kN)
     return np.asarray((apart <= np.abs(leaves.force_kN - leaves.nearest_kN)) | leaves.far)
-
-
-def _read(terms: FloatArray, force: FloatArray, count: IndexArray) -> tuple[FloatArray, FloatArray]:
-    """Return what forces (E, W) are at the end, by their terms (3, E, W), and the gain of noise, shape (E,).
-
-    The third term counts where the samples show it: it makes noise half as large again.
-    """
-    # Of three terms the inverse is written out: a library takes ten times as long for so small a matrix.
-    m00, m01, m02, m11, m12, m22 = (
-        np.einsum("ij,ij->i", terms[a], terms[b]) for a, b in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-    )
-    m11, m22 = (m + _RIDGE * count + (m == 0.0) for m in (m11, m22))
-    m00 = m00 + (m00 == 0.0)
-    right = np.stack([np.einsum("ij,ij->i", term, force) for term in terms])
-    c00, c01, c02 = m11 * m22 - m12**2, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
-    c12, c22 = m01 * m02 - m00 * m12, m00 * m11 - m01**2
-    whole = m00 * c00 + m01 * c01 + m02 * c02
-    whole = np.where(whole > 0.0, whole, np.inf)  # two terms are one: nothing is read, the samples bound it
-    first = np.stack((c00, c01, c02)) / whole
-    third = np.stack((c02, c12, c22)) / whole
-    value, bend = np.einsum("ai,ai->i", first, right), np.einsum("ai,ai->i", third, right)
-    tilt = (right[1] - m01 * value - m12 * bend) / m11
-    away = force - value[:, None] * terms[0] - tilt[:, None] * terms[1] - bend[:, None] * terms[2]
-    scatter = np.einsum("ij,ij->i", away, away) / np.maximum(count - 3, 1)
-    shown = bend**2 > _SHOWN**2 * scatter * third[2]
-    # Without the third term, by the formula for a matrix less one row and column.
-    share = third[0] / np.where(third[2] > 0.0, third[2], np.inf)
-    gain = first[0] - np.where(shown, 0.0, share * third[0])
-    return np.where(shown, value, value - share * bend), np.sqrt(np.maximum(gain, 0.0))
-
-
-def _smooth_stroke(time: FloatArray, stroke: FloatArray, used: BoolArray) -> FloatArray:
-    """Return a polynomial of fourth degree through the strokes of each window, shape (E, W)."""
-    terms = powers(2.0 * time + np.where(np.sum(time, axis=1) > 0.0, -1.0, 1.0)[:, None], 4) * used[..., None]
-    turned = terms.transpose(0, 2, 1)
-    coefficients = np.linalg.solve(turned @ terms, turned @ stroke[..., None])
-    return np.asarray((terms @ coefficients)[..., 0])
-
-
-def _widest_step(time: FloatArray, used: BoolArray) -> FloatArray:
-    """Return the longest step of time in each window, as a share of its reach from the end; shape (E,).
-
-    That from the end itself to the nearest sample counts.
-    """
-    both = used[:, 1:] & used[:, :-1]
-    steps = np.max(np.abs(np.diff(time, axis=1)), axis=1, initial=0.0, where=both)
-    return np.asarray(np.maximum(steps, np.min(np.abs(time), axis=1, initial=1.0, where=used)))
-
-
-def _scaled(away: FloatArray, used: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return distances from the end in their largest one, and that one."""
-    away = np.where(used, away, 0.0)
-    reach = np.max(np.abs(away), axis=1, initial=0.0)
-    return away / np.where(reach > 0.0, reach, 1.0)[:, None], reach

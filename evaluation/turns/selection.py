@@ -23,6 +23,8 @@ _LIKE_TURNS_SLACK = 1.2
 """… and each of the others but those whose residual is larger still by this factor."""
 _RESOLVED = 9
 """A rounded turn is seen as such by a polynomial over so many samples; of fewer, four tell any shape."""
+_ABOVE = 3.0
+"""A sample so many of its noise above a fitted turn shows that the stroke went on."""
 _LEAST_NOISE = 1e-6
 """Of the height: what is left of an ideal record is no noise."""
 
@@ -84,15 +86,28 @@ def selected(time_s: FloatArray, stroke_mm: FloatArray, turns: Turns, smooth: Fi
             other, known = both.smooth_ones(turns)
             better = tips[rounded & (2.0 * known[tips] < 0.5 * most)]
             chosen[better], blunt[better], lowered[better] = other[better], 0.0, 0.0
+    moment_s, u = both.of("time_s", lines, chosen), both.u[lines, chosen]
+    value = both.of("value", lines, chosen) - lowered
+    highest = _highest(time_s, stroke_mm, moment_s, turns.sign)
+    # A turn far below a sample of it is none: it is there, as far as its own uncertainty goes.
+    below = highest - _ABOVE * turns.sigma_mm > value
+    value[below] = np.minimum(highest - turns.sigma_mm, value + _ABOVE * u)[below]
     return Selected(
-        time_s=both.of("time_s", lines, chosen),
-        value=both.of("value", lines, chosen) - lowered,
-        u=both.u[lines, chosen],
+        time_s=moment_s,
+        value=value,
+        u=u,
         u_s=both.of("u_s", lines, chosen),
         sharp=chosen >= widths,
-        found=np.isfinite(both.residual[lines, chosen]),
+        found=np.isfinite(both.residual[lines, chosen]) & np.isfinite(u),
         blunt=blunt,
     )
+
+
+def _highest(time_s: FloatArray, stroke_mm: FloatArray, moment_s: FloatArray, sign: FloatArray) -> FloatArray:
+    """Return the highest of the samples next to moments, turned as the turns are."""
+    near = np.searchsorted(time_s, moment_s)[:, None] + np.arange(-2, 2)
+    near = np.clip(near, 0, time_s.size - 1)
+    return np.asarray(np.max(sign[:, None] * stroke_mm[near], axis=1))
 
 
 class _Both:
@@ -142,7 +157,15 @@ def _choice(residual: FloatArray, u: FloatArray, turns: Turns) -> tuple[IndexArr
     least[np.isinf(least)] = 0.0  # no fit at all: the row has no choice, and is given up
     noise = np.maximum(np.maximum(turns.sigma_mm, least), _LEAST_NOISE * turns.height)
     misfit = residual / noise[:, None]
-    chosen = np.asarray(np.argmin(np.where(misfit <= CONSISTENT, u, np.inf), axis=1))
+    known = np.where(misfit <= CONSISTENT, u, np.inf)
+    chosen = np.asarray(np.argmin(known, axis=1))
+    # What only fits of unknown uncertainty explain, the one explains best that is sure all the same.
+    unsure = np.isinf(np.min(known, axis=1))
+    if unsure.any():
+        worth = np.where(np.isfinite(u[unsure]) & np.isfinite(misfit[unsure]), 0.0, np.inf)
+        finite = np.isfinite(worth)
+        worth[finite] = misfit[unsure][finite] * u[unsure][finite]
+        chosen[unsure] = np.argmin(worth, axis=1)
     for kind in (-1.0, 1.0):
         alike = np.flatnonzero(turns.sign == kind)
         if alike.size < _LIKE_TURNS:

@@ -14,6 +14,7 @@ from evaluation.requirements.checklist import asked_items
 from evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
 from evaluation.requirements.readings import Readings
 from evaluation.results import Options
+from evaluation.turns.force_extremes import FORCE_WINDOW
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 EVALUATION = (DOCS / "evaluation.md").read_text(encoding="utf-8")
@@ -46,7 +47,7 @@ STATED = [
     f"returns within {100 * cycles.REST_CLOSURE:g} % of the range ({100 * cycles.EDGE_CLOSURE:g} %",
     f"over ±{100 * quantities.TANGENT_WINDOW:g} % of the range",
     f"parabola over {100 * quantities.SPEED_WINDOW:g} % of the branch",
-    f"parabola over {100 * quantities.FORCE_WINDOW:g} % of each branch",
+    f"parabola over {100 * FORCE_WINDOW:g} % of each branch",
     f"farther than {thermometry.READING_INTERVAL_S:g} s",
     f"more than {100 * quantities.TWO_SIDED:g} % of its largest",
     f"±{static.FORCE_HALF_WIDTH_MM:g} mm",

@@ -94,6 +94,56 @@ def test_noise_of_a_reading_is_what_it_says() -> None:
     assert np.mean(read) == pytest.approx(300.0, abs=0.3)
 
 
+@pytest.mark.parametrize("noise_kN", [0.05, 1.0])
+def test_what_the_speed_does_stays_within_u(noise_kN: float) -> None:
+    """Noise that hides the loss of an ellipse near its turn makes U wider, not the force wrong."""
+    time = np.arange(0.0, 6.0, 0.01)
+    stroke: Floats = 50.0 * (1.0 - np.cos(np.pi * time))
+    away = []
+    for seed in range(200):
+        noise = noise_kN * np.random.default_rng(seed).standard_normal(time.size)
+        record = make_record(time, stroke, 3.0 * stroke + 10.0 * np.sin(np.pi * time) + noise)
+        loop = cut_loop(record, find_cycles(record)[1])
+        u_kN = np.hypot(loop.ends[1].gain * noise_kN, loop.ends[1].doubt_kN)
+        away.append((loop.force_kN[loop.top] - 300.0) / u_kN)
+    assert abs(float(np.mean(away))) < 0.5
+    assert np.mean(np.abs(away) < 2.0) > 0.92
+
+
+def free_travel(noise_kN: float, seed: int) -> Record:
+    """Return two strokes from 3 mm before contact, where a preload of 35 kN makes the force jump."""
+    time = np.arange(0.0, 24.0, 0.02)
+    stroke = np.interp(np.mod(time, 12.0), [0.0, 1.0, 6.0, 11.0, 12.0], [-3.0, -3.0, 97.0, -3.0, -3.0])
+    rising = np.mod(time, 12.0) < 6.0
+    force = np.where(stroke > 0.0, 35.0 + 4.0 * stroke, 0.0) * np.where(rising, 1.0, 0.6)
+    scatter = noise_kN * np.random.default_rng(seed).standard_normal(time.size)
+    return make_record(time, stroke, force + scatter)
+
+
+@pytest.mark.parametrize("noise_kN", [0.0, 0.05, 0.5])
+def test_without_contact_there_is_no_force(noise_kN: float) -> None:
+    """Neither the largest of many noises counts, nor what a parabola rings beside the jump of the preload."""
+    for seed in range(5):
+        record = free_travel(noise_kN, seed)
+        figures = evaluate_cycle(record, find_cycles(record)[0]).quantities
+        assert figures.force_min_kN is not None
+        assert abs(figures.force_min_kN) <= 1.2 * noise_kN + 1e-9
+        assert figures.secant_stiffness_kN_per_mm == pytest.approx((35.0 + 4.0 * 97.0) / 100.0, rel=6e-3)
+
+
+def test_an_extreme_between_the_turns_is_found() -> None:
+    """A damper is strongest where it is fastest: a cosine's top is level over many samples."""
+    time = np.arange(0.0, 4.0, 0.005)
+    angle = 2.0 * np.pi * time + 0.3
+    found = []
+    for seed in range(20):
+        noise = 0.5 * np.random.default_rng(seed).standard_normal(time.size)
+        record = make_record(time, 20.0 * np.sin(angle), 100.0 * np.cos(angle) + noise)
+        figures = evaluate_cycle(record, find_cycles(record)[1]).quantities
+        found.append((figures.force_min_kN, figures.force_max_kN))
+    assert np.mean(found, axis=0) == pytest.approx([-100.0, 100.0], abs=0.3)
+
+
 def test_the_shipped_static_run_reaches_no_force_that_no_sample_has() -> None:
     """The mean of both branches made 602.9 kN of it, above every sample."""
     record, facts = load_run(SAMPLES / "001-static-5mm_s.h5")

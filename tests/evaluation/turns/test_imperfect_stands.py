@@ -32,7 +32,15 @@ STANDS = (
     Stand("harmonic", "sharp"),
     Stand("harmonic", "second-order", 0.02),
 )
-HELD = ("stroke_max_mm", "stored_energy_J", "absorbed_energy_J", "damping")
+HELD = (
+    "force_max_kN",
+    "force_min_kN",
+    "secant_stiffness_kN_per_mm",
+    "stroke_max_mm",
+    "stored_energy_J",
+    "absorbed_energy_J",
+    "damping",
+)
 """What the turning points make; the rest is reported by the long study."""
 
 
@@ -85,13 +93,13 @@ def test_a_dose() -> None:
 def test_the_whole_study(kind: str, samples: int) -> None:
     """White noise of 0 to 100 µm; prints the table of the docs.
 
-    NOT MET: 100 samples a cycle of a static run are 115 ms apart. U of what they leave of a turn is estimated
-    (strokes, W_s), that of the steep flank behind it is not: W_a is held in 47 %. Nor are the extreme forces.
+    NOT MET: 100 samples a cycle of a static run are 115 ms apart, more than a stand needs to turn: what they
+    leave of a turn is held in 82 to 88 % only.
     """
     counts: dict[str, Count] = defaultdict(Count)
     for seed, (stand, noise) in enumerate(product(STANDS * 5, (0.0, 0.005, 0.03, 0.1))):
         if stand.kind == kind:
             count(stand, Sampling(samples, noise, 5.0 * noise), 1000 + seed, counts)
     print(kind, samples, {name: f"{100.0 * one.share:.1f}" for name, one in counts.items()})
-    names, least = (HELD, 0.85) if samples >= 1000 else (HELD[:2], 0.75)
-    assert {name: counts[name].share for name in names if counts[name].share < least} == {}
+    least = 0.85 if samples >= 1000 else 0.75
+    assert {name: counts[name].share for name in HELD if counts[name].share < least} == {}

@@ -1,0 +1,214 @@
+"""Least and largest force of a cycle: those at its turning points, or one in between that is beyond them.
+
+The largest of noisy readings overreaches, and a polynomial beside a corner rings. So a force inside a branch
+counts only where no polynomial rings beyond the samples, and is read there anew, over as many samples as are
+one curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.motion import ExtremeReading
+from evaluation.record import FloatArray
+from evaluation.smoothing import smoothed
+from evaluation.turns.end_forces import EndForces
+from evaluation.turns.nested_fits import MODELS, PEAK, Choice, choose, fit
+from evaluation.turns.windows import MOST_POINTS, Windows
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+FORCE_WINDOW = 0.01
+"""Where an extreme is: maximum of a local parabola over this share of a branch's samples (at least 5)."""
+_LEAST_WINDOW = 5
+_ASKED = 48
+"""Of more branches so many, evenly spread, are asked for window and terms."""
+_NEAR_LARGEST = 3.0
+"""Readings within so many standard deviations of the largest may be the largest because of their noise."""
+_PARABOLA_GAIN = 1.5
+"""Of a parabola's value in its middle: noise over the square root of its samples times this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inside:
+    """Forces inside of branches, a row each.
+
+    Attributes
+    ----------
+    force_kN : array, shape (B, P)
+    count, group, first, cycle : arrays, shape (B,)
+        Points of each row, samples of each point, the first sample, row of the cycle that it belongs to.
+    """
+
+    force_kN: FloatArray
+    count: IndexArray
+    group: IndexArray
+    first: IndexArray
+    cycle: IndexArray
+
+    def rows(self, chosen: IndexArray) -> Inside:
+        """Return some of them."""
+        return Inside(
+            self.force_kN[chosen],
+            self.count[chosen],
+            self.group[chosen],
+            self.first[chosen],
+            self.cycle[chosen],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ForceExtremes:
+    """Largest (or least) forces of cycles, shape (R,) [kN], and how each was read.
+
+    ``place``: 0, 1, 2 for the lower turning point, the upper one and the last one, -1 for in between.
+    """
+
+    force_kN: FloatArray
+    place: IndexArray
+    readings: Mapping[int, ExtremeReading]
+
+    def reading(self, row: int) -> ExtremeReading:
+        """Return how that of one cycle was read."""
+        place = int(self.place[row])
+        return self.readings[row] if place < 0 else ExtremeReading(place)
+
+
+def force_extremes(
+    time_s: FloatArray,
+    ends: Sequence[EndForces],
+    parts: Sequence[Inside],
+    sigma_kN: float,
+    sign: float,
+) -> ForceExtremes:
+    """Return the largest force of each cycle, or with ``sign`` -1 the least.
+
+    Parameters
+    ----------
+    time_s : array, shape (N,)
+        Of the record.
+    ends : sequence of EndForces
+        At the lower turning point, the upper one and the last one of each cycle.
+    parts : sequence of Inside
+        What lies between them.
+    sigma_kN : float
+        Noise of a sample.
+    sign : float
+    """
+    at_ends = sign * np.stack([end.force_kN for end in ends])
+    most, place = np.max(at_ends, axis=0), np.argmax(at_ends, axis=0)
+    readings: dict[int, ExtremeReading] = {}
+    for part in parts:
+        for rows, peak, at in _peaks(part, sign):
+            beyond = np.flatnonzero(peak > most[part.cycle[rows]])
+            if not beyond.size:
+                continue
+            own = part.rows(rows[beyond])
+            value, found = _read(own, time_s, (at[beyond], peak[beyond]), sigma_kN, sign)
+            for k in np.flatnonzero(value > most[own.cycle]).tolist():
+                cycle = int(own.cycle[k])
+                if value[k] > most[cycle]:
+                    most[cycle], place[cycle], readings[cycle] = value[k], -1, found[k]
+    return ForceExtremes(sign * most, place, readings)
+
+
+def _peaks(part: Inside, sign: float) -> Iterator[tuple[IndexArray, FloatArray, IndexArray]]:
+    """Yield rows of a part, the largest value of a moving parabola inside each, and where that is."""
+    window = np.maximum(_LEAST_WINDOW, 2 * (0.5 * FORCE_WINDOW * part.count).astype(np.intp) + 1)
+    window[part.count < window] = 0
+    for size in np.unique(window[window > 0]).tolist():
+        rows, half = np.flatnonzero(window == size), size // 2
+        count = part.count[rows]
+        force = sign * part.force_kN[rows, : int(np.max(count))]
+        curve = smoothed(force, count, size, 2)
+        # The first and last half window are read off the end of a polynomial, which is no better than the
+        # force at the turning point itself.
+        order = np.arange(curve.shape[1])
+        curve[(order < half) | (order >= (count - half)[:, None])] = -np.inf
+        at = np.argmax(curve, axis=1)
+        lines = np.arange(rows.size)
+        about = np.clip(at[:, None] + np.arange(-half, half + 1), 0, (count - 1)[:, None])
+        # Beside a corner a parabola rings beyond every sample.
+        yield rows, np.minimum(curve[lines, at], np.max(force[lines[:, None], about], axis=1)), at
+
+
+def _read(
+    part: Inside,
+    time_s: FloatArray,
+    peaks: tuple[IndexArray, FloatArray],
+    sigma_kN: float,
+    sign: float,
+) -> tuple[FloatArray, list[ExtremeReading]]:
+    """Return the forces about places of rows, by the surest fit, and how they were read."""
+    at, peak = peaks
+    windows = _windows_about(part, at, sign)
+    asked = np.unique(np.linspace(0, at.size - 1, min(at.size, _ASKED)).round().astype(np.intp))
+    choice = choose(windows.rows(asked), sigma_kN, 0.0, PEAK)
+    if at.size > asked.size:
+        choice = choice.rows(np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(at.size)))
+    value, gain = _fitted(windows, choice)
+    point_kN = sigma_kN / np.sqrt(part.group)
+    base = np.maximum(_LEAST_WINDOW, FORCE_WINDOW * part.count)
+    base_kN = point_kN * _PARABOLA_GAIN / np.sqrt(base)
+    when_s = time_s[np.minimum(part.first + part.group * at + part.group // 2, time_s.size - 1)]
+    found = []
+    for k in range(at.size):
+        force = sign * part.force_kN[k, : part.count[k]]
+        rivals = np.count_nonzero(force >= peak[k] - _NEAR_LARGEST * base_kN[k] - point_kN[k]) / (
+            0.25 * base[k]
+        )
+        # The place was chosen by its noise, which the wider window has the less of.
+        over_kN = overreach(max(1.0, rivals)) * base_kN[k] * min(1.0, base[k] / choice.points[k])
+        own = float(gain[k] / np.sqrt(part.group[k])), float(choice.doubt_kN[k])
+        found.append(ExtremeReading(-1, float(when_s[k]), *own, float(over_kN)))
+    return value, found
+
+
+def _windows_about(part: Inside, at: IndexArray, sign: float) -> Windows:
+    """Return the points about places of rows, from the nearest one outwards to both sides."""
+    reach = min(MOST_POINTS, int(np.max(part.count)))
+    steps = np.arange(1, reach + 1)
+    away = np.concatenate(([0], np.stack((-steps, steps), axis=1).ravel()))
+    place = at[:, None] + away
+    there = (place >= 0) & (place < part.count[:, None])
+    # What lies beyond the branch is no point: those further away to the other side move up.
+    order = np.argsort(~there, axis=1, kind="stable")[:, :reach]
+    count = np.minimum(np.count_nonzero(there, axis=1), reach)
+    used = np.arange(order.shape[1]) < count[:, None]
+    chosen = np.clip(np.take_along_axis(place, order, axis=1), 0, part.force_kN.shape[1] - 1)
+    force = np.where(used, sign * np.take_along_axis(part.force_kN, chosen, axis=1), 0.0)
+    along = np.where(used, away[order], 0.0) / reach
+    terms = np.stack((used.astype(np.float64), along, np.zeros_like(along), along**2))
+    return Windows(force, terms, count, part.group, np.full(at.size, np.inf))
+
+
+def _fitted(windows: Windows, choice: Choice) -> tuple[FloatArray, FloatArray]:
+    """Return the values that were chosen, and their gain of a point's noise.
+
+    A parabola's summit counts, where it is no further away than the next point.
+    """
+    number = choice.points.size
+    value, gain = np.zeros((2, number))
+    reach = windows.terms.shape[2]
+    for model, terms in enumerate(MODELS):
+        rows = np.flatnonzero(choice.model == model)
+        if not rows.size:
+            continue
+        found = fit(windows.rows(rows), choice.points[rows, None], terms)
+        value[rows], gain[rows] = found.value[:, 0], found.gain[:, 0]
+        if 3 in terms:
+            slope, bend = found.slope[:, 0] / reach, found.bend[:, 0] / reach**2
+            step = np.clip(slope / np.where(bend < 0.0, -2.0 * bend, np.inf), -1.0, 1.0)
+            value[rows] += slope * step + bend * step**2
+    return value, gain
+
+
+def overreach(readings: float) -> float:
+    """Return the mean of the largest of so many standard normal deviates (Blom's formula)."""
+    return NormalDist().inv_cdf((readings - 0.375) / (readings + 0.25))

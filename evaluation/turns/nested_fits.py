@@ -1,0 +1,163 @@
+"""Which terms, over how many points, read the force at an end: the surest fit that the noise explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.edges import CONSISTENT
+from evaluation.record import FloatArray
+from evaluation.turns.windows import Windows
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+POINTS = np.array([5, 7, 10, 14, 20, 28, 40])
+"""Points of the windows that are tried; of a branch of fewer, all that it has."""
+MODELS = ((0,), (0, 1), (0, 1, 2), (0, 1, 3), (0, 1, 2, 3))
+"""Terms of fits (:class:`evaluation.turns.windows.Windows`)."""
+MOVING = (2, 4)
+"""Where the speed changes it is a term: what it does would hide in the noise of few samples near the turn."""
+STILL = (3,)
+"""Elsewhere the force may bend, which would hide in the same way."""
+PEAK = (0, 3)
+"""At an extreme the force has no slope."""
+_RIDGE = 1e-9
+"""Where two terms are one, each takes half; it costs 1e-9 of a value."""
+_LEAST_NOISE = 1e-7
+"""Of the force's span in a window: what is left of an ideal record is no noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Fits, any shape: value at the end, its gain of a point's noise, residual, slope by the second term, and
+    what the last term takes (the square of the second one, where it is among them).
+    """
+
+    value: FloatArray
+    gain: FloatArray
+    residual: FloatArray
+    slope: FloatArray
+    bend: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What was chosen for each end, shape (E,): points, place in :data:`MODELS`, and its doubt [kN]."""
+
+    points: IndexArray
+    model: IndexArray
+    doubt_kN: FloatArray
+
+    def rows(self, chosen: IndexArray) -> Choice:
+        """Return some of them."""
+        return Choice(self.points[chosen], self.model[chosen], self.doubt_kN[chosen])
+
+
+def choose(
+    windows: Windows,
+    sigma_kN: float,
+    sigma_mm: float,
+    still: tuple[int, ...] = STILL,
+) -> Choice:
+    """Return the surest fit of each window that the noise explains.
+
+    Parameters
+    ----------
+    windows : Windows
+    sigma_kN, sigma_mm : float
+        Noise of a sample's force and stroke.
+    still : tuple of int
+        Places in :data:`MODELS` of what is tried where the speed is no term.
+    """
+    count = windows.count
+    points = np.minimum(POINTS, np.maximum(count, 1)[:, None])
+    fits = [fit(windows, points, terms) for terms in MODELS]
+    value, gain, residual = (
+        np.stack([getattr(one, name) for one in fits], axis=1) for name in ("value", "gain", "residual")
+    )
+    lines = np.arange(count.size)
+    slope = np.abs(fits[1].slope[lines, np.argmax(points >= np.minimum(10, count)[:, None], axis=1)])
+    noise = np.hypot(sigma_kN, slope / windows.reach_mm * sigma_mm) / np.sqrt(windows.group)
+    spare = points[:, None, :] - np.array([len(terms) for terms in MODELS])[:, None]
+    moves = np.any(windows.terms[2] != 0.0, axis=1)
+    allowed = spare >= 1
+    allowed[moves] &= np.isin(np.arange(len(MODELS)), MOVING)[:, None]
+    allowed[~moves] &= np.isin(np.arange(len(MODELS)), still)[:, None]
+    residual[~allowed] = np.inf
+    span = np.ptp(windows.force_kN, axis=1)
+    least = np.min(residual, axis=(1, 2), initial=np.inf)
+    least[np.isinf(least)] = 0.0
+    known = noise
+    noise = np.maximum(np.maximum(noise, least), _LEAST_NOISE * span)[:, None, None]
+    u = np.maximum(residual, noise) * gain
+    explained = residual <= CONSISTENT * noise
+    u[~explained] = np.inf
+    flat = np.argmin(u.reshape(count.size, -1), axis=1)
+    model, at = np.divmod(flat, POINTS.size)
+    apart = np.abs(value - value[lines, model, at][:, None, None])
+    own = u[lines, model, at]
+    beyond = np.where(explained, apart - u, 0.0)
+    doubt = np.maximum(np.max(beyond, axis=(1, 2)), 0.0)
+    # What more there is than noise is misfit, which the gain carries to the end as it carries noise.
+    misfit = np.sqrt(np.maximum(residual[lines, model, at] ** 2 - (CONSISTENT * known) ** 2, 0.0))
+    doubt = np.hypot(doubt, misfit * gain[lines, model, at])
+    chosen = points[lines, at]
+    none = np.isinf(own)
+    few = np.minimum(count, 2) - 1  # a line through two samples, the only one, nothing
+    model[none], chosen[none], doubt[none] = np.maximum(few[none], 0), np.minimum(count[none], 2), 0.0
+    return Choice(chosen, model, doubt)
+
+
+def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
+    """Return fits by some of the terms over the first ``points`` (E, K) of each window, shape (E, K)."""
+    own = windows.terms[list(terms)]
+    last = np.maximum(points, 1) - 1
+    force = windows.force_kN - windows.force_kN[:, :1] * windows.terms[0]
+
+    def total(values: FloatArray) -> FloatArray:
+        return np.take_along_axis(np.cumsum(values, axis=1), last, axis=1)
+
+    number = len(terms)
+    matrix = [[total(own[a] * own[b]) for b in range(a + 1)] for a in range(number)]
+    right = [total(own[a] * force) for a in range(number)]
+    squares = total(force * force)
+    found, first = solved(matrix, right, points)
+    away = squares - sum(f * r for f, r in zip(found, right, strict=True))
+    spare = np.maximum(points - number, 1)
+    return Fit(
+        found[0] + windows.force_kN[:, :1],
+        np.sqrt(first),
+        np.sqrt(np.maximum(away, 0.0) / spare),
+        found[1] if number > 1 else np.zeros_like(found[0]),
+        found[-1],
+    )
+
+
+def solved(
+    matrix: list[list[FloatArray]], right: list[FloatArray], count: IndexArray
+) -> tuple[list[FloatArray], FloatArray]:
+    """Return the solutions of symmetric systems, and the first element of their inverses.
+
+    The library takes ten times as long for so small ones. From the last unknown up to the first, which is the
+    value that is asked for: what is left of its own equation is one over that element.
+    """
+    size = len(right)
+    ridge = _RIDGE * np.maximum(count, 1)
+    full = [[matrix[max(a, b)][min(a, b)] for b in range(size)] for a in range(size)]
+    for a in range(1, size):
+        full[a][a] = full[a][a] + ridge
+    right = list(right)
+    for pivot in range(size - 1, 0, -1):
+        for row in range(pivot):
+            share = full[row][pivot] / full[pivot][pivot]
+            full[row] = [full[row][b] - share * full[pivot][b] for b in range(pivot)] + full[row][pivot:]
+            right[row] = right[row] - share * right[pivot]
+    least = np.maximum(full[0][0], _RIDGE * np.maximum(count, 1))
+    found = [right[0] / least]
+    for row in range(1, size):
+        rest = right[row] - sum(full[row][b] * found[b] for b in range(row))
+        found.append(rest / full[row][row])
+    return found, 1.0 / least

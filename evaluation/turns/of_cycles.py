@@ -1,0 +1,106 @@
+"""The forces at the turning points of cycles: from the branch that arrives, or from the rest there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.branches import Stretches
+from evaluation.motion import CycleColumns, TurnColumns
+from evaluation.record import Record
+from evaluation.turns.end_forces import EndForces, continuous, end_forces
+from evaluation.turns.sharpness import LONGEST_S
+from evaluation.turns.windows import Ends
+
+BoolArray = NDArray[np.bool_]
+
+BY_SPEED = 0.2
+"""Where the largest force is so much of the loop's height above that at the upper turn, speed makes it."""
+_LEAST_REST = 4
+"""Samples of a rest from which its force is read."""
+_LEAST_ARRIVING = 5
+_ARRIVES = 0.4
+"""The branch that arrives at a cycle's begin is as steady as the cycle itself for so much of its length."""
+_CREEP = 0.3
+"""Of what a stroke creeps in a rest: standard uncertainty of the place where arriving ends."""
+_EASED = 0.05
+"""A stand eases out of a rest over so much of it, at most."""
+
+
+def arriving(record: Record, turns: CycleColumns, own: EndForces, noise: tuple[float, float]) -> EndForces:
+    """Return the forces at lower turning points that are no rests, read from the branch that arrives there.
+
+    Behind a turn the force of a specimen with friction rises several times as fast as before it: what it
+    begins with shows better in the samples before, unless it jumps there.
+
+    Parameters
+    ----------
+    record : Record
+    turns : CycleColumns
+    own : EndForces
+        As the loading branches read them.
+    noise : (float, float)
+        Of force [kN] and stroke [mm].
+    """
+    start, top, end = turns
+    rows = np.flatnonzero(start.leave_s == start.time_s)
+    if not rows.size:
+        return own
+    at_s, stroke = start.time_s[rows], start.stroke_mm[rows]
+    shorter_s = np.minimum(top.time_s - start.leave_s, end.time_s - top.leave_s)[rows]
+    inside = Stretches.between(record.time_s, at_s - _ARRIVES * shorter_s, at_s).trimmed(record.time_s)
+    smooth = start.method[rows] == "polynomial"
+    ends = Ends(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
+    there = end_forces(record, ends, *noise)
+    good = inside.last - inside.first >= _LEAST_ARRIVING
+    good &= continuous(there, own.rows(rows))
+    return own.replaced(rows[good], there.rows(good))
+
+
+def at_rests(
+    record: Record, turns: TurnColumns, own: EndForces, noise: tuple[float, float], *, leaving: bool
+) -> EndForces:
+    """Return the forces at turning points, at a rest that of the rest as the stroke leaves or arrives.
+
+    Force is one before and behind that moment: a preload that it takes up within some hundredths of a
+    millimetre belongs to the branch. A record that begins or ends with the motion has one sample of the rest.
+    """
+    rests = np.flatnonzero(turns.leave_s > turns.time_s)
+    found = own
+    if rests.size:
+        begin_s, end_s = turns.time_s[rests], turns.leave_s[rests]
+        stroke = (turns.leave_mm if leaving else turns.stroke_mm)[rests]
+        eased_s = np.minimum(_EASED * (end_s - begin_s), LONGEST_S) if leaving else 0.0
+        inside = Stretches.between(record.time_s, begin_s, end_s - eased_s).trimmed(record.time_s)
+        begins = np.full(rests.size, not leaving)
+        ends = Ends(end_s if leaving else begin_s, stroke, inside.first, inside.last, begins, ~begins)
+        there = end_forces(record, ends, *noise, at_rest=True)
+        known = inside.last - inside.first >= _LEAST_REST
+        found = found.replaced(rests[known], there.rows(known))
+    at = 0 if leaving else record.time_s.size - 1
+    near_s = 0.5 * abs(float(record.time_s[at] - record.time_s[1 if leaving else -2]))
+    rows = np.flatnonzero((turns.method == "edge") & (np.abs(turns.time_s - record.time_s[at]) <= near_s))
+    if rows.size:
+        found = found.replaced(rows, found.rows(rows).at_sample(float(record.force_kN[at])))
+    return found
+
+
+def creeping(top: TurnColumns, own: EndForces) -> EndForces:
+    """Return the forces at upper turning points, with what creep leaves open: where arriving ends.
+
+    A stroke that creeps while it rests goes on from its arrival without a corner that noise would leave.
+    """
+    crept_mm = np.abs(top.leave_mm - top.stroke_mm)
+    return replace(own, doubt_kN=np.hypot(own.doubt_kN, _CREEP * crept_mm * own.slope_kN_per_mm))
+
+
+def by_speed(arrives: EndForces, leaves: EndForces, fast: BoolArray) -> EndForces:
+    """Return forces at turns with half of what the branch that leaves reads otherwise as their doubt.
+
+    Where the force hangs on the speed more than on the stroke it goes straight through the turn, and either
+    branch knows it as well.
+    """
+    apart = np.where(fast, 0.5 * np.abs(arrives.force_kN - leaves.force_kN), 0.0)
+    return replace(arrives, doubt_kN=np.hypot(arrives.doubt_kN, apart))

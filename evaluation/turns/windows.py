@@ -1,0 +1,204 @@
+"""The last samples of branches, as points with what a force may hang on: stroke, speed or time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.record import FloatArray, Record
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+MOST_POINTS = 40
+"""Samples of a window are averaged in groups down to this many points."""
+_SHARE = 0.08
+"""Share of a branch's samples that a window reaches over at most …"""
+_LEAST_SAMPLES = 20
+"""… or so many samples, where that is more …"""
+_MOST_SHARE = 0.4
+"""… but no larger share than this (at least five samples)."""
+_MOST_SAMPLES = 800
+_LEAST = 5
+_RESOLVED = 3.0
+"""Where the stroke moves less than so many of its noise in a window, its noise would take its place."""
+_EXPLAINED = 1.3
+"""A polynomial through strokes counts where it leaves no more than so much of the noise."""
+
+_HOLED = 0.5
+"""A window with a step of more than this share of it has a hole: no polynomial is known there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Ends of branches, shape (E,): moment and stroke of the turning point, samples ``first`` … ``last``
+    (excluded) of the branch, whether the branch begins there, and whether the stroke turns smoothly.
+    """
+
+    time_s: FloatArray
+    stroke_mm: FloatArray
+    first: IndexArray
+    last: IndexArray
+    begins: BoolArray
+    smooth: BoolArray
+
+    def rows(self, chosen: IndexArray) -> Ends:
+        """Return some of them."""
+        return Ends(
+            self.time_s[chosen],
+            self.stroke_mm[chosen],
+            self.first[chosen],
+            self.last[chosen],
+            self.begins[chosen],
+            self.smooth[chosen],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Points of windows, a row each, counted from the end into the branch.
+
+    Attributes
+    ----------
+    force_kN : array, shape (E, P)
+    terms : array, shape (4, E, P)
+        1, stroke from the turning point (or time, where the stroke rests or hides in its noise), speed, and
+        the second one squared; scaled to about 1, 0 for padding.
+    count, group : arrays, shape (E,)
+        Points of each row, samples of each point.
+    reach_mm : array, shape (E,)
+        What 1 of the second term is [mm]; infinite where it is time.
+    """
+
+    force_kN: FloatArray
+    terms: FloatArray
+    count: IndexArray
+    group: IndexArray
+    reach_mm: FloatArray
+
+    def rows(self, chosen: IndexArray | BoolArray) -> Windows:
+        """Return some of them."""
+        return Windows(
+            self.force_kN[chosen],
+            self.terms[:, chosen],
+            self.count[chosen],
+            self.group[chosen],
+            self.reach_mm[chosen],
+        )
+
+
+def end_windows(
+    record: Record, ends: Ends, sigma_mm: float, *, at_rest: bool, most: int = MOST_POINTS
+) -> Windows:
+    """Return the windows at ends of branches.
+
+    Parameters
+    ----------
+    record : Record
+    ends : Ends
+    sigma_mm : float
+        Noise of the stroke.
+    at_rest : bool
+        The branches are rests, any part of which may be read.
+    most : int
+        Points of a window at most.
+    """
+    size = ends.last - ends.first
+    share = 1.0 if at_rest else _SHARE
+    wanted = np.clip(share * size, _LEAST_SAMPLES, _MOST_SAMPLES)
+    wanted = np.minimum(wanted, np.maximum(_LEAST, (1.0 if at_rest else _MOST_SHARE) * size))
+    wanted = np.minimum(wanted.astype(np.intp), size)
+    group = np.maximum(1, -(-wanted // MOST_POINTS))
+    count = np.minimum(wanted // group, most)
+    shape = (size.size, max(1, int(np.max(count, initial=0))))
+    time, stroke, force = np.zeros((3, *shape))
+    for each in np.unique(group).tolist():
+        rows = np.flatnonzero(group == each)
+        own = np.arange(int(np.max(count[rows])) * each)
+        at = np.where(ends.begins[rows, None], ends.first[rows, None] + own, ends.last[rows, None] - 1 - own)
+        at = np.clip(at, 0, record.time_s.size - 1)
+        for column, values in zip((time, stroke, force), _columns(record), strict=True):
+            column[rows, : own.size // each] = values[at].reshape(rows.size, -1, each).mean(axis=2)
+    used = np.arange(shape[1]) < count[:, None]
+    away_s = np.where(used, time - ends.time_s[:, None], 0.0)
+    away_mm = np.where(used, stroke - ends.stroke_mm[:, None], 0.0)
+    speed = np.zeros(shape)
+    smooth = ends.smooth & (not at_rest)
+    if smooth.any():
+        noise_mm = sigma_mm / np.sqrt(group[smooth])
+        away_mm[smooth], speed[smooth] = _moving(
+            away_s[smooth], away_mm[smooth], used[smooth], count[smooth], noise_mm
+        )
+    reach_mm = np.max(np.abs(away_mm), axis=1)
+    timed = (reach_mm <= _RESOLVED * sigma_mm / np.sqrt(group)) | at_rest
+    speed[timed] = 0.0
+    along = _scaled(np.where(timed[:, None], away_s, away_mm))
+    terms = np.stack((used.astype(np.float64), along, _scaled(speed), along**2))
+    return Windows(
+        np.where(used, force, 0.0), terms, count, group, np.where(timed | (reach_mm == 0.0), np.inf, reach_mm)
+    )
+
+
+def _columns(record: Record) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return record.time_s, record.stroke_mm, record.force_kN
+
+
+def _scaled(values: FloatArray) -> FloatArray:
+    """Return each row in its largest value."""
+    reach = np.max(np.abs(values), axis=1, initial=0.0)
+    return values / np.where(reach > 0.0, reach, 1.0)[:, None]
+
+
+def _moving(
+    away_s: FloatArray, away_mm: FloatArray, used: BoolArray, count: IndexArray, noise_mm: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return stroke from a smooth turn [mm] and speed [mm/s], without their noise where that is known.
+
+    A polynomial from the turning point on, where the speed is 0, knows both, if its misfit is no more than
+    the noise. Else the stroke is as recorded, and the speed of three points' parabola.
+    """
+    reach_s = np.max(np.abs(away_s), axis=1)
+    z = away_s / np.where(reach_s > 0.0, reach_s, 1.0)[:, None]
+    powers = z[..., None] ** np.arange(2.0, 5.0)
+    turned = powers.transpose(0, 2, 1)
+    normal = turned @ powers + 1e-12 * np.eye(3)
+    found = np.linalg.solve(normal, turned @ away_mm[..., None])
+    fitted = (powers @ found)[..., 0]
+    error = np.where(used, away_mm - fitted, 0.0)
+    misfit = np.sqrt(np.einsum("ij,ij->i", error, error) / np.maximum(count - 3, 1))
+    speed = (z[..., None] ** np.arange(1.0, 4.0) * np.arange(2.0, 5.0)) @ found
+    known = (misfit <= _EXPLAINED * noise_mm) & (count > 4) & (_widest_step(z, used) <= _HOLED)
+    rough = _slopes(away_s, away_mm, count)
+    smooth_speed = speed[..., 0] / np.where(reach_s > 0.0, reach_s, 1.0)[:, None]
+    return (
+        np.where(known[:, None] & used, fitted, away_mm),
+        np.where(used, np.where(known[:, None], smooth_speed, rough), 0.0),
+    )
+
+
+def _widest_step(time: FloatArray, used: BoolArray) -> FloatArray:
+    """Return the longest step of time in each window, as a share of its reach from the end; shape (E,).
+
+    That from the end itself to the nearest sample counts.
+    """
+    both = used[:, 1:] & used[:, :-1]
+    steps = np.max(np.abs(np.diff(time, axis=1)), axis=1, initial=0.0, where=both)
+    return np.asarray(np.maximum(steps, np.min(np.abs(time), axis=1, initial=1.0, where=used)))
+
+
+def _slopes(away_s: FloatArray, away_mm: FloatArray, count: IndexArray) -> FloatArray:
+    """Return the slope at each point by the parabola through it and its neighbours, the turn among them."""
+    rows = away_s.shape[0]
+    time = np.concatenate((np.zeros((rows, 1)), away_s, np.zeros((rows, 1))), axis=1)
+    value = np.concatenate((np.zeros((rows, 1)), away_mm, np.zeros((rows, 1))), axis=1)
+    step = np.diff(time, axis=1)
+    slope = np.diff(value, axis=1) / np.where(step == 0.0, np.inf, step)
+    before, after = step[:, :-1], step[:, 1:]
+    whole = before + after
+    middle = (after * slope[:, :-1] + before * slope[:, 1:]) / np.where(whole == 0.0, np.inf, whole)
+    lines = np.arange(rows)
+    last = np.maximum(count - 1, 0)  # beyond it nothing is known: by the step before alone
+    middle[lines, last] = slope[lines, last]
+    return np.asarray(middle)
