@@ -98,7 +98,8 @@ def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     weight = np.gradient(loop.time_s) * 2.0 / cycle.duration_s
     waves = np.exp(-2j * np.pi * np.outer([1, *_DISTORTING], drift)) * weight
     terms = closed @ waves.T
-    harmonics = np.einsum("ni,ik->nk", draws.stroke, terms)
+    real, imaginary = (np.einsum("ni,ik->nk", draws.stroke, part) for part in (terms.real, terms.imag))
+    harmonics = real + 1j * imaginary
     whole = slice(0, loop.time_s.size)
     both = [propagation.stroke_noise_mm(part, whole) for part in (waves.real, waves.imag)]
     share = np.sqrt(np.mean(np.square(both), axis=0))

@@ -42,8 +42,8 @@ _INTERPOLATED = 5
 """Samples a period down to which a cubic between samples keeps what noise there is."""
 _LEAST_FREEDOM = 16
 """Values of which a density is the mean, at least."""
-_MOST_SAMPLES = 2**17
-_ROWS, _ROW = 8, 2**14
+_MOST_SAMPLES = 2**16
+_ROWS, _ROW = 4, 2**14
 """Of a longer record so many stretches of so many samples are looked at."""
 
 
