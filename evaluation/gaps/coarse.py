@@ -23,8 +23,10 @@ from evaluation.reversals import noise_sigma
 
 FEW_SAMPLES = 250
 """Cycles of fewer samples are looked at: in others a step is too short to matter."""
-_SMALL, _NOISY = 0.085, 1.5 * float(np.sqrt(70.0))
-"""Fourth differences are small up to this share of second ones, and 1.5 times what noise makes of them."""
+_SMALL, _NOISY = 0.11, 3.0 * float(np.sqrt(70.0))
+"""Fourth differences are small up to this share of second ones, and three times what noise makes of them …"""
+_SINE_SAMPLES = 19
+"""… which is not to be told in cycles of fewer samples: (2π / 19)² is 0.11."""
 _LEAST_STEPS, _EVEN = 8, 1.2
 _TURNS_SAMPLES = 100
 """A cycle of so many shows its turning points: how blunt they may be between samples is in the u of each."""
@@ -59,6 +61,8 @@ def is_resolved(record: Record, cycles: Sequence[Cycle]) -> bool:
     inside = slice(*np.searchsorted(record.time_s, (start_s, end_s)).tolist())
     step = np.diff(record.time_s[inside])
     if step.size < _LEAST_STEPS or np.max(step) > _EVEN * np.min(step):
+        return False
+    if min(cycle.duration_s for cycle in cycles) < _SINE_SAMPLES * float(np.median(step)):
         return False
     return all(
         float(np.max(np.abs(np.diff(values[inside], 4))))
