@@ -6,6 +6,7 @@ to any integral over the stroke.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -169,8 +170,9 @@ def closed(
         part = own.rows(rows)
         points = int(np.max(inside[rows]))
         at = part.first[:, None] + each * np.arange(points)
-        for column, values in zip(columns, (record.time_s, record.stroke_mm, record.force_kN), strict=True):
-            column[rows, 1 : points + 1] = _means(values, at, part.last, each)
+        signals = (record.time_s, record.stroke_mm, record.force_kN)
+        for column, means in zip(columns, _means(signals, at, part.last, each), strict=True):
+            column[rows, 1 : points + 1] = means
     order = np.arange(width)
     ragged = int(np.min(count)) - 1
     behind = order[ragged:] >= (count - 1)[:, None]
@@ -188,12 +190,19 @@ def closed(
     return Branches(columns[0], columns[1], columns[2], count, record.averaged)
 
 
-def _means(values: FloatArray, at: IndexArray, last: IndexArray, group: int) -> FloatArray:
-    """Return means over groups that begin at the given samples, none beyond ``last`` (excluded)."""
-    highest = np.minimum(last, values.size)[:, None] - 1
+def _means(
+    signals: Sequence[FloatArray], at: IndexArray, last: IndexArray, group: int
+) -> Iterator[FloatArray]:
+    """Yield the means of signals over groups that begin at the given samples, none beyond ``last`` (excluded)."""
+    highest = np.minimum(last, signals[0].size)[:, None] - 1
     if group == 1:
-        return np.asarray(values[np.minimum(at, highest)])
-    total = np.zeros(at.shape)
-    for k in range(group):
-        total += np.where(at + k <= highest, values[np.minimum(at + k, highest)], 0.0)
-    return np.asarray(total / np.clip(highest + 1 - at, 1, group))
+        nearest = np.minimum(at, highest)
+        for values in signals:
+            yield values.take(nearest)
+        return
+    size = np.clip(highest + 1 - at, 1, group)
+    for values in signals:
+        total = np.zeros(at.shape)
+        for k in range(group):
+            total += np.where(at + k <= highest, values[np.minimum(at + k, highest)], 0.0)
+        yield total / size

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from evaluation.alignment import SkewSensitivity
 from evaluation.record import Temperature
-from evaluation.results import CycleResult, RequirementResult, Summary
+from evaluation.results import CycleResult, Quantities, RequirementResult, Summary
 from evaluation.steps.sum_up import SummedUp
 from evaluation.thermometry import why_no_temperature
 from evaluation.wires import DrawWires
@@ -32,7 +32,8 @@ def missing_warnings(
     """
     warnings = []
     for name in _FEW_SAMPLES:
-        lacking = [r.cycle.index for r in results if r.cycle.complete and getattr(r.quantities, name) is None]
+        at = Quantities._fields.index(name)
+        lacking = [r.cycle.index for r in results if r.quantities[at] is None and r.cycle.complete]
         if lacking:
             warnings.append(f"{numbered(lacking)}: no {name}: too few samples")
     for place, summary, skew in _summaries(whole):

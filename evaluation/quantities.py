@@ -97,10 +97,12 @@ def evaluate_cycles(
     complete = [cycle for cycle in cycles if cycle.complete]
     if first is None:
         first = spectra(record, complete).first_harmonic()
-    temperatures = [
-        [None if np.isnan(t) else t for t in column.tolist()]
-        for column in temperatures_of(record.temperatures, *_spans(cycles), reading_interval_s)
-    ]
+    temperatures: list[list[float | None]] = [[None] * len(cycles)] * 2
+    if record.temperatures:
+        temperatures = [
+            [None if np.isnan(t) else t for t in column.tolist()]
+            for column in temperatures_of(record.temperatures, *_spans(cycles), reading_interval_s)
+        ]
     found: list[Quantities] = []
     said: dict[int, tuple[str, ...]] = {}
     for stack in (loops or CutLoops(record, complete)).stacks():

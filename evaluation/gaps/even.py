@@ -52,13 +52,14 @@ def even_stamps(time_s: FloatArray, stroke_mm: FloatArray, breaks: NDArray[np.in
     With e the distance of the stamps from the line, v the speed and D third differences, D x = β v D e: β is
     1 where the samples were taken when they are stamped, 0 where they were taken evenly.
     """
+    stretches = pairwise([0, *breaks.tolist(), time_s.size])
+    lines = [(a, b, line) for a, b in stretches if (line := _line(time_s[a:b])) is not None]
+    if not lines:
+        return None
     moments, off = time_s.copy(), np.zeros(time_s.size)
     products = squares = residual = 0.0
     used = 0
-    for first, last in pairwise([0, *breaks.tolist(), time_s.size]):
-        line = _line(time_s[first:last])
-        if line is None:
-            continue
+    for first, last, line in lines:
         moments[first:last] = line
         off[first:last] = time_s[first:last] - line
         expected, shown = _third_differences(line, off[first:last], stroke_mm[first:last])

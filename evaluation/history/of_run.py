@@ -17,7 +17,7 @@ from evaluation.history.facts import (
 )
 from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
-from evaluation.results import CycleResult, RunFacts, StepResult
+from evaluation.results import CycleResult, Quantities, RunFacts, StepResult
 from evaluation.uncertainty import COVERAGE
 from foundation.channel import ChannelUncertainty
 
@@ -61,20 +61,23 @@ def history_of(
     complete = [r for r in results if r.cycle.complete]
     parts: list[tuple[int | None, list[CycleResult]]] = [(None, complete)]
     if steps:
-        parts = [(s.index, [r for r in complete if r.cycle.index in set(s.cycles)]) for s in steps]
+        parts = [(s.index, _of_cycles(complete, s.cycles)) for s in steps]
+    cycles = [r.cycle for r in complete]
+    holds = [_hold(record, facts, cycle) for cycle in cycles if cycle.top.dwell_s >= LEAST_HOLD_S]
     return RunHistory(
-        holds=tuple(h for r in complete if (h := _hold(record, facts, r.cycle)) is not None),
-        residual_strokes=tuple(left for r in complete if (left := _residual(r.cycle)) is not None),
-        settling=tuple(
-            change for part, own in parts for name in _SETTLING if (change := _settling(name, part, own))
-        ),
+        holds=tuple(found for found in holds if found is not None),
+        residual_strokes=tuple(_residual(cycle) for cycle in cycles if cycle.end.dwell_s >= LEAST_HOLD_S),
+        settling=tuple(change for part, own in parts for change in _settling(part, own)),
         cumulated=_cumulated(results),
     )
 
 
+def _of_cycles(results: Sequence[CycleResult], numbers: Sequence[int]) -> list[CycleResult]:
+    wanted = set(numbers)
+    return [r for r in results if r.cycle.index in wanted]
+
+
 def _hold(record: Record, facts: RunFacts, cycle: Cycle) -> Hold | None:
-    if cycle.top.dwell_s < LEAST_HOLD_S:
-        return None
     start_s, off_s = _arrival_s(record, cycle)
     end_s = cycle.top.leave_s
     first, last = np.searchsorted(record.time_s, (start_s, end_s)).tolist()
@@ -174,9 +177,7 @@ def _weighted_slope(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[f
     return float(np.sum(weight * centred * y)) / spread, centred, spread
 
 
-def _residual(cycle: Cycle) -> ResidualStroke | None:
-    if cycle.end.dwell_s < LEAST_HOLD_S:
-        return None
+def _residual(cycle: Cycle) -> ResidualStroke:
     u = float(np.hypot(cycle.start.u_stroke_mm, cycle.end.u_stroke_mm))
     return ResidualStroke(
         cycle=cycle.index,
@@ -187,14 +188,19 @@ def _residual(cycle: Cycle) -> ResidualStroke | None:
     )
 
 
-def _settling(name: str, part: int | None, results: Sequence[CycleResult]) -> Settling | None:
-    known = [
-        (r.cycle.index, float(value)) for r in results if (value := getattr(r.quantities, name)) is not None
-    ]
-    if len(known) < _LEAST_CYCLES:
-        return None
-    number = np.array([index for index, _ in known], dtype=np.float64)
-    values = np.array([value for _, value in known])
+def _settling(part: int | None, results: Sequence[CycleResult]) -> list[Settling]:
+    number = np.array([r.cycle.index for r in results], dtype=np.float64)
+    columns = dict(zip(Quantities._fields, zip(*(r.quantities for r in results), strict=True), strict=False))
+    found = []
+    for name in _SETTLING if results else ():
+        values = np.array(columns[name], dtype=np.float64)  # None becomes NaN
+        known = ~np.isnan(values)
+        if np.count_nonzero(known) >= _LEAST_CYCLES:
+            found.append(_settled(name, part, number[known], values[known]))
+    return found
+
+
+def _settled(name: str, part: int | None, number: FloatArray, values: FloatArray) -> Settling:
     first, last = float(values[0]), float(values[-1])
     half = slice(min(values.size // 2, values.size - 2), None)
     apart = number[half] - np.mean(number[half])
@@ -204,14 +210,14 @@ def _settling(name: str, part: int | None, results: Sequence[CycleResult]) -> Se
     return Settling(
         quantity=name,
         part=part,
-        first_cycle=known[0][0],
-        last_cycle=known[-1][0],
+        first_cycle=int(number[0]),
+        last_cycle=int(number[-1]),
         first=first,
         last=last,
         relative_change=(last - first) / abs(first) if first else None,
         expanded_uncertainty=_of_difference(values),
         rate_per_cycle=float(np.sum(apart * values[half]) / np.sum(apart**2)),
-        settled_at_cycle=known[settled][0] if settled < len(known) else None,
+        settled_at_cycle=int(number[settled]) if settled < number.size else None,
     )
 
 
@@ -227,14 +233,15 @@ def _of_difference(values: FloatArray) -> float | None:
 
 
 def _cumulated(results: Sequence[CycleResult]) -> CumulatedEnergy | None:
-    known = [r for r in results if r.quantities.absorbed_energy_J is not None]
+    energies = [r.quantities.absorbed_energy_J for r in results]
+    known = [(r, energy) for r, energy in zip(results, energies, strict=True) if energy is not None]
     if not known:
         return None
-    each = [r.expanded_uncertainty.get("absorbed_energy_J") for r in known]
+    each = [r.expanded_uncertainty.get("absorbed_energy_J") for r, _ in known]
     stated = [U for U in each if U is not None]
-    left = tuple(r.cycle.index for r in results if r.quantities.absorbed_energy_J is None)
+    left = tuple(r.cycle.index for r, energy in zip(results, energies, strict=True) if energy is None)
     return CumulatedEnergy(
-        absorbed=float(sum(r.quantities.absorbed_energy_J or 0.0 for r in known)),
+        absorbed=float(sum(energy for _, energy in known)),
         expanded_uncertainty=sum(stated) if len(stated) == len(each) else None,
         cycles=len(known),
         not_evaluated=left,
