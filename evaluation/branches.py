@@ -193,7 +193,7 @@ def closed(
 def _means(
     signals: Sequence[FloatArray], at: IndexArray, last: IndexArray, group: int
 ) -> Iterator[FloatArray]:
-    """Yield the means of signals over groups that begin at the given samples, none beyond ``last`` (excluded)."""
+    """Yield means of signals over groups that begin at the given samples, none beyond ``last`` (excluded)."""
     highest = np.minimum(last, signals[0].size)[:, None] - 1
     if group == 1:
         nearest = np.minimum(at, highest)

@@ -89,9 +89,7 @@ class LoopStack:
     def _dwelling_J(self) -> FloatArray:  # noqa: N802
         """Area under each dwell at the top [J], shape (R,)."""
         area = np.zeros(len(self.cycles))
-        for row in self.dwells:
-            if self.cycles[row].top.dwell_s <= 0.0:
-                continue
+        for row in np.flatnonzero(self.turns.top.leave_s > self.turns.top.time_s).tolist():
             loop = self.loop(row)
             dwell = slice(loop.top, loop.unload + 1)
             area[row] = np.trapezoid(loop.force_kN[dwell], loop.stroke_mm[dwell])
@@ -170,11 +168,11 @@ def _cut(
     begin_kN[loading] = np.where(continuous(before, starts.rows(loading)), before.force_kN, begin_kN[loading])
     end_kN[unloading] = np.where(continuous(behind, ends.rows(unloading)), behind.force_kN, end_kN[unloading])
     begin_kN[unloading] = np.where(one, ends.force_kN[loading], begin_kN[unloading])
-    dwells = {}
-    if not one.all():
+    dwells = dict.fromkeys(np.flatnonzero(~one).tolist(), np.zeros((3, 0)))
+    if not passes.all():
         rest = Stretches.between(record.time_s, inner[0].end_s, inner[1].start_s)
         columns = (record.time_s, record.stroke_mm, record.force_kN)
-        for row in np.flatnonzero(~one).tolist():
+        for row in np.flatnonzero(~passes).tolist():
             inside = slice(int(rest.first[row]), int(rest.last[row]))
             dwells[row] = np.stack([column[inside] for column in columns])
     branches = closed(record, both, (first, begin_kN), (last, end_kN))

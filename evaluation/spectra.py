@@ -154,7 +154,7 @@ def _by_basis(
     share = values[2, rows, :points]
     step = (share[:, -1] - share[:, 0]) / between
     size = int(inner[-1] - inner[0])
-    basis = basis_for(size, points, order, float(np.median(step)))
+    basis = basis_for(size, points, order, _median(step))
     suits = basis.suits(step)
     done, step = rows[suits], step[suits]
     found = np.zeros((values.shape[0], done.size, HARMONICS + 1, 2))
@@ -162,6 +162,12 @@ def _by_basis(
     group = np.full(done.size, size / points)
     found[:, :, 1 : order + 1] /= _kept(step * group, order, group)[..., None]
     return done, found
+
+
+def _median(values: FloatArray) -> float:
+    """Return the median; NumPy's own takes ten times as long for some hundred values."""
+    order, half = np.sort(values), values.size // 2
+    return float(order[half] if values.size % 2 else 0.5 * (order[half - 1] + order[half]))
 
 
 def _bounds(first: IndexArray, size: IndexArray, count: IndexArray) -> IndexArray:
