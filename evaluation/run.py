@@ -71,7 +71,8 @@ def _collecting_later() -> Iterator[None]:
     """Put off the search for unreachable cycles of objects.
 
     Ten thousand cycles are fifty thousand small objects that live on. Searching them again and again while
-    they come up costs a tenth of the evaluation, and there is nothing to find.
+    they come up costs a tenth of the evaluation, and there is nothing to find. At the end they are put with
+    what has lived long, unsearched.
     """
     if not gc.isenabled():
         yield
@@ -80,7 +81,9 @@ def _collecting_later() -> Iterator[None]:
     try:
         yield
     finally:
+        gc.freeze()
         gc.enable()
+        gc.unfreeze()
 
 
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
