@@ -8,12 +8,14 @@ little by little; they do not harden, and they do not step.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.look import Look
+from evaluation.plausibility.passes import pass_of, ways_of
 from evaluation.plausibility.series import Series, series_of
 from evaluation.record import FloatArray
 
@@ -21,11 +23,11 @@ HARDER = 0.03
 """A loop that grows by this share from one cycle to the next, force and area alike, has another gain …"""
 RESTED, LONG_S = 0.08, 60.0
 """… by this one after a pause longer than this, in which a spring may recover."""
-SOFTER = 0.03
-"""One that shrinks by this share has …"""
+SOFTER, SOFTER_SINGLE = 0.03, 0.05
+"""One that shrinks by this share has, of single strokes by this one …"""
 FIRST_SOFTER = 0.2
 """… from the first stroke of a static test to the second, by this one …"""
-STANDS_OUT, STANDS_OUT_SINGLE = 4.0, 1.5
+STANDS_OUT, STANDS_OUT_SINGLE = 4.0, 3.0
 """… and by so many times the largest change between the cycles before and after; of single strokes, by so
 many: their softening is their change."""
 OFFSET = 0.02
@@ -36,6 +38,8 @@ AREA = 0.5
 """… and the area changes by less than this share of that."""
 AREA_OF_GAIN = (0.5, 1.6)
 """The area of a loop whose gain changes does so as its force range does, in logarithms."""
+_FEWEST = 8
+_REACHED = 0.97
 _NEAR = 4
 _CLEARER = 1.15
 
@@ -57,7 +61,8 @@ def level_jumps(look: Look) -> list[Finding]:
     """
     found = []
     single = look.facts.kind != "harmonic"
-    for series in series_of(look):
+    for figures in series_of(look):
+        series = _at_one_stroke(look, figures) if single else figures
         if gain := _gain_step(series, single=single):
             text = f"all forces change by {np.expm1(gain.size):+.1%}"
             found.append(_finding(look, series, gain, "gain-jump", float(np.exp(gain.size)), "1", text))
@@ -65,6 +70,24 @@ def level_jumps(look: Look) -> list[Finding]:
             text = f"all forces move by {offset.size:+.3g} kN"
             found.append(_finding(look, series, offset, "offset-jump", offset.size, "kN", text))
     return found
+
+
+def _at_one_stroke(look: Look, series: Series) -> Series:
+    """Return single strokes with the force at one stroke that all reach for their greatest one.
+
+    They end where the stand happens to end them, and are stiffest there.
+    """
+    numbers = set(series.index.tolist())
+    ways = [
+        way for way in ways_of([r.cycle for r in look.results if r.cycle.index in numbers]) if way.way > 0
+    ]
+    passes = [pass_of(look, way) for way in ways]
+    if any(one.stroke_mm.size < _FEWEST for one in passes):
+        return series
+    low_mm = max(float(one.stroke_mm[0]) for one in passes)
+    at_mm = low_mm + _REACHED * (min(float(one.stroke_mm[-1]) for one in passes) - low_mm)
+    upper_kN = [float(np.interp(at_mm, one.stroke_mm, one.force_kN)) for one in passes]
+    return replace(series, upper_kN=np.array(upper_kN))
 
 
 def _steps(level: FloatArray) -> Iterator[tuple[Step, float]]:
@@ -102,7 +125,11 @@ def _gain_step(series: Series, *, single: bool) -> Step | None:
             pause_s = float(np.max(series.pause_s[step.last + 1 : step.first + 1]))
             least = RESTED if single and pause_s > LONG_S else HARDER
         else:
-            least = FIRST_SOFTER if np.isnan(wander) or (single and step.last == 0) else SOFTER
+            least = (
+                FIRST_SOFTER
+                if np.isnan(wander) or (single and step.last == 0)
+                else (SOFTER_SINGLE if single else SOFTER)
+            )
         if not np.isnan(wander):
             least = max(least, (STANDS_OUT_SINGLE if single else STANDS_OUT) * wander)
         best = _clearer(best, step, least)

@@ -42,13 +42,13 @@ def zero_of_force(look: Look) -> list[Finding]:
     if not rests:
         return []
     # In contact, a specimen that was never loaded pushes otherwise than one that was unloaded.
-    moving = _moving(look, rests if _free(rests) else rests[1:])
+    moving = _moving(look, rests if _free(look, rests) else rests[1:])
     if moving is not None:
         return [moving]
     level = float(np.median([rest.levels_kN for rest in rests]))
     sure = SURE * max(rest.u_kN for rest in rests)
     # At first contact a preload may rest on the cell; a specimen never pulls at it.
-    if abs(level) <= _limit(look, UNSTATED) + sure or not (_free(rests) or level < 0.0):
+    if abs(level) <= _limit(look, UNSTATED) + sure or not (_free(look, rests) or level < 0.0):
         return []
     text = (
         f"force zero off: the force is {level:+.3g} kN at rest without contact ({_stated(look)}); all "
@@ -64,9 +64,10 @@ def _finding(look: Look, kind: FindingKind, size: float, text: str) -> Finding:
     )
 
 
-def _free(rests: list[Rest]) -> bool:
-    """Say whether nothing is loaded at rests."""
-    return all(rest.stroke_mm < -FREE_MM for rest in rests)
+def _free(look: Look, rests: list[Rest]) -> bool:
+    """Say whether nothing is loaded at rests, wherever within its stated limit the stroke's zero is."""
+    zero_mm = max((wire.zero or 0.0 for wire in look.facts.stroke_uncertainty), default=0.0)
+    return all(rest.stroke_mm < -FREE_MM - zero_mm for rest in rests)
 
 
 def _limit(look: Look, unstated: float, *, free: bool = True) -> float:
@@ -94,7 +95,7 @@ def _moving(look: Look, rests: list[Rest]) -> Finding | None:
     levels = np.array([rest.levels_kN for rest in rests]).ravel()
     moved = float(np.ptp(levels))
     sure = 2.0 * SURE * max(rest.u_kN for rest in rests)
-    if moved <= _limit(look, UNSTATED_DRIFT, free=_free(rests)) + sure:
+    if moved <= _limit(look, UNSTATED_DRIFT, free=_free(look, rests)) + sure:
         return None
     change, lasts = np.diff(levels), np.diff(times)
     within = float(np.sum(np.abs(change[::2])))
