@@ -13,8 +13,10 @@ from evaluation.results import Options, RunFacts
 from evaluation.run import evaluate_run
 from tests.evaluation.turns.imperfect_stands import (
     CHECKED,
+    DISTURBANCES,
     FORCE_FACTS,
     STROKE_FACTS,
+    Disturbance,
     Sampling,
     Stand,
     recorded,
@@ -61,10 +63,15 @@ def count(stand: Stand, sampling: Sampling, seed: int, counts: dict[str, Count])
     record, truth = recorded(stand, sampling, np.random.default_rng(seed))
     facts = RunFacts("i", stand.kind, force_uncertainty=FORCE_FACTS, stroke_uncertainty=STROKE_FACTS)
     run = evaluate_run(record, facts, Options(draws=300, seed=seed))
-    complete = [result for result in run.cycles if result.cycle.complete]
-    assert len(complete) == len(truth)
+    # Of few samples a cycle is not evaluated where what lies between them may change too much.
+    whole = [result for result in run.cycles if result.cycle.complete or not result.cycle.bounded]
+    assert len(whole) == len(truth)
     highest_mm = float(np.max(record.stroke_mm))
-    for result, true in zip(complete, truth, strict=True):
+    for result, true in zip(whole, truth, strict=True):
+        counts["evaluated"].of += 1
+        counts["evaluated"].held += result.cycle.complete
+        if not result.cycle.complete:
+            continue
         for name in CHECKED:
             value, expanded = getattr(result.quantities, name), result.expanded_uncertainty.get(name)
             assert value is not None
@@ -85,6 +92,27 @@ def test_a_dose() -> None:
     for seed, (stand, noise) in enumerate(product(STANDS, (0.005, 0.05))):
         count(stand, Sampling(1000, noise, 5.0 * noise), seed, counts)
     assert {name: counts[name].share for name in HELD if counts[name].share < 0.85} == {}
+
+
+@pytest.mark.parametrize("disturbance", ["coloured", "hum", "quantised", "held"])
+def test_other_noise_than_white(disturbance: Disturbance) -> None:
+    """A smaller dose of what the long study counts; forces at turns alone, which are what is new here."""
+    counts: dict[str, Count] = defaultdict(Count)
+    for seed, stand in enumerate(STANDS):
+        count(stand, Sampling(1000, 0.03, 0.15, disturbance), seed, counts)
+    assert {name: counts[name].share for name in HELD[:3] if counts[name].share < 0.75} == {}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("disturbance", DISTURBANCES)
+@pytest.mark.parametrize("samples", [200, 1000])
+def test_noise_of_every_kind(samples: int, disturbance: Disturbance) -> None:
+    """Prints the share in which U holds the truth, of all stands."""
+    counts: dict[str, Count] = defaultdict(Count)
+    for seed, (stand, noise) in enumerate(product(STANDS * 2, (0.01, 0.05))):
+        count(stand, Sampling(samples, noise, 5.0 * noise, disturbance), 2000 + seed, counts)
+    print(samples, disturbance, {name: f"{100.0 * one.share:.1f}" for name, one in counts.items()})
+    assert {name: counts[name].share for name in HELD[:3] if counts[name].share < 0.75} == {}
 
 
 @pytest.mark.long
