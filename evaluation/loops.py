@@ -174,7 +174,7 @@ def _cut(
         )
     )
     loading, unloading = slice(0, own), slice(own, None)
-    before = arriving(record, turns, starts.rows(loading), noise)
+    before = arriving(record, turns, starts.rows(loading), ends.rows(unloading), noise)
     before = at_rests(record, start, before, noise, leaving=True)
     behind = at_rests(record, end, ends.rows(unloading), noise, leaving=False)
     begin_kN, end_kN = starts.force_kN.copy(), ends.force_kN.copy()

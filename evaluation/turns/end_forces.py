@@ -25,7 +25,7 @@ from evaluation.turns.windows import Ends, Windows, end_windows
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-_ASKED = 48
+_ASKED = 24
 """Of more ends so many, evenly spread, are asked for window and terms; the others take the nearest one's."""
 _NEXT = 1.75
 """A branch without a hole begins at most one and a half steps behind its turn."""

@@ -27,7 +27,7 @@ BoolArray = NDArray[np.bool_]
 FORCE_WINDOW = 0.01
 """Where an extreme is: maximum of a local parabola over this share of a branch's samples (at least 5)."""
 _LEAST_WINDOW = 5
-_ASKED = 48
+_ASKED = 24
 """Of more branches so many, evenly spread, are asked for window and terms."""
 _NEAR_LARGEST = 3.0
 """Readings within so many standard deviations of the largest may be the largest because of their noise."""
@@ -64,6 +64,33 @@ class Inside:
 
 
 @dataclass(frozen=True, eq=False)
+class _Inner:
+    """Forces between turning points as they were read: ``value`` (B,) about a ``peak`` of each row."""
+
+    part: Inside
+    sign: float
+    peak: FloatArray
+    value: FloatArray
+    gain: FloatArray
+    choice: Choice
+    when_s: FloatArray
+    sigma_kN: float
+
+    def reading(self, k: int) -> ExtremeReading:
+        """Return how that of one row was read."""
+        force = self.sign * self.part.force_kN[k, : self.part.count[k]]
+        point_kN = self.sigma_kN / float(np.sqrt(self.part.group[k]))
+        base = max(_LEAST_WINDOW, FORCE_WINDOW * int(self.part.count[k]))
+        base_kN = point_kN * _PARABOLA_GAIN / float(np.sqrt(base))
+        near = np.count_nonzero(force >= self.peak[k] - _NEAR_LARGEST * base_kN - point_kN)
+        # The place was chosen by its noise, which the wider window has the less of.
+        over_kN = overreach(max(1.0, near / (0.25 * base))) * base_kN
+        over_kN *= min(1.0, base / int(self.choice.points[k]))
+        gain = float(self.gain[k] / np.sqrt(self.part.group[k]))
+        return ExtremeReading(-1, float(self.when_s[k]), gain, float(self.choice.doubt_kN[k]), over_kN)
+
+
+@dataclass(frozen=True, eq=False)
 class ForceExtremes:
     """Largest (or least) forces of cycles, shape (R,) [kN], and how each was read.
 
@@ -72,12 +99,15 @@ class ForceExtremes:
 
     force_kN: FloatArray
     place: IndexArray
-    readings: Mapping[int, ExtremeReading]
+    inner: Mapping[int, tuple[_Inner, int]]
 
     def reading(self, row: int) -> ExtremeReading:
         """Return how that of one cycle was read."""
         place = int(self.place[row])
-        return self.readings[row] if place < 0 else ExtremeReading(place)
+        if place >= 0:
+            return ExtremeReading(place)
+        inner, at = self.inner[row]
+        return inner.reading(at)
 
 
 def force_extremes(
@@ -103,19 +133,20 @@ def force_extremes(
     """
     at_ends = sign * np.stack([end.force_kN for end in ends])
     most, place = np.max(at_ends, axis=0), np.argmax(at_ends, axis=0)
-    readings: dict[int, ExtremeReading] = {}
+    inner: dict[int, tuple[_Inner, int]] = {}
     for part in parts:
         for rows, peak, at in _peaks(part, sign):
             beyond = np.flatnonzero(peak > most[part.cycle[rows]])
             if not beyond.size:
                 continue
             own = part.rows(rows[beyond])
-            value, found = _read(own, time_s, (at[beyond], peak[beyond]), sigma_kN, sign)
+            found = _read(own, time_s, (at[beyond], peak[beyond]), sigma_kN, sign)
+            value = found.value
             for k in np.flatnonzero(value > most[own.cycle]).tolist():
                 cycle = int(own.cycle[k])
                 if value[k] > most[cycle]:
-                    most[cycle], place[cycle], readings[cycle] = value[k], -1, found[k]
-    return ForceExtremes(sign * most, place, readings)
+                    most[cycle], place[cycle], inner[cycle] = value[k], -1, (found, k)
+    return ForceExtremes(sign * most, place, inner)
 
 
 def _peaks(part: Inside, sign: float) -> Iterator[tuple[IndexArray, FloatArray, IndexArray]]:
@@ -144,7 +175,7 @@ def _read(
     peaks: tuple[IndexArray, FloatArray],
     sigma_kN: float,
     sign: float,
-) -> tuple[FloatArray, list[ExtremeReading]]:
+) -> _Inner:
     """Return the forces about places of rows, by the surest fit, and how they were read."""
     at, peak = peaks
     windows = _windows_about(part, at, sign)
@@ -153,21 +184,8 @@ def _read(
     if at.size > asked.size:
         choice = choice.rows(np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(at.size)))
     value, gain = _fitted(windows, choice)
-    point_kN = sigma_kN / np.sqrt(part.group)
-    base = np.maximum(_LEAST_WINDOW, FORCE_WINDOW * part.count)
-    base_kN = point_kN * _PARABOLA_GAIN / np.sqrt(base)
     when_s = time_s[np.minimum(part.first + part.group * at + part.group // 2, time_s.size - 1)]
-    found = []
-    for k in range(at.size):
-        force = sign * part.force_kN[k, : part.count[k]]
-        rivals = np.count_nonzero(force >= peak[k] - _NEAR_LARGEST * base_kN[k] - point_kN[k]) / (
-            0.25 * base[k]
-        )
-        # The place was chosen by its noise, which the wider window has the less of.
-        over_kN = overreach(max(1.0, rivals)) * base_kN[k] * min(1.0, base[k] / choice.points[k])
-        own = float(gain[k] / np.sqrt(part.group[k])), float(choice.doubt_kN[k])
-        found.append(ExtremeReading(-1, float(when_s[k]), *own, float(over_kN)))
-    return value, found
+    return _Inner(part, sign, peak, value, gain, choice, when_s, sigma_kN)
 
 
 def _windows_about(part: Inside, at: IndexArray, sign: float) -> Windows:

@@ -74,18 +74,18 @@ def choose(
     """
     count = windows.count
     points = np.minimum(POINTS, np.maximum(count, 1)[:, None])
-    fits = [fit(windows, points, terms) for terms in MODELS]
+    moves = np.any(windows.terms[2] != 0.0, axis=1)
+    tried = np.array([*(MOVING if moves.any() else ()), *(still if not moves.all() else ())], dtype=np.intp)
+    fits = [fit(windows, points, MODELS[model]) for model in tried]
     value, gain, residual = (
         np.stack([getattr(one, name) for one in fits], axis=1) for name in ("value", "gain", "residual")
     )
     lines = np.arange(count.size)
-    slope = np.abs(fits[1].slope[lines, np.argmax(points >= np.minimum(10, count)[:, None], axis=1)])
-    noise = np.hypot(sigma_kN, slope / windows.reach_mm * sigma_mm) / np.sqrt(windows.group)
-    spare = points[:, None, :] - np.array([len(terms) for terms in MODELS])[:, None]
-    moves = np.any(windows.terms[2] != 0.0, axis=1)
+    noise = np.hypot(sigma_kN, _steepness(windows) * sigma_mm) / np.sqrt(windows.group)
+    spare = points[:, None, :] - np.array([len(MODELS[model]) for model in tried])[:, None]
     allowed = spare >= 1
-    allowed[moves] &= np.isin(np.arange(len(MODELS)), MOVING)[:, None]
-    allowed[~moves] &= np.isin(np.arange(len(MODELS)), still)[:, None]
+    allowed[moves] &= np.isin(tried, MOVING)[:, None]
+    allowed[~moves] &= np.isin(tried, still)[:, None]
     residual[~allowed] = np.inf
     span = np.ptp(windows.force_kN, axis=1)
     least = np.min(residual, axis=(1, 2), initial=np.inf)
@@ -107,23 +107,34 @@ def choose(
     chosen = points[lines, at]
     none = np.isinf(own)
     few = np.minimum(count, 2) - 1  # a line through two samples, the only one, nothing
-    model[none], chosen[none], doubt[none] = np.maximum(few[none], 0), np.minimum(count[none], 2), 0.0
+    model = np.where(none, np.maximum(few, 0), tried[model])
+    chosen[none], doubt[none] = np.minimum(count[none], 2), 0.0
     return Choice(chosen, model, doubt)
+
+
+def _steepness(windows: Windows) -> FloatArray:
+    """Return how much the force changes with the stroke about the first ten points [kN/mm], shape (E,)."""
+    half = np.minimum(np.maximum(windows.count, 1), 10) // 2
+    order = np.arange(windows.force_kN.shape[1])
+    near, far = order < half[:, None], (order >= half[:, None]) & (order < 2 * half[:, None])
+    force, along = (
+        np.sum(np.where(far, column, 0.0) - np.where(near, column, 0.0), axis=1)
+        for column in (windows.force_kN, windows.terms[1])
+    )
+    return np.asarray(np.abs(force / np.where(along == 0.0, np.inf, along)) / windows.reach_mm)
 
 
 def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
     """Return fits by some of the terms over the first ``points`` (E, K) of each window, shape (E, K)."""
-    own = windows.terms[list(terms)]
-    last = np.maximum(points, 1) - 1
-    force = windows.force_kN - windows.force_kN[:, :1] * windows.terms[0]
-
-    def total(values: FloatArray) -> FloatArray:
-        return np.take_along_axis(np.cumsum(values, axis=1), last, axis=1)
-
     number = len(terms)
-    matrix = [[total(own[a] * own[b]) for b in range(a + 1)] for a in range(number)]
-    right = [total(own[a] * force) for a in range(number)]
-    squares = total(force * force)
+    width = int(np.max(points, initial=1))
+    own = [windows.terms[term, :, :width] for term in terms]
+    force = (windows.force_kN[:, :width] - windows.force_kN[:, :1]) * windows.terms[0, :, :width]
+    columns = [*own, force]
+    pairs = [(a, b) for a in range(number + 1) for b in range(a + 1)]
+    sums = dict(zip(pairs, _totals([columns[a] * columns[b] for a, b in pairs], points), strict=True))
+    matrix = [[sums[a, b] for b in range(a + 1)] for a in range(number)]
+    right, squares = [sums[number, a] for a in range(number)], sums[number, number]
     found, first = solved(matrix, right, points)
     away = squares - sum(f * r for f, r in zip(found, right, strict=True))
     spare = np.maximum(points - number, 1)
@@ -134,6 +145,19 @@ def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
         found[1] if number > 1 else np.zeros_like(found[0]),
         found[-1],
     )
+
+
+def _totals(values: list[FloatArray], points: IndexArray) -> FloatArray:
+    """Return the sums of columns (E, P) over the first ``points`` (E, K) of each row, shape (V, E, K).
+
+    Behind its own points a row has zeros: where all rows are asked for the same windows, one matrix sums all.
+    """
+    order = np.arange(values[0].shape[1])
+    if points.shape[1] == 1:
+        inside = order < points
+        return np.stack([np.einsum("ij,ij->i", column, inside)[:, None] for column in values])
+    windows = (order[:, None] < POINTS[: points.shape[1]]).astype(np.float64)
+    return np.asarray(np.stack(values) @ windows)
 
 
 def solved(

@@ -14,6 +14,7 @@ from evaluation.turns.end_forces import EndForces, continuous, end_forces
 from evaluation.turns.sharpness import LONGEST_S
 from evaluation.turns.windows import Ends
 
+IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
 BY_SPEED = 0.2
@@ -29,7 +30,9 @@ _EASED = 0.05
 """A stand eases out of a rest over so much of it, at most."""
 
 
-def arriving(record: Record, turns: CycleColumns, own: EndForces, noise: tuple[float, float]) -> EndForces:
+def arriving(
+    record: Record, turns: CycleColumns, own: EndForces, ends: EndForces, noise: tuple[float, float]
+) -> EndForces:
     """Return the forces at lower turning points that are no rests, read from the branch that arrives there.
 
     Behind a turn the force of a specimen with friction rises several times as fast as before it: what it
@@ -39,23 +42,32 @@ def arriving(record: Record, turns: CycleColumns, own: EndForces, noise: tuple[f
     ----------
     record : Record
     turns : CycleColumns
-    own : EndForces
-        As the loading branches read them.
+    own, ends : EndForces
+        As the loading branches read them, and as the unloading ones read where they end.
     noise : (float, float)
         Of force [kN] and stroke [mm].
     """
     start, top, end = turns
-    rows = np.flatnonzero(start.leave_s == start.time_s)
+    passes = start.leave_s == start.time_s
+    follows = np.append(False, start.time_s[1:] == end.time_s[:-1]) & passes
+    rows = np.flatnonzero(follows)
+    found = _continued(own, ends.rows(rows - 1), rows)
+    rows = np.flatnonzero(passes & ~follows)
     if not rows.size:
-        return own
+        return found
     at_s, stroke = start.time_s[rows], start.stroke_mm[rows]
     shorter_s = np.minimum(top.time_s - start.leave_s, end.time_s - top.leave_s)[rows]
     inside = Stretches.between(record.time_s, at_s - _ARRIVES * shorter_s, at_s).trimmed(record.time_s)
     smooth = start.method[rows] == "polynomial"
-    ends = Ends(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
-    there = end_forces(record, ends, *noise)
-    good = inside.last - inside.first >= _LEAST_ARRIVING
-    good &= continuous(there, own.rows(rows))
+    arrives = Ends(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
+    there = end_forces(record, arrives, *noise)
+    known = inside.last - inside.first >= _LEAST_ARRIVING
+    return _continued(found, there.rows(known), rows[known])
+
+
+def _continued(own: EndForces, there: EndForces, rows: IndexArray) -> EndForces:
+    """Return forces, some rows as they are read ``there``, where they are continuous with that."""
+    good = continuous(there, own.rows(rows))
     return own.replaced(rows[good], there.rows(good))
 
 

@@ -160,21 +160,24 @@ def _moving(
     the noise. Else the stroke is as recorded, and the speed of three points' parabola.
     """
     reach_s = np.max(np.abs(away_s), axis=1)
-    z = away_s / np.where(reach_s > 0.0, reach_s, 1.0)[:, None]
-    powers = z[..., None] ** np.arange(2.0, 5.0)
-    turned = powers.transpose(0, 2, 1)
-    normal = turned @ powers + 1e-12 * np.eye(3)
-    found = np.linalg.solve(normal, turned @ away_mm[..., None])
-    fitted = (powers @ found)[..., 0]
-    error = np.where(used, away_mm - fitted, 0.0)
+    per_s = 1.0 / np.where(reach_s > 0.0, reach_s, 1.0)
+    z = away_s * per_s[:, None]
+    square = z * z
+    powers = np.stack((square, square * z, square * square))
+    normal = np.einsum("aij,bij->iab", powers, powers) + 1e-12 * np.eye(3)
+    found = np.linalg.solve(normal, np.einsum("aij,ij->ia", powers, away_mm)[..., None])[..., 0].T
+    error = np.where(used, away_mm - np.einsum("ki,kij->ij", found, powers), 0.0)
     misfit = np.sqrt(np.einsum("ij,ij->i", error, error) / np.maximum(count - 3, 1))
-    speed = (z[..., None] ** np.arange(1.0, 4.0) * np.arange(2.0, 5.0)) @ found
+    speed = (
+        per_s[:, None]
+        * z
+        * (2.0 * found[0, :, None] + 3.0 * found[1, :, None] * z + 4.0 * found[2, :, None] * square)
+    )
     known = (misfit <= _EXPLAINED * noise_mm) & (count > 4) & (_widest_step(z, used) <= _HOLED)
     rough = _slopes(away_s, away_mm, count)
-    smooth_speed = speed[..., 0] / np.where(reach_s > 0.0, reach_s, 1.0)[:, None]
     return (
-        np.where(known[:, None] & used, fitted, away_mm),
-        np.where(used, np.where(known[:, None], smooth_speed, rough), 0.0),
+        np.where(known[:, None] & used, away_mm - error, away_mm),
+        np.where(used, np.where(known[:, None], speed, rough), 0.0),
     )
 
 
