@@ -95,7 +95,8 @@ def test_hum_makes_of_a_cycle_what_is_drawn(frequency_Hz: float) -> None:
     drawn = scatter(own_errors((Line(frequency_Hz, 0.3),), 0.0, time), plain, 1)
     for name in (*ENERGIES, STIFFNESSES[0]):
         found = float(np.sqrt(np.mean(np.square(changes[name]))))
-        assert drawn[name] == pytest.approx(found, rel=0.15, abs=2e-6 * abs(without[name])), name
+        # Hum that is faster than the loop moves its area by how the ends are read, by less than 1e-5.
+        assert drawn[name] == pytest.approx(found, rel=0.15, abs=1e-5 * abs(without[name])), name
 
 
 def test_means_of_samples_have_less_of_a_wave() -> None:
