@@ -53,6 +53,8 @@ DETECTORS: tuple[Detector, ...] = (
     unlike_cycles,
 )
 """Every detector, in the order in which their findings are told."""
+_RIGHT_SCALE = (jumps, unlike_cycles)
+"""These hold the force against the stroke: of another unit or sign they would find what is none."""
 _LEAST_SAMPLES = 8
 
 
@@ -72,5 +74,7 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
         return ()
     found: list[Finding] = []
     for detector in DETECTORS:
+        if detector in _RIGHT_SCALE and any(finding.kind in ("unit", "sign") for finding in found):
+            continue
         found += sorted(detector(look), key=lambda finding: finding.start_s)
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)

@@ -32,7 +32,7 @@ _EVEN = 0.5
 _NEAR_BREAK = 2
 """Channels have instants of their own, a little off those of the record."""
 _WHOLE = 150_000
-_CHUNKS = 4
+_CHUNKS = 2
 """Of more samples, so many chunks of :class:`evaluation.plausibility.look.Scan` are looked at: those with the
 largest second differences."""
 
@@ -118,17 +118,18 @@ def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
     left = step - np.clip(step, np.minimum(before, after) * own_s, np.maximum(before, after) * own_s)
     size = np.abs(left)
     largest = np.argpartition(size, -count)[-count:] if size.size > count else np.arange(size.size)
-    leaps = []
-    for row in largest[size[largest] > 0.0].tolist():
-        beside_s = min(
-            float(np.median(step_s[row : row + BESIDE])),
-            float(np.median(step_s[row + BESIDE + width :][:BESIDE])),
-        )
-        moves = max(abs(float(before[row])), abs(float(after[row]))) * float(own_s[row])
-        if own_s[row] <= _LONGER * width * beside_s and moves < _MOVES[width] * size[row]:
-            first = row + BESIDE + part.start
-            leaps.append(Leap(first, first + width, float(left[row])))
-    return leaps
+    beside_s = np.minimum(
+        _median3(*(step_s[largest + k] for k in range(BESIDE))),
+        _median3(*(step_s[largest + BESIDE + width + k] for k in range(BESIDE))),
+    )
+    moves = np.maximum(np.abs(before[largest]), np.abs(after[largest])) * own_s[largest]
+    told = (own_s[largest] <= _LONGER * width * beside_s) & (moves < _MOVES[width] * size[largest])
+    rows = largest[told & (size[largest] > 0.0)]
+    firsts = rows + BESIDE + part.start
+    return [
+        Leap(first, first + width, own)
+        for first, own in zip(firsts.tolist(), left[rows].tolist(), strict=True)
+    ]
 
 
 def _median3(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:

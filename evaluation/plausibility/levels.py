@@ -90,25 +90,20 @@ def _at_one_stroke(look: Look, series: Series) -> Series:
     return replace(series, upper_kN=np.array(upper_kN))
 
 
-def _steps(level: FloatArray) -> Iterator[tuple[Step, float]]:
-    """Return changes of a level over one boundary or over a cycle between, and the largest change beside.
+def _candidates(level: FloatArray, least: float) -> Iterator[tuple[Step, float]]:
+    """Return the larger changes of a level, each with the largest change between cycles beside it.
 
-    The cycle in which something happened is neither like those before it nor like those after.
+    Over one boundary or over a cycle between: the one in which something happened is neither like those
+    before it nor like those after.
     """
     for gap in (1, 2):
-        for last in range(level.size - gap):
+        change = level[gap:] - level[:-gap]
+        for last in np.flatnonzero(np.abs(change) > least).tolist():
             first = last + gap
             before, after = level[max(0, last - _NEAR) : last + 1], level[first : first + _NEAR + 1]
             beside = np.concatenate((np.diff(before), np.diff(after)))
             wander = gap * float(np.max(np.abs(beside))) if beside.size else np.nan
-            yield Step(last, first, float(level[first] - level[last])), wander
-
-
-def _candidates(level: FloatArray, least: float) -> Iterator[tuple[Step, float]]:
-    """Return the changes of a level that may be steps; of a long series where neighbours change much."""
-    if level.size < 2 or float(np.max(np.abs(np.diff(level)))) < 0.5 * least:
-        return iter(())
-    return ((step, wander) for step, wander in _steps(level) if abs(step.size) > least)
+            yield Step(last, first, float(change[last])), wander
 
 
 def _gain_step(series: Series, *, single: bool) -> Step | None:

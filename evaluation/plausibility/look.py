@@ -100,6 +100,32 @@ class Look:
         """Draw wires that are not used, because they stand still."""
         return frozenset(one.wire for one in self.wires.out) if self.wires else frozenset()
 
+    @cached_property
+    def figures(self) -> FloatArray:
+        """Figures of the cycles that have them, shape (C, 10).
+
+        Number, start [s], end [s], least and greatest force [kN], absorbed energy [J], rest before it [s],
+        lower end and range of the stroke [mm], largest speed of loading [mm/s].
+        """
+        rows = [
+            (
+                cycle.index,
+                cycle.start.leave_s,
+                cycle.end.time_s,
+                own.force_min_kN,
+                own.force_max_kN,
+                own.absorbed_energy_J,
+                cycle.start.leave_s - cycle.start.time_s,
+                cycle.stroke_min_mm,
+                cycle.range_mm,
+                own.speed_loading_max_mm_per_s,
+            )
+            for cycle, own in ((result.cycle, result.quantities) for result in self.results)
+            if cycle.complete
+        ]
+        table = np.array(rows, dtype=np.float64).reshape(-1, 10)
+        return np.asarray(table[np.isfinite(np.sum(table[:, 3:6], axis=1))])
+
     @property
     def all_cycles(self) -> tuple[int, ...]:
         """Numbers of all cycles."""

@@ -129,16 +129,12 @@ def _of_plan(look: Look) -> Iterator[_Suspect]:
 def _stiffness(look: Look) -> Iterator[_Suspect]:
     """Stiffer than any buffer or draw gear."""
     length_mm = _length_mm(look)
-    found = [
-        (result.cycle.range_mm, (own.force_max_kN - own.force_min_kN) / result.cycle.range_mm)
-        for result in look.results
-        if (own := result.quantities).force_max_kN is not None
-        and own.force_min_kN is not None
-        and result.cycle.range_mm > 0.0
-    ]
-    if length_mm is None or not found:
+    table = look.figures
+    if length_mm is None or not table.size:
         return
-    range_mm, stiffness = (float(value) for value in np.median(np.array(found), axis=0))
+    ranges_mm = table[:, 8]
+    range_mm = float(np.median(ranges_mm))
+    stiffness = float(np.median((table[:, 4] - table[:, 3])[ranges_mm > 0.0] / ranges_mm[ranges_mm > 0.0]))
     limit = STIFFEST_STATIC if look.facts.kind == "static" else STIFFEST
     if stiffness > limit:
         channel = "stroke" if range_mm < 0.1 * length_mm else "force"

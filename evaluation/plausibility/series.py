@@ -48,19 +48,9 @@ class Series:
 
 def series_of(look: Look) -> list[Series]:
     """Return the complete cycles of a run, cut where a cycle is not like the one before it."""
-    rows = []
-    for result in look.results:
-        cycle, own = result.cycle, result.quantities
-        known = (own.force_min_kN, own.force_max_kN, own.absorbed_energy_J)
-        if not cycle.complete or any(value is None for value in known):
-            continue
-        pause_s = cycle.start.leave_s - cycle.start.time_s
-        speed = own.speed_loading_max_mm_per_s
-        shape = (cycle.stroke_min_mm, cycle.range_mm, np.nan if speed is None else speed)
-        rows.append((cycle.index, cycle.start_s, cycle.end_s, *known, pause_s, *shape))
-    if not rows:
+    table = look.figures
+    if not table.size:
         return []
-    table = np.array(rows, dtype=np.float64)
     times = look.stroke.time_s
     samples = np.searchsorted(times, table[:, 2]) - np.searchsorted(times, table[:, 1])
     table = table[samples >= _FEWEST]

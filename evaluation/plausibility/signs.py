@@ -61,15 +61,10 @@ def _falls(look: Look) -> bool:
 
 
 def _runs_backwards(look: Look) -> bool:
-    shares = []
-    for result in look.results:
-        own = result.quantities
-        if own.absorbed_energy_J is None or own.force_max_kN is None or own.force_min_kN is None:
-            continue
-        box_J = result.cycle.range_mm * (own.force_max_kN - own.force_min_kN)
-        if box_J > 0.0:
-            shares.append(own.absorbed_energy_J / box_J)
-    return bool(shares) and float(np.mean(np.array(shares) < -TURNED)) >= MOST_CYCLES
+    _, _, _, lower_kN, upper_kN, absorbed_J, _, _, range_mm, _ = look.figures.T
+    box_J = range_mm * (upper_kN - lower_kN)
+    turned = absorbed_J[box_J > 0.0] < -TURNED * box_J[box_J > 0.0]
+    return bool(turned.size) and float(np.mean(turned)) >= MOST_CYCLES
 
 
 def _finding(look: Look, name: str, why: str) -> Finding:

@@ -43,7 +43,7 @@ def swings(ellipse: Ellipse, change: Any = None, **facts: Any) -> RunEvaluation:
 )
 def test_units_of_a_static_test(force: float, stroke: float, channel: str) -> None:
     run = static(scaled(force, stroke))
-    assert [found.channel for found in of_kind(run, "unit")] == [channel]
+    assert [(found.kind, found.channel) for found in run.findings] == [("unit", channel)]
     assert run.verdict in ("inconclusive", None)
     assert not {row.verdict for row in run.requirements} & {"pass", "fail", "invalid"} - {"pass"}
 
@@ -85,8 +85,8 @@ def test_a_sign_that_is_turned(force: float, stroke: float, channel: str, begins
         return t[late], stroke * x[late], force * f[late]
 
     run = static(change)
-    (found,) = of_kind(run, "sign")
-    assert found.channel == channel
+    (found,) = run.findings
+    assert (found.kind, found.channel) == ("sign", channel)
     assert "negative" in found.text
     assert {row.verdict for row in run.requirements if row.stroke_mm is not None} <= {"inconclusive"}
     assert [f.channel for f in of_kind(swings(Ellipse(), scaled(force, stroke)), "sign")] == [channel]
