@@ -21,10 +21,12 @@ from evaluation.record import FloatArray
 
 HARDER = 0.03
 """A loop that grows by this share from one cycle to the next, force and area alike, has another gain …"""
-RESTED, LONG_S = 0.08, 60.0
-"""… by this one after a pause longer than this, in which a spring may recover."""
+RESTED, LONGER = 0.08, 1.5
+"""… a single stroke by this one after a pause so many times longer than the one before: a spring recovers."""
 SOFTER, SOFTER_SINGLE = 0.03, 0.05
 """One that shrinks by this share has, of single strokes by this one …"""
+TIRED = 0.12
+"""… after a pause so many times shorter, in which it has not recovered, by this one …"""
 FIRST_SOFTER = 0.2
 """… from the first stroke of a static test to the second, by this one …"""
 STANDS_OUT, STANDS_OUT_SINGLE = 4.0, 3.0
@@ -116,19 +118,24 @@ def _gain_step(series: Series, *, single: bool) -> Step | None:
         by_area = float(area[step.first] - area[step.last]) / step.size
         if not AREA_OF_GAIN[0] < by_area < AREA_OF_GAIN[1]:
             continue
-        if step.size > 0.0:
-            pause_s = float(np.max(series.pause_s[step.last + 1 : step.first + 1]))
-            least = RESTED if single and pause_s > LONG_S else HARDER
-        else:
-            least = (
-                FIRST_SOFTER
-                if np.isnan(wander) or (single and step.last == 0)
-                else (SOFTER_SINGLE if single else SOFTER)
-            )
+        least = _least_of_single(series, step) if single else HARDER if step.size > 0.0 else SOFTER
+        if np.isnan(wander) and step.size < 0.0:
+            least = FIRST_SOFTER
         if not np.isnan(wander):
             least = max(least, (STANDS_OUT_SINGLE if single else STANDS_OUT) * wander)
         best = _clearer(best, step, least)
     return best
+
+
+def _least_of_single(series: Series, step: Step) -> float:
+    """Return from which size on a change between two single strokes is none of the spring."""
+    pauses = series.pause_s[step.last + 1 : step.first + 1]
+    before_s = float(series.pause_s[step.last])
+    if step.size > 0.0:
+        return RESTED if float(np.max(pauses)) > LONGER * before_s else HARDER
+    if step.last == 0:
+        return FIRST_SOFTER
+    return TIRED if LONGER * float(np.min(pauses)) < before_s else SOFTER_SINGLE
 
 
 def _offset_step(series: Series) -> Step | None:

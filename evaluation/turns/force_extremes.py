@@ -31,6 +31,8 @@ _ASKED = 24
 """Of more branches so many, evenly spread, are asked for window and terms."""
 _NEAR_LARGEST = 3.0
 """Readings within so many standard deviations of the largest may be the largest because of their noise."""
+_SURELY = 6.0
+"""Beside a turning point a reading is beyond the force there by so many standard deviations."""
 _PARABOLA_GAIN = 1.5
 """Of a parabola's value in its middle: noise over the square root of its samples times this."""
 
@@ -135,7 +137,8 @@ def force_extremes(
     most, place = np.max(at_ends, axis=0), np.argmax(at_ends, axis=0)
     inner: dict[int, tuple[_Inner, int]] = {}
     for part in parts:
-        for rows, peak, at in _peaks(part, sign):
+        sure = most + _SURELY * sigma_kN
+        for rows, peak, at in _peaks(part, sign, sure[part.cycle]):
             beyond = np.flatnonzero(peak > most[part.cycle[rows]])
             if not beyond.size:
                 continue
@@ -149,9 +152,14 @@ def force_extremes(
     return ForceExtremes(sign * most, place, inner)
 
 
-def _peaks(part: Inside, sign: float) -> Iterator[tuple[IndexArray, FloatArray, IndexArray]]:
-    """Yield rows of a part, the largest value of a moving parabola inside each, and where that is."""
-    window = np.maximum(_LEAST_WINDOW, 2 * (0.5 * FORCE_WINDOW * part.count).astype(np.intp) + 1)
+def _peaks(
+    part: Inside, sign: float, sure: FloatArray
+) -> Iterator[tuple[IndexArray, FloatArray, IndexArray]]:
+    """Yield rows of a part, the largest value of a moving parabola inside each, and where that is.
+
+    Within half a window of a branch's ends only points beyond ``sure`` (B,) count.
+    """
+    window = _window(part.count)
     window[part.count < window] = 0
     for size in np.unique(window[window > 0]).tolist():
         rows, half = np.flatnonzero(window == size), size // 2
@@ -159,14 +167,22 @@ def _peaks(part: Inside, sign: float) -> Iterator[tuple[IndexArray, FloatArray, 
         force = sign * part.force_kN[rows, : int(np.max(count))]
         curve = smoothed(force, count, size, 2)
         # The first and last half window are read off the end of a polynomial, which is no better than the
-        # force at the turning point itself.
+        # force at the turning point itself. Where samples are few a force that leads has its extreme there.
         order = np.arange(curve.shape[1])
-        curve[(order < half) | (order >= (count - half)[:, None])] = -np.inf
+        beside = (order < half) | ((order >= (count - half)[:, None]) & (order < count[:, None]))
+        counts = force > sure[rows, None]
+        curve[beside] = np.where(counts, force, -np.inf)[beside]
+        curve[order >= count[:, None]] = -np.inf
         at = np.argmax(curve, axis=1)
         lines = np.arange(rows.size)
         about = np.clip(at[:, None] + np.arange(-half, half + 1), 0, (count - 1)[:, None])
         # Beside a corner a parabola rings beyond every sample.
         yield rows, np.minimum(curve[lines, at], np.max(force[lines[:, None], about], axis=1)), at
+
+
+def _window(count: IndexArray) -> IndexArray:
+    """Return over how many points the moving parabola of a branch of so many runs: an odd number."""
+    return np.maximum(_LEAST_WINDOW, 2 * (0.5 * FORCE_WINDOW * count).astype(np.intp) + 1)
 
 
 def _read(
@@ -184,6 +200,10 @@ def _read(
     if at.size > asked.size:
         choice = choice.rows(np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(at.size)))
     value, gain = _fitted(windows, choice)
+    half = _window(part.count) // 2
+    beside = (at < half) | (at >= part.count - half)
+    # A summit with points on one side only is a guess: the reading itself is the largest that is on record.
+    value[beside] = np.minimum(value, peak)[beside]
     when_s = time_s[np.minimum(part.first + part.group * at + part.group // 2, time_s.size - 1)]
     return _Inner(part, sign, peak, value, gain, choice, when_s, sigma_kN)
 

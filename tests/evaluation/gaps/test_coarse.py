@@ -28,7 +28,10 @@ def every(step: int, first: int = 0) -> RunEvaluation:
     return evaluate_run(thinned, STATIC, Options(draws=200))
 
 
-@pytest.mark.parametrize("step", [4, 16, 32])
+UNSEEN = pytest.mark.xfail(strict=True, reason="a recovery within a step looks like a jump from either half")
+
+
+@pytest.mark.parametrize("step", [4, pytest.param(8, marks=UNSEEN), 16, 32])
 def test_a_cycle_of_few_samples_is_within_its_bound_or_has_no_figures(step: int) -> None:
     whole = every(1)
     evaluated = 0
