@@ -71,8 +71,7 @@ def _collecting_later() -> Iterator[None]:
     """Put off the search for unreachable cycles of objects.
 
     Ten thousand cycles are fifty thousand small objects that live on. Searching them again and again while
-    they come up costs a tenth of the evaluation, and there is nothing to find. At the end they are put with
-    what has lived long, unsearched.
+    they come up costs a tenth of the evaluation, and there is nothing to find.
     """
     if not gc.isenabled():
         yield
@@ -81,9 +80,7 @@ def _collecting_later() -> Iterator[None]:
     try:
         yield
     finally:
-        gc.freeze()
         gc.enable()
-        gc.unfreeze()
 
 
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
@@ -216,9 +213,9 @@ def _all_complete(results: Sequence[CycleResult], spoiled: Spoiled) -> tuple[int
 
 def _drawn_errors(facts: RunFacts, options: Options, found: Found) -> Draws | None:
     """Return the errors of the channels, drawn; None where none are asked for or stated."""
-    if not options.draws:
-        return None
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
+    if not options.draws or facts.force_uncertainty is None or not facts.stroke_uncertainty:
+        return None  # spares the search for noise, hum and drift, too
     return draw_errors(*stated, options.draws, options.seed, found.added, found.prepared.own)
 
 

@@ -216,7 +216,9 @@ def _windows_about(part: Inside, at: IndexArray, sign: float) -> Windows:
     place = at[:, None] + away
     there = (place >= 0) & (place < part.count[:, None])
     # What lies beyond the branch is no point: those further away to the other side move up.
-    order = np.argsort(~there, axis=1, kind="stable")[:, :reach]
+    order = np.broadcast_to(np.arange(reach), (at.size, reach))
+    if not there[:, :reach].all():
+        order = np.argsort(~there, axis=1, kind="stable")[:, :reach]
     count = np.minimum(np.count_nonzero(there, axis=1), reach)
     used = np.arange(order.shape[1]) < count[:, None]
     chosen = np.clip(np.take_along_axis(place, order, axis=1), 0, part.force_kN.shape[1] - 1)

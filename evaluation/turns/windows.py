@@ -120,7 +120,9 @@ def end_windows(
         at = np.where(ends.begins[rows, None], ends.first[rows, None] + own, ends.last[rows, None] - 1 - own)
         at = np.clip(at, 0, record.time_s.size - 1)
         for column, values in zip((time, stroke, force), _columns(record), strict=True):
-            column[rows, : own.size // each] = values[at].reshape(rows.size, -1, each).mean(axis=2)
+            near = values[at]
+            means = near if each == 1 else near.reshape(rows.size, -1, each).mean(axis=2)
+            column[rows, : own.size // each] = means
     used = np.arange(shape[1]) < count[:, None]
     away_s = np.where(used, time - ends.time_s[:, None], 0.0)
     away_mm = np.where(used, stroke - ends.stroke_mm[:, None], 0.0)
@@ -174,11 +176,9 @@ def _moving(
         * (2.0 * found[0, :, None] + 3.0 * found[1, :, None] * z + 4.0 * found[2, :, None] * square)
     )
     known = (misfit <= _EXPLAINED * noise_mm) & (count > 4) & (_widest_step(z, used) <= _HOLED)
-    rough = _slopes(away_s, away_mm, count)
-    return (
-        np.where(known[:, None] & used, away_mm - error, away_mm),
-        np.where(used, np.where(known[:, None], speed, rough), 0.0),
-    )
+    rough = np.flatnonzero(~known)
+    speed[rough] = _slopes(away_s[rough], away_mm[rough], count[rough])
+    return np.where(known[:, None] & used, away_mm - error, away_mm), np.where(used, speed, 0.0)
 
 
 def _widest_step(time: FloatArray, used: BoolArray) -> FloatArray:
@@ -187,8 +187,9 @@ def _widest_step(time: FloatArray, used: BoolArray) -> FloatArray:
     That from the end itself to the nearest sample counts.
     """
     both = used[:, 1:] & used[:, :-1]
-    steps = np.max(np.abs(np.diff(time, axis=1)), axis=1, initial=0.0, where=both)
-    return np.asarray(np.maximum(steps, np.min(np.abs(time), axis=1, initial=1.0, where=used)))
+    steps = np.max(np.where(both, np.abs(np.diff(time, axis=1)), 0.0), axis=1, initial=0.0)
+    nearest = np.min(np.where(used, np.abs(time), 1.0), axis=1, initial=1.0)
+    return np.asarray(np.maximum(steps, nearest))
 
 
 def _slopes(away_s: FloatArray, away_mm: FloatArray, count: IndexArray) -> FloatArray:
