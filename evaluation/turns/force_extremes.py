@@ -33,6 +33,8 @@ _NEAR_LARGEST = 3.0
 """Readings within so many standard deviations of the largest may be the largest because of their noise."""
 _SURELY = 6.0
 """Beside a turning point a reading is beyond the force there by so many standard deviations."""
+_SURELY_SHARE = 0.002
+"""… and by this share of how far the forces at turning points lie apart: as far as a fit there may be off."""
 _PARABOLA_GAIN = 1.5
 """Of a parabola's value in its middle: noise over the square root of its samples times this."""
 
@@ -136,9 +138,9 @@ def force_extremes(
     at_ends = sign * np.stack([end.force_kN for end in ends])
     most, place = np.max(at_ends, axis=0), np.argmax(at_ends, axis=0)
     inner: dict[int, tuple[_Inner, int]] = {}
+    beyond_kN = np.maximum(_SURELY * sigma_kN, _SURELY_SHARE * np.ptp(at_ends, axis=0))
     for part in parts:
-        sure = most + _SURELY * sigma_kN
-        for rows, peak, at in _peaks(part, sign, sure[part.cycle]):
+        for rows, peak, at in _peaks(part, sign, most[part.cycle], beyond_kN[part.cycle]):
             beyond = np.flatnonzero(peak > most[part.cycle[rows]])
             if not beyond.size:
                 continue
@@ -153,11 +155,12 @@ def force_extremes(
 
 
 def _peaks(
-    part: Inside, sign: float, sure: FloatArray
+    part: Inside, sign: float, at_ends: FloatArray, beyond_kN: FloatArray
 ) -> Iterator[tuple[IndexArray, FloatArray, IndexArray]]:
     """Yield rows of a part, the largest value of a moving parabola inside each, and where that is.
 
-    Within half a window of a branch's ends only points beyond ``sure`` (B,) count.
+    Within half a window of a branch's ends only a point counts that is by ``beyond_kN`` (B,) further than the
+    rest of the branch, and than ``at_ends`` (B,), the force at the turning points.
     """
     window = _window(part.count)
     window[part.count < window] = 0
@@ -170,9 +173,10 @@ def _peaks(
         # force at the turning point itself. Where samples are few a force that leads has its extreme there.
         order = np.arange(curve.shape[1])
         beside = (order < half) | ((order >= (count - half)[:, None]) & (order < count[:, None]))
-        counts = force > sure[rows, None]
-        curve[beside] = np.where(counts, force, -np.inf)[beside]
-        curve[order >= count[:, None]] = -np.inf
+        curve[beside | (order >= count[:, None])] = -np.inf
+        rest = np.maximum(np.max(curve, axis=1), at_ends[rows])
+        surely = beside & (force > (rest + beyond_kN[rows])[:, None])
+        curve[surely] = force[surely]
         at = np.argmax(curve, axis=1)
         lines = np.arange(rows.size)
         about = np.clip(at[:, None] + np.arange(-half, half + 1), 0, (count - 1)[:, None])
