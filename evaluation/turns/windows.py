@@ -114,14 +114,16 @@ def end_windows(
     count = np.minimum(wanted // group, most)
     shape = (size.size, max(1, int(np.max(count, initial=0))))
     time, stroke, force = np.zeros((3, *shape))
-    for each in np.unique(group).tolist():
-        rows = np.flatnonzero(group == each)
+    groups = np.unique(group)
+    for each in groups.tolist():
+        rows: IndexArray | slice = slice(None) if groups.size == 1 else np.flatnonzero(group == each)
         own = np.arange(int(np.max(count[rows])) * each)
-        at = np.where(ends.begins[rows, None], ends.first[rows, None] + own, ends.last[rows, None] - 1 - own)
+        first, last = (one[rows, None] for one in (ends.first, ends.last))
+        at = np.where(ends.begins[rows, None], first + own, last - 1 - own)
         at = np.clip(at, 0, record.time_s.size - 1)
         for column, values in zip((time, stroke, force), _columns(record), strict=True):
             near = values[at]
-            means = near if each == 1 else near.reshape(rows.size, -1, each).mean(axis=2)
+            means = near if each == 1 else near.reshape(len(near), -1, each).mean(axis=2)
             column[rows, : own.size // each] = means
     used = np.arange(shape[1]) < count[:, None]
     away_s = np.where(used, time - ends.time_s[:, None], 0.0)
@@ -129,9 +131,10 @@ def end_windows(
     speed = np.zeros(shape)
     smooth = ends.smooth & (not at_rest)
     if smooth.any():
-        noise_mm = sigma_mm / np.sqrt(group[smooth])
-        away_mm[smooth], speed[smooth] = _moving(
-            away_s[smooth], away_mm[smooth], used[smooth], count[smooth], noise_mm
+        turns = slice(None) if smooth.all() else smooth
+        noise_mm = sigma_mm / np.sqrt(group[turns])
+        away_mm[turns], speed[turns] = _moving(
+            away_s[turns], away_mm[turns], used[turns], count[turns], noise_mm
         )
     reach_mm = np.max(np.abs(away_mm), axis=1)
     timed = (reach_mm <= _RESOLVED * sigma_mm / np.sqrt(group)) | at_rest
