@@ -42,6 +42,7 @@ EVEN = 0.5
 """… and the speed of the stroke changes there by less than this share of itself."""
 LOADED_SHARE = 0.03
 """At a rest under load, in which friction may let go, a leap counts from this share on."""
+_MET = 8
 _MOST = 3
 _LOOKED_AT = 40
 _ASIDES = (0.012, 0.004)
@@ -90,7 +91,9 @@ def _is_lone(look: Look, leap: Leap, least: float) -> bool:
     A damper's force leaps where its motion begins and ends.
     """
     force, stroke = look.force, look.stroke
-    lower_kN = float(np.min(force.value[[leap.first, leap.last]]))
+    # Where a specimen is met the force rises over a few samples.
+    beside = slice(max(0, leap.first - _MET), leap.last + _MET + 1)
+    lower_kN = float(np.min(force.value[beside]))
     if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_SHARE * force.span:
         return False
     before, after = (

@@ -25,6 +25,9 @@ RESTED, LONGER = 0.08, 1.5
 """… a single stroke by this one after a pause so many times longer than the one before: a spring recovers."""
 SOFTER, SOFTER_SINGLE = 0.03, 0.05
 """One that shrinks by this share has, of single strokes by this one …"""
+PER_K, STEADY_K, UNKNOWN_K = 0.02, 1.0, 5.0
+"""A spring softens by this share for each kelvin at most (paper, Fig. 9: 0.37 in 50 K), from one kelvin
+between two cycles on; a single stroke may have been so much warmer where no thermometer tells."""
 TIRED = 0.12
 """… after a pause so many times shorter, in which it has not recovered, by this one …"""
 FIRST_SOFTER = 0.2
@@ -121,10 +124,19 @@ def _gain_step(series: Series, *, single: bool) -> Step | None:
         least = _least_of_single(series, step) if single else HARDER if step.size > 0.0 else SOFTER
         if np.isnan(wander) and step.size < 0.0:
             least = FIRST_SOFTER
+        least += _by_heat(series, step, single=single)
         if not np.isnan(wander):
             least = max(least, (STANDS_OUT_SINGLE if single else STANDS_OUT) * wander)
         best = _clearer(best, step, least)
     return best
+
+
+def _by_heat(series: Series, step: Step, *, single: bool) -> float:
+    """Return what the temperature of the specimen may make of a change; unknown, what it may have been."""
+    heat_K = abs(float(series.temperature_C[step.first] - series.temperature_C[step.last]))
+    if np.isnan(heat_K):
+        return PER_K * UNKNOWN_K if single else 0.0
+    return PER_K * heat_K if heat_K > STEADY_K else 0.0
 
 
 def _least_of_single(series: Series, step: Step) -> float:

@@ -102,10 +102,11 @@ class Look:
 
     @cached_property
     def figures(self) -> FloatArray:
-        """Figures of the cycles that have them, shape (C, 10).
+        """Figures of the cycles that have them, shape (C, 11).
 
         Number, start [s], end [s], least and greatest force [kN], absorbed energy [J], rest before it [s],
-        lower end and range of the stroke [mm], largest speed of loading [mm/s].
+        lower end and range of the stroke [mm], largest speed of loading [mm/s], highest temperature [°C]; NaN
+        where one of the last two is not known.
         """
         rows = [
             (
@@ -119,11 +120,12 @@ class Look:
                 cycle.stroke_min_mm,
                 cycle.range_mm,
                 own.speed_loading_max_mm_per_s,
+                own.temperature_max_C,
             )
             for cycle, own in ((result.cycle, result.quantities) for result in self.results)
             if cycle.complete
         ]
-        table = np.array(rows, dtype=np.float64).reshape(-1, 10)
+        table = np.array(rows, dtype=np.float64).reshape(-1, 11)
         return np.asarray(table[np.isfinite(np.sum(table[:, 3:6], axis=1))])
 
     @property

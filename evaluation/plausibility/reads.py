@@ -29,7 +29,7 @@ ROWS: Mapping[str, tuple[str, ...]] = {
     "full-release": ("stroke",),
     "speed-limit": ("stroke",),
     "full-stroke": BOTH,
-    "temperature-range": ("temperature",),
+    "temperature-range": ("temperature", "stroke"),  # the stroke says when a cycle begins and ends
     "rest-after-assembly": (),
     "impact-speed": (),
     "assembled-length": (),

@@ -24,7 +24,8 @@ _FEWEST = 24
 class Series:
     """Like cycles that follow each other, shape (C,) each.
 
-    ``lower_kN`` and ``upper_kN`` are the least and the greatest force, ``pause_s`` is the rest before.
+    ``lower_kN`` and ``upper_kN`` are the least and the greatest force, ``pause_s`` is the rest before,
+    ``temperature_C`` the highest in the cycle (NaN: not known).
     """
 
     index: NDArray[np.intp]
@@ -34,6 +35,7 @@ class Series:
     upper_kN: FloatArray
     absorbed_J: FloatArray
     pause_s: FloatArray
+    temperature_C: FloatArray
 
     @property
     def force_range(self) -> FloatArray:
@@ -57,11 +59,14 @@ def series_of(look: Look) -> list[Series]:
     if not table.size:
         return []
     cuts = np.flatnonzero(_differ(table, harmonic=look.facts.kind == "harmonic")) + 1
-    return [Series(part[:, 0].astype(np.intp), *part[:, 1:7].T) for part in np.split(table, cuts)]
+    return [
+        Series(part[:, 0].astype(np.intp), *part[:, [1, 2, 3, 4, 5, 6, 10]].T)
+        for part in np.split(table, cuts)
+    ]
 
 
 def _differ(table: FloatArray, *, harmonic: bool) -> NDArray[np.bool_]:
-    low, span, speed = table[:, 7:].T
+    low, span, speed = table[:, 7:10].T
     larger = np.maximum(span[1:], span[:-1])
     ends = np.maximum(np.abs(np.diff(low)), np.abs(np.diff(low + span)))
     pace, most = (table[:, 2] - table[:, 1], _RATE) if harmonic else (speed, _SPEED)

@@ -61,7 +61,7 @@ def _falls(look: Look) -> bool:
 
 
 def _runs_backwards(look: Look) -> bool:
-    _, _, _, lower_kN, upper_kN, absorbed_J, _, _, range_mm, _ = look.figures.T
+    _, _, _, lower_kN, upper_kN, absorbed_J, _, _, range_mm, _, _ = look.figures.T
     box_J = range_mm * (upper_kN - lower_kN)
     turned = absorbed_J[box_J > 0.0] < -TURNED * box_J[box_J > 0.0]
     return bool(turned.size) and float(np.mean(turned)) >= MOST_CYCLES

@@ -15,6 +15,8 @@ STANDS_OUT = 5.0
 """… and by so many times what these differ by among each other."""
 _BESIDE = 2
 _FEWEST = 5
+_WARMER_K = 2.0
+"""A cycle that is so much warmer or colder is another."""
 _PAUSE_S = 60.0
 """After a longer rest a spring has recovered: the cycle after it is another."""
 
@@ -45,6 +47,10 @@ def _outliers(series: Series, level: FloatArray) -> list[tuple[int, float]]:
     off = level[rows] - np.median(beside, axis=0)
     apart = np.ptp(beside, axis=0)
     suspect = (np.abs(off) > SHARE * scale) & (np.abs(off) > STANDS_OUT * apart)
+    heat_K = series.temperature_C[rows] - np.median(
+        [series.temperature_C[rows + k] for k in (-2, -1, 1, 2)], axis=0
+    )
+    suspect &= ~(np.abs(heat_K) > _WARMER_K)
     suspect &= series.pause_s[rows] <= max(_PAUSE_S, 2.0 * float(np.median(series.pause_s)))
     return [(row, float(off[row - _BESIDE]) / scale) for row in rows[suspect].tolist()]
 

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from evaluation.plausibility.reads import read_from
-from evaluation.results import RunEvaluation
+from evaluation.record import Temperature, make_record
+from evaluation.results import Options, RunEvaluation
+from evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, static
+from tests.evaluation.signals import StaticTest
 
 JUMPS = ("stroke-jump", "gain-jump", "offset-jump")
 Made = Callable[..., RunEvaluation]
@@ -92,6 +95,18 @@ def test_softening_is_none(softer: float) -> None:
         return time_s, stroke, force * (1.0 + softer * np.exp(-smooth / 250.0))
 
     assert not jumps(static(change, noise_mm=0.002))
+
+
+@pytest.mark.parametrize("warmer_K", [0.0, 10.0])
+def test_a_stroke_that_is_softer_is_none_where_it_is_warmer(warmer_K: float) -> None:
+    made = StaticTest(cycles=4)
+    record = made.record()
+    late = record.time_s > 137.0
+    warm = Temperature("t", record.time_s, np.where(late, 20.0 + warmer_K, 20.0))
+    force = np.where(late, 0.9 * record.force_kN, record.force_kN)
+    changed = make_record(record.time_s, record.stroke_mm, force, temperatures=(warm,))
+    run = evaluate_run(changed, made.facts(), Options(draws=0))
+    assert bool(jumps(run)) == (warmer_K == 0.0)
 
 
 @pytest.mark.parametrize("rate_Hz", [20.0, 100.0, 400.0])
