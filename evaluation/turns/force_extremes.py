@@ -229,16 +229,18 @@ def _windows_about(part: Inside, at: IndexArray, sign: float, scale: int, most: 
     place = at[:, None] + away[:most]
     there = (place >= 0) & (place < part.count[:, None])
     count = np.full(at.size, most)
-    along = np.broadcast_to(away[:most] / scale, place.shape)
-    if not there.all():
-        # What lies beyond the branch is no point: those further away to the other side move up.
-        place = at[:, None] + away
-        there = (place >= 0) & (place < part.count[:, None])
-        order = np.argsort(~there, axis=1, kind="stable")[:, :most]
-        count = np.minimum(np.count_nonzero(there, axis=1), most)
-        there = np.arange(most) < count[:, None]
-        place = np.clip(np.take_along_axis(place, order, axis=1), 0, part.force_kN.shape[1] - 1)
-        along = np.where(there, away[order], 0.0) / scale
+    along = np.repeat(away[None, :most] / scale, at.size, axis=0)
+    # What lies beyond the branch is no point: those further away to the other side move up.
+    if (rows := np.flatnonzero(~there.all(axis=1))).size:
+        every = at[rows, None] + away
+        known = (every >= 0) & (every < part.count[rows, None])
+        rank = np.cumsum(known, axis=1) - 1
+        line, column = np.nonzero(known & (rank < most))
+        to = rows[line], rank[line, column]
+        count[rows] = np.minimum(rank[:, -1] + 1, most)
+        there[rows] = np.arange(most) < count[rows, None]
+        place[rows], along[rows] = 0, 0.0
+        place[to], along[to] = every[line, column], away[column] / scale
     force = np.where(there, sign * np.take_along_axis(part.force_kN, place, axis=1), 0.0)
     terms = np.stack((there.astype(np.float64), along, np.zeros_like(along), along**2))
     return Windows(force, terms, count, part.group, np.full(at.size, np.inf))
