@@ -153,10 +153,21 @@ def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> b
     within = [
         abs(other.size)
         for other in leaps
-        if other != leap and way.start_s <= force.time_s[other.first] <= way.end_s
+        if other != leap
+        and way.start_s <= force.time_s[other.first] <= way.end_s
+        and _is_loaded(look, other, way)
     ]
     least = max(ALONE_SHARE * force.span, ALONE_IN_PASS * max(within, default=0.0))
     return abs(leap.size) > least
+
+
+def _is_loaded(look: Look, leap: Leap, way: Way) -> bool:
+    """Say whether a leap is away from the low end of its pass, at which a specimen is met or left."""
+    near_mm = TURN * abs(float(np.ptp(look.stroke.at(np.array([way.start_s, way.end_s])))))
+    low_s = way.start_s if way.way > 0 else way.end_s
+    at_s = look.force.time_s[[leap.first, leap.last]]
+    low_mm = float(look.stroke.at(np.array([low_s]))[0])
+    return bool(np.min(np.abs(look.stroke.at(at_s) - low_mm)) > near_mm)
 
 
 def _at_rest(look: Look, leap: Leap) -> bool:

@@ -42,7 +42,8 @@ def zero_of_force(look: Look) -> list[Finding]:
     if not rests:
         return []
     # In contact, a specimen that was never loaded pushes otherwise than one that was unloaded.
-    moving = _moving(look, rests if _free(look, rests) else rests[1:])
+    pulls = min(level for rest in rests for level in rest.levels_kN) < -_limit(look, UNSTATED)
+    moving = _moving(look, rests if pulls or _free(look, rests) else rests[1:])
     if moving is not None:
         return [moving]
     level = float(np.median([rest.levels_kN for rest in rests]))

@@ -99,7 +99,8 @@ def conditions(scene: Scene, cycle: TrueCycle) -> dict[str, Condition]:
     dwell = _against(cycle.dwell_s, DWELL_S, 2.0 * ROUNDING_S)
     out["immediate-unloading"] = Condition(dwell, known)
     residuals = [cycle.residual_mm]
-    if cycle.number == min(len(scene.cycles), 3):  # "before the cycle, after the last one too"
+    # "before the cycle, after the last one too": where the record goes on until it is released
+    if cycle.number == min(len(scene.cycles), 3) and cycle.closes:
         residuals.append(cycle.left_mm)
     tolerance = place_tolerance_mm(scene, RESIDUAL_MM)
     residual = max(
