@@ -22,6 +22,8 @@ _CHUNK_SAMPLES = 65_536
 
 _SHORT = 400
 """Sides of no more samples are looked through, longer ones halved and halved again."""
+_MOST_RATIO = 1.001 * max(PLATEAU_RATIO, CUT_OFF_RATIO)
+"""Where samples alone show that the times within one and nine bands are further apart, none is a dwell."""
 _WIDEST = PLATEAU_WIDER + 3.0
 """So many bands below the extreme lies all that tells a dwell: its level is within two of them."""
 
@@ -108,7 +110,7 @@ class _Turns:
     sign: FloatArray
     size: IndexArray
 
-    def rows(self, part: slice) -> _Turns:
+    def rows(self, part: slice | IndexArray) -> _Turns:
         """Return some of them."""
         return _Turns(self.time_s, self.stroke_mm, self.at[part], self.sign[part], self.size[:, part])
 
@@ -158,10 +160,14 @@ class _Turns:
             level = self._level(*within(2.0 * band[:, None])[..., 0])
             below = level[:, None] + np.multiply.outer(band, (1.0, PLATEAU_WIDER))
             counts = within(below)
-            inner_s, outer_s = self._lasts(counts, below).T
-            cut_off = np.any(counts[..., 1] == self.size, axis=0)
-            rests = outer_s <= np.where(cut_off, CUT_OFF_RATIO, PLATEAU_RATIO) * inner_s
-            found |= rests & (np.sum(counts[..., 0], axis=0) + 1 >= least_samples)
+            may = np.sum(counts[..., 0], axis=0) + 1 >= least_samples
+            rows = np.flatnonzero(
+                may & (self._shortest(counts[..., 1]) <= _MOST_RATIO * self._longest(counts[..., 0]))
+            )
+            own = self.rows(rows)
+            inner_s, outer_s = own._lasts(counts[:, rows], below[rows]).T
+            cut_off = np.any(counts[:, rows, 1] == own.size, axis=0)
+            found[rows] |= outer_s <= np.where(cut_off, CUT_OFF_RATIO, PLATEAU_RATIO) * inner_s
         return found
 
     def _level(self, left: IndexArray, right: IndexArray) -> FloatArray:
@@ -174,6 +180,15 @@ class _Turns:
         drop.sort(axis=1)
         lines = np.arange(count.size)
         return np.asarray(0.5 * (drop[lines, (count - 1) // 2] + drop[lines, count // 2]))
+
+    def _shortest(self, within: IndexArray) -> FloatArray:
+        """Return the time that samples within a level last: crossings lie beyond them, shape (R,)."""
+        return np.asarray(self.time_s[self.at + within[1]] - self.time_s[self.at - within[0]])
+
+    def _longest(self, within: IndexArray) -> FloatArray:
+        """Return the time between the samples beyond a level: crossings lie before them, shape (R,)."""
+        left, right = np.minimum(within + 1, self.size)
+        return np.asarray(self.time_s[self.at + right] - self.time_s[self.at - left])
 
     def _lasts(self, within: IndexArray, below: FloatArray) -> FloatArray:
         """Return the time between crossings of levels (R, L), between samples; at a limit, of its sample."""

@@ -212,7 +212,8 @@ class Samples:
     def _bend(self, first: int) -> float:
         """Return the largest second difference in a chunk, and two rows about it."""
         part = self.value[max(0, first - 2) : first + _CHUNK + 2]
-        return float(np.max(np.abs(np.diff(part, 2)), initial=0.0))
+        bend = np.diff(part, 2)
+        return max(float(np.max(bend, initial=0.0)), -float(np.min(bend, initial=0.0)))
 
     def _spread(self) -> list[int]:
         if self.value.size <= _STRETCHES * _STRETCH:

@@ -117,8 +117,10 @@ def _of_specimen(look: Look) -> Iterator[_Suspect]:
 def _of_plan(look: Look) -> Iterator[_Suspect]:
     """Another amplitude than the step that was planned."""
     planned = look.facts.step.get("amplitude_mm")
+    if look.facts.kind != "harmonic" or not isinstance(planned, int | float) or planned <= 0.0:
+        return
     found = [0.5 * result.cycle.range_mm for result in look.results if result.cycle.complete]
-    if look.facts.kind != "harmonic" or not isinstance(planned, int | float) or planned <= 0.0 or not found:
+    if not found:
         return
     amplitude_mm = float(np.median(found))
     if not planned / PLAN < amplitude_mm < planned * PLAN:

@@ -130,7 +130,8 @@ def _read(record: Record, ends: Ends, windows: Windows, choice: Choice) -> EndFo
     for model, terms in enumerate(MODELS):
         rows = np.flatnonzero(choice.model == model)
         if rows.size:
-            found = fit(windows.rows(rows), points[rows, None], terms)
+            own = windows if rows.size == number else windows.rows(rows)
+            found = fit(own, points[rows, None], terms)
             value[rows], gain[rows] = found.value[:, 0], found.gain[:, 0]
     used = np.arange(windows.force_kN.shape[1]) < points[:, None]
     near = windows.force_kN[:, 0]

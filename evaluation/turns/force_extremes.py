@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from statistics import NormalDist
 
 import numpy as np
@@ -55,6 +56,18 @@ class Inside:
     group: IndexArray
     first: IndexArray
     cycle: IndexArray
+
+    @cached_property
+    def curves(self) -> list[tuple[IndexArray, int, FloatArray]]:
+        """Rows of equal windows, half of these, and the values of a moving parabola [kN]."""
+        window = _window(self.count)
+        window[self.count < window] = 0
+        found = []
+        for size in np.unique(window[window > 0]).tolist():
+            rows = np.flatnonzero(window == size)
+            force = self.force_kN[rows, : int(np.max(self.count[rows]))]
+            found.append((rows, size // 2, smoothed(force, self.count[rows], size, 2)))
+        return found
 
     def rows(self, chosen: IndexArray) -> Inside:
         """Return some of them."""
@@ -162,13 +175,9 @@ def _peaks(
     Within half a window of a branch's ends only a point counts that is by ``beyond_kN`` (B,) further than the
     rest of the branch, and than ``at_ends`` (B,), the force at the turning points.
     """
-    window = _window(part.count)
-    window[part.count < window] = 0
-    for size in np.unique(window[window > 0]).tolist():
-        rows, half = np.flatnonzero(window == size), size // 2
+    for rows, half, smooth_kN in part.curves:
         count = part.count[rows]
-        force = sign * part.force_kN[rows, : int(np.max(count))]
-        curve = smoothed(force, count, size, 2)
+        force, curve = sign * part.force_kN[rows, : smooth_kN.shape[1]], sign * smooth_kN
         # The first and last half window are read off the end of a polynomial, which is no better than the
         # force at the turning point itself. Where samples are few a force that leads has its extreme there.
         order = np.arange(curve.shape[1])
@@ -198,12 +207,14 @@ def _read(
 ) -> _Inner:
     """Return the forces about places of rows, by the surest fit, and how they were read."""
     at, peak = peaks
-    windows = _windows_about(part, at, sign)
+    scale = min(MOST_POINTS, int(np.max(part.count)))
     asked = np.unique(np.linspace(0, at.size - 1, min(at.size, _ASKED)).round().astype(np.intp))
-    choice = choose(windows.rows(asked), sigma_kN, 0.0, PEAK)
+    windows = _windows_about(part.rows(asked), at[asked], sign, scale, scale)
+    choice = choose(windows, sigma_kN, 0.0, PEAK)
     if at.size > asked.size:
         choice = choice.rows(np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(at.size)))
-    value, gain = _fitted(windows, choice)
+        windows = _windows_about(part, at, sign, scale, int(np.max(choice.points)))
+    value, gain = _fitted(windows, choice, scale)
     half = _window(part.count) // 2
     beside = (at < half) | (at >= part.count - half)
     # A summit with points on one side only is a guess: the reading itself is the largest that is on record.
@@ -212,42 +223,49 @@ def _read(
     return _Inner(part, sign, peak, value, gain, choice, when_s, sigma_kN)
 
 
-def _windows_about(part: Inside, at: IndexArray, sign: float) -> Windows:
-    """Return the points about places of rows, from the nearest one outwards to both sides."""
-    reach = min(MOST_POINTS, int(np.max(part.count)))
-    steps = np.arange(1, reach + 1)
+def _windows_about(part: Inside, at: IndexArray, sign: float, scale: int, most: int) -> Windows:
+    """Return the ``most`` points about places of rows, from the nearest one outwards to both sides.
+
+    ``scale``: how many points away is 1.
+    """
+    steps = np.arange(1, scale + 1)
     away = np.concatenate(([0], np.stack((-steps, steps), axis=1).ravel()))
-    place = at[:, None] + away
+    place = at[:, None] + away[:most]
     there = (place >= 0) & (place < part.count[:, None])
+    count = np.full(at.size, most)
+    along = np.repeat(away[None, :most] / scale, at.size, axis=0)
     # What lies beyond the branch is no point: those further away to the other side move up.
-    order = np.broadcast_to(np.arange(reach), (at.size, reach))
-    if not there[:, :reach].all():
-        order = np.argsort(~there, axis=1, kind="stable")[:, :reach]
-    count = np.minimum(np.count_nonzero(there, axis=1), reach)
-    used = np.arange(order.shape[1]) < count[:, None]
-    chosen = np.clip(np.take_along_axis(place, order, axis=1), 0, part.force_kN.shape[1] - 1)
-    force = np.where(used, sign * np.take_along_axis(part.force_kN, chosen, axis=1), 0.0)
-    along = np.where(used, away[order], 0.0) / reach
-    terms = np.stack((used.astype(np.float64), along, np.zeros_like(along), along**2))
+    if (rows := np.flatnonzero(~there.all(axis=1))).size:
+        every = at[rows, None] + away
+        known = (every >= 0) & (every < part.count[rows, None])
+        rank = np.cumsum(known, axis=1) - 1
+        line, column = np.nonzero(known & (rank < most))
+        to = rows[line], rank[line, column]
+        count[rows] = np.minimum(rank[:, -1] + 1, most)
+        there[rows] = np.arange(most) < count[rows, None]
+        place[rows], along[rows] = 0, 0.0
+        place[to], along[to] = every[line, column], away[column] / scale
+    force = np.where(there, sign * np.take_along_axis(part.force_kN, place, axis=1), 0.0)
+    terms = np.stack((there.astype(np.float64), along, np.zeros_like(along), along**2))
     return Windows(force, terms, count, part.group, np.full(at.size, np.inf))
 
 
-def _fitted(windows: Windows, choice: Choice) -> tuple[FloatArray, FloatArray]:
+def _fitted(windows: Windows, choice: Choice, scale: int) -> tuple[FloatArray, FloatArray]:
     """Return the values that were chosen, and their gain of a point's noise.
 
-    A parabola's summit counts, where it is no further away than the next point.
+    A parabola's summit counts, where it is no further away than the next point; ``scale`` of them are 1.
     """
     number = choice.points.size
     value, gain = np.zeros((2, number))
-    reach = windows.terms.shape[2]
     for model, terms in enumerate(MODELS):
         rows = np.flatnonzero(choice.model == model)
         if not rows.size:
             continue
-        found = fit(windows.rows(rows), choice.points[rows, None], terms)
+        own = windows if rows.size == number else windows.rows(rows)
+        found = fit(own, choice.points[rows, None], terms)
         value[rows], gain[rows] = found.value[:, 0], found.gain[:, 0]
         if 3 in terms:
-            slope, bend = found.slope[:, 0] / reach, found.bend[:, 0] / reach**2
+            slope, bend = found.slope[:, 0] / scale, found.bend[:, 0] / scale**2
             step = np.clip(slope / np.where(bend < 0.0, -2.0 * bend, np.inf), -1.0, 1.0)
             value[rows] += slope * step + bend * step**2
     return value, gain

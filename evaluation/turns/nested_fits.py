@@ -132,7 +132,7 @@ def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
     force = (windows.force_kN[:, :width] - windows.force_kN[:, :1]) * windows.terms[0, :, :width]
     columns = [*own, force]
     pairs = [(a, b) for a in range(number + 1) for b in range(a + 1)]
-    sums = dict(zip(pairs, _totals([columns[a] * columns[b] for a, b in pairs], points), strict=True))
+    sums = _sums(columns, pairs, points)
     matrix = [[sums[a, b] for b in range(a + 1)] for a in range(number)]
     right, squares = [sums[number, a] for a in range(number)], sums[number, number]
     found, first = solved(matrix, right, points)
@@ -147,17 +147,21 @@ def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
     )
 
 
-def _totals(values: list[FloatArray], points: IndexArray) -> FloatArray:
-    """Return the sums of columns (E, P) over the first ``points`` (E, K) of each row, shape (V, E, K).
+def _sums(
+    columns: list[FloatArray], pairs: list[tuple[int, int]], points: IndexArray
+) -> dict[tuple[int, int], FloatArray]:
+    """Return the sums of products of columns (E, P) over the first ``points`` (E, K) of each row.
 
     Behind its own points a row has zeros: where all rows are asked for the same windows, one matrix sums all.
     """
-    order = np.arange(values[0].shape[1])
+    order = np.arange(columns[0].shape[1])
     if points.shape[1] == 1:
-        inside = order < points
-        return np.stack([np.einsum("ij,ij->i", column, inside)[:, None] for column in values])
+        inside = (order < points).astype(np.float64)
+        own = [column * inside for column in columns]
+        return {(a, b): np.einsum("ij,ij->i", own[a], own[b])[:, None] for a, b in pairs}
     windows = (order[:, None] < POINTS[: points.shape[1]]).astype(np.float64)
-    return np.asarray(np.stack(values) @ windows)
+    totals = np.stack([columns[a] * columns[b] for a, b in pairs]) @ windows
+    return dict(zip(pairs, totals, strict=True))
 
 
 def solved(

@@ -113,25 +113,28 @@ def end_windows(
     group = np.maximum(1, -(-wanted // MOST_POINTS))
     count = np.minimum(wanted // group, most)
     shape = (size.size, max(1, int(np.max(count, initial=0))))
-    time, stroke, force = np.zeros((3, *shape))
-    for each in np.unique(group).tolist():
-        rows = np.flatnonzero(group == each)
-        own = np.arange(int(np.max(count[rows])) * each)
-        at = np.where(ends.begins[rows, None], ends.first[rows, None] + own, ends.last[rows, None] - 1 - own)
-        at = np.clip(at, 0, record.time_s.size - 1)
-        for column, values in zip((time, stroke, force), _columns(record), strict=True):
-            near = values[at]
-            means = near if each == 1 else near.reshape(rows.size, -1, each).mean(axis=2)
-            column[rows, : own.size // each] = means
+    groups = np.unique(group)
+    if groups.size == 1:
+        time, stroke, force = _means(record, ends, int(groups[0]), shape[1])
+    else:
+        time, stroke, force = np.zeros((3, *shape))
+        for each in groups.tolist():
+            rows = np.flatnonzero(group == each)
+            points = int(np.max(count[rows]))
+            for column, means in zip(
+                (time, stroke, force), _means(record, ends.rows(rows), each, points), strict=True
+            ):
+                column[rows, :points] = means
     used = np.arange(shape[1]) < count[:, None]
     away_s = np.where(used, time - ends.time_s[:, None], 0.0)
     away_mm = np.where(used, stroke - ends.stroke_mm[:, None], 0.0)
     speed = np.zeros(shape)
     smooth = ends.smooth & (not at_rest)
     if smooth.any():
-        noise_mm = sigma_mm / np.sqrt(group[smooth])
-        away_mm[smooth], speed[smooth] = _moving(
-            away_s[smooth], away_mm[smooth], used[smooth], count[smooth], noise_mm
+        turns = slice(None) if smooth.all() else smooth
+        noise_mm = sigma_mm / np.sqrt(group[turns])
+        away_mm[turns], speed[turns] = _moving(
+            away_s[turns], away_mm[turns], used[turns], count[turns], noise_mm
         )
     reach_mm = np.max(np.abs(away_mm), axis=1)
     timed = (reach_mm <= _RESOLVED * sigma_mm / np.sqrt(group)) | at_rest
@@ -143,8 +146,16 @@ def end_windows(
     )
 
 
-def _columns(record: Record) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return record.time_s, record.stroke_mm, record.force_kN
+def _means(record: Record, ends: Ends, each: int, points: int) -> list[FloatArray]:
+    """Return time, stroke and force from the ends inwards, means of so many samples, (E, ``points``)."""
+    own = np.arange(points * each)
+    first, last = ends.first[:, None], ends.last[:, None]
+    at = np.where(ends.begins[:, None], first + own, last - 1 - own)
+    at = np.clip(at, 0, record.time_s.size - 1)
+    columns = [values[at] for values in (record.time_s, record.stroke_mm, record.force_kN)]
+    if each == 1:
+        return columns
+    return [column.reshape(len(column), -1, each).mean(axis=2) for column in columns]
 
 
 def _scaled(values: FloatArray) -> FloatArray:
