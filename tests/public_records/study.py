@@ -43,7 +43,8 @@ class Result:
         if self.refused:
             return f"refused: {self.refused}"
         if not self.complete:
-            reasons = "; ".join(dict.fromkeys(self.unevaluated)) or "; ".join(self.warnings[-1:])
+            none = [text for text in self.warnings if text.startswith("no cycle found")]
+            reasons = "; ".join(dict.fromkeys(self.unevaluated)) or "; ".join(none or self.warnings[-1:])
             return f"no cycle evaluated: {reasons}"
         worst = "" if self.worst is None else f", {self.compared} areas within {100.0 * self.worst:.3f} %"
         return f"{self.complete} of {self.cycles} cycles{worst}"
