@@ -136,9 +136,12 @@ def _summary(source: Source) -> Section:
     if others:
         sentence += f" Of the other {others} nothing is required: they state characteristics."
     damping = [value for run in source.runs if (value := run.result("damping")) is not None]
-    forces = [one.value for run in source.runs if (one := run.extreme("force_max_kN")) and one.value]
+    forces = [
+        (one.value, one.doubt) for run in source.runs if (one := run.extreme("force_max_kN")) and one.value
+    ]
     if forces:
-        sentence += f" Greatest force {max(forces):.1f} kN."
+        greatest, doubt = max(forces)
+        sentence += f" Greatest force {greatest:.1f} kN{' (in doubt, see Warnings)' if doubt else ''}."
     if damping:
         sentence += f" Damping from {min(damping):.3f} to {max(damping):.3f}."
     return Section("summary", "Summary", (*blocks, Texts((sentence,))))

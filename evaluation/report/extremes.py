@@ -30,7 +30,7 @@ def extremes_table(source: Source) -> Table:
         ),
         tuple(_row(run) for run in source.runs),
         note="Over every sample of the run, also outside of cycles; all other figures are those of cycles, "
-        "or means over them. ? : one lone sample far from its neighbours, see Warnings.",
+        "or means over them. ? : in doubt, see Warnings.",
     )
 
 
