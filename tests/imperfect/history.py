@@ -16,12 +16,7 @@ from .judgement import Judgement
 from .requirements import error, hidden
 from .truth import TrueCycle
 
-SETTLING = {
-    "absorbed_energy_J": "absorbed_energy_J",
-    "stored_energy_J": "stored_energy_J",
-    "damping": "damping",
-    "tangent_stiffness_kN_per_mm": "tangent_stiffness_kN_per_mm",
-}
+SETTLING = ("absorbed_energy_J", "stored_energy_J", "damping", "tangent_stiffness_kN_per_mm")
 
 
 def hold_history(
@@ -44,9 +39,9 @@ def hold_history(
         truth = (stays[0], stays[1])
         _hold(j, scene, "residual_mm", entry["residual_mm"], u, truth, (true.start_s, true.end_s))
     for entry in run.get("settling") or []:
-        name, u = SETTLING.get(entry["quantity"]), entry.get("expanded_uncertainty")
+        name, u = entry["quantity"], entry.get("expanded_uncertainty")
         first, last = strokes.get(entry["first_cycle"]), strokes.get(entry["last_cycle"])
-        if name is None or first is None or last is None or not u or hidden(scene, name):
+        if name not in SETTLING or first is None or last is None or not u or hidden(scene, name):
             continue
         if name not in first.figures or name not in last.figures:
             continue
