@@ -115,8 +115,9 @@ def test(arguments: list[str]) -> int:
     if any(argument != "--long" for argument in arguments):
         return run("-m", "pytest", *arguments, folder=ROOT)
     workers = str(min(4, os.cpu_count() or 1))
-    status = run("-m", "pytest", *arguments, "-n", workers, f"--ignore={MAIN_JOB}", folder=ROOT)
-    return status or run("-m", "pytest", *arguments, MAIN_JOB, folder=ROOT)
+    timed = [*arguments, "--durations=25"]  # a suite grows slow test by test: show which
+    status = run("-m", "pytest", *timed, "-n", workers, f"--ignore={MAIN_JOB}", folder=ROOT)
+    return status or run("-m", "pytest", *timed, MAIN_JOB, folder=ROOT)
 
 
 def main(arguments: list[str]) -> int:

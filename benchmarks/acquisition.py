@@ -85,12 +85,24 @@ class BareSocket:
 
 def controller_alone(folder: Path) -> Path:
     """Write the sample stand's file without amplifier and thermometers; return its path."""
-    text = SAMPLE_STAND.read_text(encoding="utf-8")
-    before, rest = text.split("\n[amplifier]\n")
-    settings = rest[rest.index("\n[simulation]") :].replace('model = "', f'model = "{SAMPLE_STAND.parent}/')
+    before, rest = _prompt().split("\n[amplifier]\n")
     path = folder / "controller.toml"
-    path.write_text(before + settings, encoding="utf-8")
+    path.write_text(before + rest[rest.index("\n[simulation]") :], encoding="utf-8")
     return path
+
+
+def prompt_stand(folder: Path) -> Path:
+    """Write the sample stand's file with a controller that answers at once and misses no cycle."""
+    path = folder / "stand.toml"
+    path.write_text(_prompt(), encoding="utf-8")
+    return path
+
+
+def _prompt() -> str:
+    """Return the sample stand's file without what would count as the driver's: waits and lost samples."""
+    text = SAMPLE_STAND.read_text(encoding="utf-8").replace('model = "', f'model = "{SAMPLE_STAND.parent}/')
+    kept = [line for line in text.splitlines() if not line.startswith(("reply_", "missed_cycles"))]
+    return "\n".join(kept) + "\n"
 
 
 @dataclass
@@ -179,7 +191,7 @@ def chain(stand: StandFile, folder: Path, seconds: float, speed: float) -> tuple
     acquisition = Acquisition(opened, clock, panel, pace=Pace(tick_s=0.02 * speed))
     while True:
         acquisition.tick()
-        if acquisition.drained:
+        if acquisition.up_to_date:
             break
     facts = controller.facts
     recorder = RunRecorder(
@@ -215,7 +227,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=10.0)
     given = parser.parse_args()
-    stand = load_stand(SAMPLE_STAND)
     memory = MEMORY if MEMORY.is_dir() else None
     with (
         tempfile.TemporaryDirectory(prefix="bufferstand-") as name,
@@ -235,9 +246,10 @@ def main() -> None:
             f"{processor:.2f} of the client's processor time"
         )
         speed = CHAIN_HZ / 1000.0
-        with start_process(SAMPLE_STAND, directory=Path(wires) / "chain", speed=speed) as process:
+        stand = prompt_stand(folder)
+        with start_process(stand, directory=Path(wires) / "chain", speed=speed) as process:
             share, rate, lost = chain(
-                with_endpoints(stand, process.served.endpoints()), folder, given.seconds, speed
+                with_endpoints(load_stand(stand), process.served.endpoints()), folder, given.seconds, speed
             )
         print(f"whole chain: {rate:,.0f} samples/s, {100.0 * share:.1f} % of one processor, {lost} lost")
 

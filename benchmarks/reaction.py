@@ -107,7 +107,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
     acquisition = Acquisition(timed, clock, panel)
     driver = Driver(acquisition, StopRequest(), acquisition.tick)
     safe_stop = SafeStop(timed.controller, clock, SafeStopSettings(20.0, 2.0))
-    while not acquisition.drained:
+    while not acquisition.up_to_date:
         driver.pump()
     recorder = recorder_of(timed, folder)
     acquisition.attach(recorder)

@@ -60,7 +60,11 @@ def show_as_run(rows: Sequence[AsRun]) -> None:
     columns = [(head, "left" if head == "name" else "right") for head in REPORT_HEADER]
     show_table(columns, report_rows(rows), title="planned against measured")
     last = rows[-1]
-    click.echo(f"\n{totals(rows).sentence()}")
+    click.echo()
+    for row in rows:
+        if row.warmed is not None:
+            click.echo(f"step {row.index}: {row.warmed.sentence()}")
+    click.echo(totals(rows).sentence())
     click.echo(
         f"learned: heating × {last.heating:.2f}, cooling × {last.cooling:.2f} of the model; left: "
         f"{duration_text(last.left_s)} as learned, {duration_text(last.planned_left_s)} by the first plan"

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from drivers.stand_file import StandFile, load_stand, wires_from
-from foundation.errors import BadInput
 from foundation.specimen import SpecimenFile, load_specimen
 from model.file import load_model
 from protocols.campaign import Campaign, load_campaign
+from protocols.curve_predictor import CurvePredictor, NothingKnown
 from protocols.limits import StandLimits
 from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor
+from protocols.prediction import ModelPredictor, Predictor
 
 
 @dataclass(frozen=True)
@@ -20,19 +22,23 @@ class Prepared:
     """A campaign, its stand, its specimen with the spring model and its path, and the plan made of them.
 
     ``stand_file`` is the one to record, ``wired`` the one to open: they differ in where the devices lie when
-    the campaign goes on from a copy of its files.
+    the campaign goes on from a copy of its files. ``stand_home`` is where the stand file itself lies, or lay:
+    its zero is stored beside it, not beside a copy.
     """
 
     campaign: Campaign
     stand_file: StandFile
     wired: StandFile
     specimen_file: SpecimenFile
-    model_path: Path
+    model_path: Path | None
     plan: Plan
-    predictor: ModelPredictor
+    predictor: Predictor
+    stand_home: Path
 
 
-def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
+def prepare(
+    path: Path, *, devices_from: Path | None = None, over: Sequence[Mapping[str, Any]] = ()
+) -> Prepared:
     """Read a campaign file and what it names, and plan it.
 
     Parameters
@@ -41,6 +47,8 @@ def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
         The campaign file.
     devices_from : Path, optional
         Folder that relative paths of devices start from; that of the stand file if not given.
+    over : sequence of mapping
+        Steps that are complete, as data of an earlier plan: no stricter limit refuses them any more.
 
     Raises
     ------
@@ -51,16 +59,9 @@ def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
     stand_file = load_stand(campaign.stand_path)
     specimen_file = load_specimen(campaign.specimen_path)
     specimen = specimen_file.specimen
-    if specimen.model is None:
-        raise BadInput(
-            "the specimen names no spring model, from which forces and heat are planned",
-            file=campaign.specimen_path,
-            place="specimen.model",
-            remedy="add one; sample_runs/models/category-a-elastomer.toml serves for a first estimate",
-        )
-    model_path = campaign.specimen_path.parent / specimen.model
+    model_path = None if specimen.model is None else campaign.specimen_path.parent / specimen.model
     limits = stand_file.limits
-    predictor = ModelPredictor(load_model(model_path))
+    predictor = _predictor(specimen_file, model_path)
     plan = make_plan(
         campaign,
         StandLimits(
@@ -68,9 +69,22 @@ def prepare(path: Path, *, devices_from: Path | None = None) -> Prepared:
             stroke_max_mm=limits.stroke_max_mm,
             frequency_max_Hz=limits.frequency_max_Hz,
             speed_max_mm_per_s=limits.speed_max_mm_per_s,
+            machine_stiffness_kN_per_mm=limits.machine_stiffness_kN_per_mm,
+            force_speed=limits.force_speed,
         ),
         predictor,
         specimen,
+        over=over,
     )
     wired = stand_file if devices_from is None else wires_from(stand_file, devices_from)
-    return Prepared(campaign, stand_file, wired, specimen_file, model_path, plan, predictor)
+    stand_home = stand_file.path if devices_from is None else devices_from / stand_file.path.name
+    return Prepared(campaign, stand_file, wired, specimen_file, model_path, plan, predictor, stand_home)
+
+
+def _predictor(specimen_file: SpecimenFile, model_path: Path | None) -> Predictor:
+    """Return what is known of a specimen: its spring model, else its catalogue's curve, else nothing."""
+    if model_path is not None:
+        return ModelPredictor(load_model(model_path))
+    if specimen_file.catalogue is not None:
+        return CurvePredictor.of_catalogue(specimen_file.catalogue)
+    return NothingKnown()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
-from cli.options import FILE, warn
+from cli.options import FILE, FiniteFloat, warn
 from evaluation.choices import DecisionRule, ForceCell
 from foundation.errors import BadInput
 
@@ -69,14 +69,14 @@ _OPTIONS = (
     click.option(
         "--moving-mass",
         metavar="KG",
-        type=float,
+        type=FiniteFloat(),
         help="Correct for the inertia of this mass between load cell and specimen "
         "(default: that of the stand file).",
     ),
     click.option(
         "--moving-mass-accuracy",
         metavar="PERCENT",
-        type=float,
+        type=FiniteFloat(),
         help="Limit of the error of that mass (default: the stand file's, else 5).",
     ),
     click.option(

@@ -32,6 +32,7 @@ COMMANDS = {
     "stop": "Stop a running campaign: now, after the cycle, or after the step.",
     "note": "Add an operator's note to a campaign, before, during or after it.",
     "check": "Read every device of a stand once; say what is stale or out of range.",
+    "stand": "The stand by hand: readings, tare, zero, slow motions.",
     "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
     "fault": "Let a device of a simulated stand that is being served fail, or mend it.",
     "import": "Turn foreign records (CSV) into run files.",
@@ -47,7 +48,7 @@ COMMANDS = {
 
 SECTIONS = {
     "Start here": ("demo",),
-    "Test": ("plan", "check", "run", "resume", "monitor", "stop", "note"),
+    "Test": ("plan", "check", "stand", "run", "resume", "monitor", "stop", "note"),
     "Know what was measured": ("runs", "verify", "import", "evaluate", "compare", "skew", "report"),
     "Know that the figures are right": ("validate",),
     "Hand the spring on": ("model",),
@@ -98,17 +99,19 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except BadInput as error:
         status = _say(str(error), ExitStatus.BAD_INPUT)
     except click.UsageError as error:
-        hint = (
-            f" (bufferstand {error.ctx.info_name} --help)" if error.ctx and error.ctx.parent else " (--help)"
-        )
+        hint = f" ({error.ctx.command_path} --help)" if error.ctx and error.ctx.parent else " (--help)"
         status = _say(error.format_message().rstrip(".") + hint, ExitStatus.BAD_INPUT)
     except click.ClickException as error:
         status = _say(error.format_message(), ExitStatus.BAD_INPUT)
-    except (click.Abort, KeyboardInterrupt):
-        status = _say("stopped by the operator", ExitStatus.STOPPED)
+    except (click.Abort, KeyboardInterrupt) as interrupt:
+        told = str(interrupt) or str(interrupt.__cause__ or "")  # click makes an Abort of an interrupt
+        told = f": {told}" if told else ""
+        status = _say(f"stopped by the operator{told}", ExitStatus.STOPPED)
     except (BrokenPipeError, SystemExit):  # a reader that has gone; click makes the latter of it, status 1
         _drop_output()
         status = ExitStatus.DONE
+    except DeviceFault as error:
+        status = _say(str(error), ExitStatus.DEVICE_FAULT)
     except Exception as error:  # noqa: BLE001 - a bug must not pass for a failed specimen (status 1)
         if isinstance(error, OSError) and error.filename is None and error.errno in _NO_ROOM:
             _drop_output()
@@ -117,8 +120,6 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         sys.excepthook(type(error), error, error.__traceback__)
         _say("the lines above are a bug of bufferstand; please report them", ExitStatus.DEVICE_FAULT)
         raise SystemExit(BUG_STATUS) from None
-    except DeviceFault as error:
-        status = _say(str(error), ExitStatus.DEVICE_FAULT)
     raise SystemExit(int(status))
 
 

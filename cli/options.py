@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,9 +18,44 @@ from foundation.output import check_outputs, replaced_whole
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-EXISTING = click.Path(exists=True, path_type=Path)
-FOLDER = click.Path(file_okay=False, path_type=Path)
-FILE = click.Path(dir_okay=False, path_type=Path)
+
+class _Named(click.Path):
+    """A path that is not empty: an empty one would mean the present folder."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        if value == "":
+            self.fail("it is empty; give a name", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class FiniteFloat(click.types.FloatParamType):
+    """A number, neither nan nor infinite."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number that a text says."""
+        return _finite(self, float(super().convert(value, param, ctx)), param, ctx)
+
+
+class FiniteRange(click.FloatRange):
+    """A number within bounds; nan, which no comparison finds outside, is not."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number that a text says."""
+        return _finite(self, float(super().convert(value, param, ctx)), param, ctx)
+
+
+def _finite(
+    kind: FiniteFloat | FiniteRange, number: float, param: click.Parameter | None, ctx: click.Context | None
+) -> float:
+    if not math.isfinite(number):
+        kind.fail(f"{number} is no finite number", param, ctx)
+    return number
+
+
+EXISTING = _Named(exists=True, path_type=Path)
+FOLDER = _Named(file_okay=False, path_type=Path)
+FILE = _Named(dir_okay=False, path_type=Path)
 
 
 def out_option(help_text: str, *, required: bool = True) -> Callable[[Function], Function]:
@@ -53,6 +89,19 @@ def monitor_option(function: Function) -> Function:
         callback=monitor_address,
         help="Live page in the browser (default 127.0.0.1:8420); write it behind the file's name.",
     )(function)
+
+
+def edits_options(function: Function) -> Function:
+    """Add the options ``--take-edits`` and ``--keep``."""
+    take = click.option(
+        "--take-edits", "choice", flag_value="take", default=None,
+        help="The campaign's files were edited: go on with the edits, without asking.",
+    )  # fmt: skip
+    keep = click.option(
+        "--keep", "choice", flag_value="keep",
+        help="The campaign's files were edited: go on with the files as they were taken.",
+    )  # fmt: skip
+    return take(keep(function))
 
 
 def key_values(pairs: Sequence[str], option: str, form: str) -> dict[str, str]:

@@ -4,23 +4,71 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
+from cli.arming import Consent, ask_to_move, check_given
 from cli.campaigns import Prepared
+from cli.movement import campaign_movement
 from cli.options import warn
 from cli.simulation import simulated_stand
+from daq.folder import CampaignRecord
+from daq.kept_zero import stored_zero
 from daq.keys import keys_from
 from daq.metadata import CampaignFacts
 from daq.monitor.process import Address, web_process
+from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from daq.signals import StopRequest, stop_on_signals
+from daq.starting import left_to_do
 from daq.terminal import progress_on
 from drivers.connect import build_controller, build_sensors
 from drivers.interfaces import Stand
+from drivers.simulated.waiting import NAME, WIRES, is_waiting
 from drivers.stand_file import StandFile
-from foundation.clock import WallClock
+from foundation.clock import Clock, WallClock
 from foundation.errors import BadInput
+
+
+def consent_to_move(
+    prepared: Prepared,
+    out: Path,
+    before: CampaignRecord | None,
+    *,
+    simulate: bool,
+    speed: float,
+    yes_move: str | None,
+) -> Consent | None:
+    """Show what a start is about to move on a real stand and ask for it; None for a simulated one.
+
+    A stand that a stand file leads to is real, whatever answers there: this program has not started it.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        Campaign, stand, specimen and plan.
+    out : Path
+        The campaign's folder.
+    before : CampaignRecord or None
+        How far an earlier start came.
+    simulate, speed
+        As of :func:`perform`.
+    yes_move : str or None
+        What ``--yes-move`` says.
+
+    Raises
+    ------
+    BadInput
+        As :func:`perform` for the speed, and as :func:`cli.arming.ask_to_move`.
+    """
+    _check_speed(simulate, speed)
+    movement = campaign_movement(prepared, left_to_do(prepared.plan, before, out))
+    if simulate:
+        check_given(movement, yes_move)
+        return None
+    return ask_to_move(movement, yes_move)
 
 
 def perform(
@@ -29,6 +77,8 @@ def perform(
     *,
     simulate: bool,
     speed: float,
+    consent: Consent | None = None,
+    edits: Mapping[str, Any] | None = None,
     truth: Path | None = None,
     monitor: Address | None = None,
 ) -> CampaignOutcome:
@@ -44,6 +94,10 @@ def perform(
         On a simulated stand instead of the addresses in the stand file.
     speed : float
         Stand time in multiples of real time; only a simulated stand can be faster than 1.
+    consent : Consent, optional
+        Who said that the real stand may move; not for a simulated one.
+    edits : mapping, optional
+        How edited files came to be taken, for the folder.
     truth : Path, optional
         Where the simulated stand leaves what really happened, for checks.
     monitor : Address, optional
@@ -53,30 +107,35 @@ def perform(
     ------
     BadInput
         If the folder or the speed cannot be used.
+    ValueError
+        If a real stand is to move without consent: a fault of the caller.
     """
-    if not simulate and speed != 1.0:
-        raise BadInput(
-            f"a real stand cannot run at {speed:g} times real time", file="--speed", remedy="add --simulate"
-        )
-    source: AbstractContextManager[StandFile] = (
-        simulated_stand(prepared, speed=speed, truth=truth) if simulate else nullcontext(prepared.wired)
+    _check_speed(simulate, speed)
+    if not simulate and consent is None:
+        raise ValueError("a real stand moves only with somebody's consent")
+    source: AbstractContextManager[tuple[StandFile, Clock]] = (
+        simulated_stand(prepared, speed=speed, truth=truth)
+        if simulate
+        else nullcontext((prepared.wired, WallClock()))
     )
     facts = CampaignFacts(
         stand=prepared.stand_file.model_dump(mode="json"),
         watchdog_s=prepared.stand_file.controller.watchdog_s,
         operator=prepared.campaign.content.campaign.operator,
+        stored_zero=stored_zero(prepared.stand_home),
         test=prepared.specimen_file.test.model_dump(mode="json", exclude_defaults=True),
+        arming={} if consent is None else consent.as_dict(),
+        edits=edits or {},
     )
     with (
         stop_on_signals(StopRequest()) as request,
-        source as stand_file,
+        source as (stand_file, clock),
         nullcontext() if monitor is None else web_process(out, monitor, _say) as page,
         progress_on(sys.stderr) as progress,
         keys_from(sys.stdin, request, progress.message),
     ):
         if page is not None:
             page.watch(progress.message)
-        clock = WallClock(speed)
         stand = Stand(build_controller(stand_file, clock), build_sensors(stand_file, clock))
         try:
             outcome = run_campaign(
@@ -87,6 +146,10 @@ def perform(
                 facts,
                 progress=progress,
                 stop_request=request,
+                settings=RunSettings(
+                    waited_for=simulate,
+                    says_it_waits=is_waiting(prepared.stand_home.parent / WIRES / NAME, stand_file),
+                ),
                 predictor=prepared.predictor,
             )
         finally:
@@ -94,6 +157,13 @@ def perform(
     if outcome.error is not None:
         keep_bug(outcome.error, out)
     return outcome
+
+
+def _check_speed(simulate: bool, speed: float) -> None:
+    if not simulate and speed != 1.0:
+        raise BadInput(
+            f"a real stand cannot run at {speed:g} times real time", file="--speed", remedy="add --simulate"
+        )
 
 
 def keep_bug(bug: BaseException, out: Path) -> None:

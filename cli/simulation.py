@@ -4,21 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from cli.campaigns import Prepared
 from drivers.simulated.process import start_process, wires_folder
+from drivers.simulated.stand_clock import StandClock
 from drivers.stand_file import StandFile, with_endpoints
+from foundation.clock import Clock
+
+STARVED_S = 10.0
+"""Longest wait for a reply of the simulated stand [s of the wall]: a busy machine starves its process."""
 
 
 @contextmanager
-def simulated_stand(prepared: Prepared, *, speed: float, truth: Path | None = None) -> Iterator[StandFile]:
+def simulated_stand(
+    prepared: Prepared, *, speed: float, truth: Path | None = None
+) -> Iterator[tuple[StandFile, Clock]]:
     """Serve the campaign's stand, with the campaign's specimen in it, while inside.
+
+    Stand and campaign share one computer, so the stand waits for its reader at every speed, and the campaign
+    goes by the stand's own time: a busy machine costs time, neither samples nor the campaign.
 
     Yields
     ------
-    StandFile
-        The stand file with the addresses of the simulated wires.
+    tuple of StandFile and Clock
+        The stand file with the addresses of the simulated wires, and the stand's time.
 
     Raises
     ------
@@ -33,6 +44,9 @@ def simulated_stand(prepared: Prepared, *, speed: float, truth: Path | None = No
             model=prepared.model_path,
             speed=speed,
             truth=truth,
+            wait_for_reader=True,
         ) as process,
     ):
-        yield with_endpoints(prepared.stand_file, process.served.endpoints())
+        served = process.served
+        endpoints = replace(served.endpoints(), timeout_s=STARVED_S)
+        yield with_endpoints(prepared.stand_file, endpoints), StandClock(Path(served.time_file or ""), speed)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
@@ -21,11 +21,19 @@ from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
 from daq.recorder_guard import RecorderGuard, Recording
-from daq.scaling import ScaledBlock, scale
-from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand
+from daq.scaling import ScaledBlock, scale, zeroed
+from drivers.delivery import FEED_S, status_rest_s
+from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock
 from foundation.errors import DeviceFault
+from foundation.zero import Zero
+
+LONG_LOOK_S = 0.0005
+"""After a look at the status that took longer, samples are read before anything else [s of the wall]."""
+SHARE_OF_POLL = 0.25
+"""Share of a poll's period after which the next pass comes."""
+_WRAP, _HALF = 1 << 32, 1 << 31
 
 
 class Recorder(Recording, Protocol):
@@ -62,19 +70,30 @@ class Pace:
     Parameters
     ----------
     tick_s : float
-        From the beginning of a pass to that of the next [s of stand time].
-    blocks_per_tick : int
-        So many blocks at most in one pass, so that sensors, guards and watchdog always get their turn.
+        From the beginning of a pass to that of the next, where the reader is up to date [s of stand time].
+    look_s : float
+        So long at most a pass reads samples, so that sensors, status and watchdog always get their turn
+        [s of the wall].
+    judge_s : float
+        Blocks that come within this time are judged together [s of the wall]: on a quick wire that saves
+        processor time; a slower one has each block judged when it arrives.
     feed_s : float
         The watchdog is fed this often [s of the wall].
     anchor_s : float
         A clock anchor is recorded this often [s of stand time].
     """
 
-    tick_s: float = 0.02
-    blocks_per_tick: int = 64
-    feed_s: float = 0.25
+    tick_s: float = 0.01
+    look_s: float = 0.02
+    judge_s: float = 0.003
+    feed_s: float = FEED_S
     anchor_s: float = 1.0
+
+    def suited_to(self, controller: StreamFacts) -> Pace:
+        """Return the pace for a controller: a polled sample is not to wait for a pass longer than it must."""
+        if controller.clock == "device":
+            return self
+        return replace(self, tick_s=min(self.tick_s, SHARE_OF_POLL / controller.rate_Hz))
 
 
 @dataclass(frozen=True)
@@ -120,6 +139,8 @@ class Acquisition:
         Gives the civil time of an anchor (ISO 8601).
     civil_s : callable
         The civil time [s], to say when it was set.
+    waited_for : bool
+        Whether the stand waits for its reader (a simulated one): then samples are never late, only slow.
     """
 
     def __init__(
@@ -131,11 +152,12 @@ class Acquisition:
         pace: Pace | None = None,
         utc: Callable[[], str] = lambda: datetime.now(UTC).isoformat(),
         civil_s: Callable[[], float] = time.time,
+        waited_for: bool = False,
     ) -> None:
         self.stand = stand
         self.clock = clock
         self.panel = panel
-        self.pace = pace or Pace()
+        self.pace = (pace or Pace()).suited_to(stand.controller.facts)
         self._utc = utc
         self._facts = {stand.controller.facts.name: stand.controller.facts} | {
             sensor.facts.name: sensor.facts for sensor in stand.sensors
@@ -147,15 +169,23 @@ class Acquisition:
         self._recorder: Recorder | None = None
         self._recording = RecorderGuard(panel.guards.disk_stop_s)
         self._civil_s = civil_s
+        self._waited_for = waited_for
         self._host = HostMemory(civil_s(), time.monotonic())
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
         self._device_us: int | None = None
         self._samples = self._lost = 0
-        self._drained = False
+        self.zero: Zero | None = None
+        """The zero that channels count from (:meth:`take_zero`)."""
+        self._up_to_date = False
+        self._age_s: float | None = None
+        self._device_us_at_look = 0
+        self._status_at_s, self._status_took_s = -np.inf, 0.0
+        self._began = (clock.now_s(), clock.wall_s())
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
+        self._looked_long = False
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
         self._pass_began_s = clock.now_s()
@@ -174,6 +204,18 @@ class Acquisition:
             self.clock.now_s(), device_s, dict(self._values), self._status, self._samples, self._lost
         )
 
+    def take_zero(self, zero: Zero | None) -> None:
+        """Scale what comes from now on from this zero; from the calibrations alone with None."""
+        self.zero = zero
+        own = (self.stand.controller.facts, *(sensor.facts for sensor in self.stand.sensors))
+        self._facts = {facts.name: zeroed(facts, zero) for facts in own}
+        self.panel.rebase()
+
+    @property
+    def facts(self) -> Mapping[str, StreamFacts]:
+        """Return what every stream is made of, by its name, with the zero in force."""
+        return self._facts
+
     def attach(self, recorder: Recorder) -> None:
         """Record from now on, beginning with a clock anchor."""
         self._recorder = recorder
@@ -191,9 +233,36 @@ class Acquisition:
         return self._recorder
 
     @property
-    def drained(self) -> bool:
-        """Return whether the last pass came to the end of the ring: nothing sampled before it is unread."""
-        return self._drained
+    def up_to_date(self) -> bool:
+        """Return whether the last pass read all that the device had sampled by then."""
+        return self._up_to_date
+
+    @property
+    def age_s(self) -> float | None:
+        """Return how old the newest sample was at the last look at the status [s of device time].
+
+        By the device's own clock; None where it shows none, or nothing was sampled yet.
+        """
+        return self._age_s
+
+    @property
+    def device_now_us(self) -> int | None:
+        """Return what the device's clock showed at the last look, as the samples are stamped [µs]."""
+        if self._device_us is None or self._age_s is None:
+            return None
+        return self._device_us_at_look + round(self._age_s * 1e6)
+
+    def has_read_to(self, device_us: int | None) -> bool:
+        """Return whether nothing sampled before an instant of the device's clock [µs] is unread.
+
+        Without that instant, or where the device had no more to give, being up to date counts.
+        """
+        reached = device_us is not None and self._device_us is not None and self._device_us >= device_us
+        return self._up_to_date or reached
+
+    def renew_status(self) -> None:
+        """Read the status in the next pass in any case: the controller was told something new."""
+        self._status_at_s = -np.inf
 
     def say(self, kind: str, text: str, **data: object) -> None:
         """Put an event into the run under way; where there is none, devices' words are kept to be shown."""
@@ -222,10 +291,15 @@ class Acquisition:
         of the guard ``controller``, like every other reason to stop.
         """
         self._pass_began_s = self.clock.now_s()
+        demanded, looked, self._looked_long = self.panel.action, self._looked_long, False
         try:
-            self._feed()
+            if not looked:
+                self._feed()
             self._read_controller()
-            self._judge_status()
+            if self.panel.action <= demanded:  # a trip is obeyed at once: whoever stops asks for the status
+                if looked:  # on a slow wire no two requests in a row go without samples
+                    self._feed()
+                self._judge_status()
         except DeviceFault as fault:
             self.panel.latch(
                 Trip(
@@ -248,10 +322,12 @@ class Acquisition:
     def rest(self) -> None:
         """Wait until the next pass is due: passes begin every ``tick_s``, however long they take.
 
-        A quarter of it is waited in any case, for the threads that read sensors and write the journal.
+        A tenth of it is waited in any case, for the threads that read sensors and write the journal; a reader
+        that is behind does not wait.
         """
         passed_s = self.clock.now_s() - self._pass_began_s
-        self.clock.sleep(max(0.25 * self.pace.tick_s, self.pace.tick_s - passed_s))
+        tick_s = self.pace.tick_s
+        self.clock.sleep(max(0.1 * tick_s, tick_s - passed_s) if self._up_to_date else 0.0)
 
     def _feed(self) -> None:
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
@@ -260,27 +336,60 @@ class Acquisition:
             self._fed_s = wall_s
 
     def _read_controller(self) -> None:
-        """Read until the ring is drained, with a bound, so that the rest gets its turn."""
-        self._drained = False
+        """Read until the device has no more, a guard trips, or the time of a look is over."""
+        wall_s, pace = self.clock.wall_s, self.pace
+        demanded, end_s = self.panel.action, wall_s() + pace.look_s
+        self._up_to_date = False
         blocks: list[SampleBlock] = []
+        since_s = wall_s()
         try:
-            for _ in range(self.pace.blocks_per_tick):
+            while not self._up_to_date:
                 block = self.stand.controller.read_block()
-                if block is None:
-                    self._drained = True
+                self._up_to_date = block is None or not block.more
+                if block is not None:
+                    blocks.append(block)
+                now_s = wall_s()
+                if now_s >= since_s + pace.judge_s:
+                    self._take_all(blocks)
+                    since_s = wall_s()
+                if now_s >= end_s or self.panel.action > demanded:
                     break
-                blocks.append(block)
-            self.panel.keep_up(drained=self._drained, at_s=self.clock.now_s(), wall_s=self.clock.wall_s())
         finally:
-            for joined in join_blocks(blocks):  # what was read before a fault is kept, too
-                self._take(joined)
+            self._take_all(blocks)  # what was read before a fault is kept, too
         self._record_anchor()
         for text in self.stand.controller.events():
             self.say("wire", text)
 
+    def _take_all(self, blocks: list[SampleBlock]) -> None:
+        """Record and judge what has come; the list is empty afterwards."""
+        come = blocks.copy()
+        blocks.clear()
+        for joined in join_blocks(come):
+            self._take(joined)
+
     def _judge_status(self) -> None:
+        """Look at the controller's status, where it is due: the wire belongs to the samples first."""
+        asked_s = self.clock.wall_s()
+        calm = self._up_to_date or self._waited_for
+        rest_s = status_rest_s(self._status_took_s, up_to_date=calm)
+        if asked_s < self._status_at_s + rest_s:
+            return
         self._status = self.stand.controller.status()
-        self.panel.judge(self._status, self.clock.now_s(), self.clock.wall_s())
+        now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
+        self._status_at_s, self._status_took_s = wall_s, wall_s - asked_s
+        self._looked_long = self._status_took_s > LONG_LOOK_S
+        self._age_s = _age_s(self._status.tick_us, self._device_us)
+        self._device_us_at_look = self._device_us or 0
+        self.panel.judge(self._status, now_s, wall_s)
+        if not self._waited_for:
+            age_s = None if self._age_s is None else self._age_s / self._speed(now_s, wall_s)
+            self.panel.keep_up(age_s=age_s, up_to_date=self._up_to_date, at_s=now_s, wall_s=wall_s)
+
+    def _speed(self, now_s: float, wall_s: float) -> float:
+        """Return how many seconds of stand time pass in one of the wall."""
+        began_s, wall_began_s = self._began
+        passed_s = wall_s - wall_began_s
+        return max((now_s - began_s) / passed_s, 1.0) if passed_s > 0.0 else 1.0
 
     def _drain_sensors(self) -> None:
         for sensor in self.stand.sensors:
@@ -320,7 +429,7 @@ class Acquisition:
             self._anchor = pair
 
     def _record_anchor(self) -> None:
-        """Record the best pair of the interval that ends; called when the ring is drained."""
+        """Record the best pair of the interval that ends."""
         now_s = self.clock.now_s()
         if self._recorder is not None and self._anchor is not None and now_s >= self._anchor_due_s:
             self._recorder.anchor(*self._anchor, self._utc())
@@ -336,6 +445,13 @@ class Acquisition:
         self._host, said = evaluate_host(self._host, self._civil_s(), time.monotonic(), self.clock.now_s())
         for trip in said:
             self.panel.latch(trip)
+
+
+def _age_s(tick_us: int | None, stamp_us: int | None) -> float | None:
+    """Return how much later a clock of 32 bits reads [µs] than a stamp of it without wraps [s]."""
+    if tick_us is None or stamp_us is None:
+        return None
+    return ((tick_us - stamp_us + _HALF) % _WRAP - _HALF) * 1e-6
 
 
 def _delay_s(pair: tuple[int, float]) -> float:

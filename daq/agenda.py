@@ -11,7 +11,7 @@ from daq.as_run import AsRun, Expected
 from daq.heat_log import Seen
 from protocols.learning import HeatScale, Observation, end_as_measured, learn_heating
 from protocols.plan import Plan, expected_total_s
-from protocols.prediction import Temperatures
+from protocols.prediction import Predictor, Temperatures
 from protocols.replanning import Replanner
 from protocols.steps import PlannedStep
 
@@ -144,21 +144,54 @@ class Agenda:
         temperature_C : float
             What it was to cool to [°C].
         """
-        wait = replace(
-            step, name=f"cooled down to {temperature_C:g} °C", kind="cool-down", pause=True, cycles=None,
-            expected_heat_J=0.0, sensor_end_temperature_C=temperature_C,
-        )  # fmt: skip
-        if seen.start_C is not None and seen.end_C is not None and seen.duration_s > 0.0:
-            self._observe(wait, seen, 0.0, seen.start_C, seen.end_C)
 
         def expected(of: PlannedStep) -> Expected | None:
             wait_s = of.stops[-1].wait_s if of.stops else None
             return None if wait_s is None else Expected(wait_s, 0.0, temperature_C)
 
         planned = expected(self._planned.get(step.plan_hash, step))
-        return self._as_run(
-            wait, seen, 0, True, "", 0.0, planned, expected(step) or Expected(0.0, 0.0, temperature_C)
-        )
+        return self._waited(step, seen, temperature_C, planned, expected(step))
+
+    def waited(self, step: PlannedStep, seen: Seen) -> AsRun:
+        """Learn from the wait before a step that begins in a band of temperatures; return it as it was run.
+
+        Parameters
+        ----------
+        step : PlannedStep
+            That was waited for; it has a ``start_band``.
+        seen : Seen
+            What was measured while it cooled.
+        """
+        to_C = seen.end_C or 0.0 if step.start_band is None else step.start_band.high_C
+
+        def expected(of: PlannedStep) -> Expected | None:
+            return Expected(of.wait_s, 0.0, to_C) if of.wait_s > 0.0 else None
+
+        planned = expected(self._planned.get(step.plan_hash, step))
+        return self._waited(step, seen, to_C, planned, expected(step))
+
+    def _waited(
+        self,
+        step: PlannedStep,
+        seen: Seen,
+        to_C: float,
+        planned: Expected | None,
+        estimated: Expected | None,
+    ) -> AsRun:
+        wait = replace(
+            step, name=f"cooled down to {to_C:g} °C", kind="cool-down", pause=True, cycles=None,
+            expected_heat_J=0.0, sensor_end_temperature_C=to_C,
+        )  # fmt: skip
+        if seen.start_C is not None and seen.end_C is not None and seen.duration_s > 0.0:
+            self._observe(wait, seen, 0.0, seen.start_C, seen.end_C)
+        none = Expected(0.0, 0.0, to_C)
+        return self._as_run(wait, seen, 0, True, "", 0.0, planned, estimated or none)
+
+    def know(self, predictor: Predictor) -> None:
+        """Expect of what is left what a predictor says that was not there when it was planned."""
+        if self._replanner is not None:
+            self._replanner.know(predictor)
+            self._outdated = True
 
     def begin(self, specimen_C: float | None, ambient_C: float | None) -> None:
         """Take what is measured at the start; what differs from the plan is planned for."""
@@ -203,6 +236,7 @@ class Agenda:
             cooling=self.scale.cooling,
             left_s=self.later_s,
             planned_left_s=self.planned_later_s,
+            warmed=seen.warmed,
         )
 
     @property
@@ -270,13 +304,15 @@ def _with_their_pauses(
 
 
 def _expected(step: PlannedStep) -> Expected:
-    return Expected(step.expected_duration_s, step.expected_heat_J, step.sensor_end_temperature_C)
+    moves_s = step.expected_duration_s - step.wait_s  # the wait before it has a line of its own
+    return Expected(moves_s, step.expected_heat_J, step.sensor_end_temperature_C)
 
 
 def _heat_J(step: PlannedStep, cycles: int, *, complete: bool) -> float | None:  # noqa: N802 - the unit's capital
     """Return what the model expects of the cycles that were done [J]; None where nobody can say."""
-    if not step.cycles:
-        return step.expected_heat_J if complete else None
+    planned_cycles = step.cycles if step.expected_cycles is None else step.expected_cycles
+    if not planned_cycles:
+        return step.expected_heat_J if complete and not cycles else None
     cut_short = bool(step.stops) and step.expected_duration_s < step.duration_s
-    expected_cycles = step.stops[-1].cycles_done if cut_short else float(step.cycles)
+    expected_cycles = step.stops[-1].cycles_done if cut_short else float(planned_cycles)
     return step.expected_heat_J * cycles / expected_cycles if expected_cycles > 0.0 else None

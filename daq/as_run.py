@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.warmed import Warmed
 from foundation.durations import duration_text
 from foundation.errors import BadInput
 from protocols.learning import Observation
@@ -72,6 +73,8 @@ class AsRun:
         The learned factors after it.
     left_s, planned_left_s : float
         How long the rest should take from here, as learned and by the first plan [s].
+    warmed : Warmed or None
+        How a warm-up went; None for any other step, and for one that was stopped.
     """
 
     index: int
@@ -95,6 +98,7 @@ class AsRun:
     cooling: float
     left_s: float
     planned_left_s: float
+    warmed: Warmed | None = None
 
     def sentence(self) -> str:
         """Return it as a person says it while the campaign runs."""
@@ -152,11 +156,14 @@ def read_as_run(folder: Path) -> tuple[AsRun, ...]:
             content = json.loads(line)
             planned = content.pop("planned")
             estimated = Expected(**content.pop("estimated"))
-            found.append(
-                AsRun(
-                    planned=None if planned is None else Expected(**planned), estimated=estimated, **content
-                )
+            warmed = content.pop("warmed", None)
+            row = AsRun(
+                planned=None if planned is None else Expected(**planned),
+                estimated=estimated,
+                warmed=None if warmed is None else Warmed(**warmed),
+                **content,
             )
+            found.append(row)
         except (ValueError, TypeError, KeyError, AttributeError):
             continue
     return tuple(found)

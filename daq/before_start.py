@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from daq.acquisition import Acquisition
+from daq.scaling import STROKE_WIRES
 from foundation.specimen import Specimen
+from foundation.zero import Zero
 from protocols.steps import PlannedStep
+from protocols.zero_table import ZeroTable
 
 FIRST_LOOK_S = 0.5
 """So long at least every device is watched before anything moves [s of stand time]."""
+LOOK_AGAIN_S = 1.0
+"""A wire that seems a little too slow for the samples is looked at for so long besides [s of the wall]."""
+LITTLE = 0.8
+"""One that carries less than this share of them is: no busy computer explains it."""
 ZERO_NOTE_SHARE = 0.2
 """From this share of the refusal on, a force at rest is said."""
 DISK_RESERVE_BYTES = 64 * 2**20
@@ -20,8 +27,12 @@ SEALING_FACTOR = 1.5
 """Room for the plan's samples, and for the largest run twice."""
 
 
-def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> float:
-    """Watch until the controller and every specimen sensor have spoken; return the mean force [kN].
+LOOKED_AT = ("force", *STROKE_WIRES)
+"""Channels of the controller whose mean at rest is looked at."""
+
+
+def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> dict[str, float]:
+    """Watch until the controller and every specimen sensor have spoken; return the means at rest [kN, mm].
 
     Parameters
     ----------
@@ -33,19 +44,43 @@ def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> float:
     clock, panel = acquisition.clock, acquisition.panel
     began_s = clock.now_s()
     specimen = [guard.stream for guard in panel.guards.temperatures if guard.stop_C is not None]
-    force_kN: list[float] = []
+    seen: dict[str, list[float]] = {}
     while True:
         pump()
         latest, heard = acquisition.latest, panel.latest_temperatures()
-        if "force" in latest.values:
-            force_kN.append(latest.values["force"])
+        for name in LOOKED_AT:
+            if name in latest.values:
+                seen.setdefault(name, []).append(latest.values[name])
         spoken = latest.samples > 0 and all(name in heard for name in specimen)
         if spoken and clock.now_s() - began_s >= FIRST_LOOK_S:
-            return sum(force_kN) / len(force_kN) if force_kN else 0.0
+            return {name: sum(values) / len(values) for name, values in seen.items()}
 
 
-def zero_trouble(force_kN: float, most_kN: float) -> tuple[str, bool]:
-    """Return what is to be said of the force at rest with the valve off, and whether it refuses the start."""
+def delivery_trouble(acquisition: Acquisition, pump: Callable[[], object]) -> str:
+    """Return why the controller's samples cannot all be read over this wire, empty if they can.
+
+    A wire that seems a little too slow is looked at for longer: it may be this computer that was busy.
+
+    Parameters
+    ----------
+    acquisition : Acquisition
+        Has read some blocks already.
+    pump : callable
+        One pass; raises when a guard has tripped.
+    """
+    end_s = acquisition.clock.wall_s() + LOOK_AGAIN_S
+    while (delivery := acquisition.stand.controller.delivery()) is not None and not delivery.keeps_up:
+        if delivery.most_Hz < LITTLE * delivery.rate_Hz or acquisition.clock.wall_s() >= end_s:
+            return f"the controller {delivery.text}"
+        pump()
+    return ""
+
+
+def zero_trouble(force_kN: float, most_kN: float, *, tared: bool = False) -> tuple[str, bool]:
+    """Return what is to be said of the force at rest with the valve off, and whether it refuses the start.
+
+    ``tared``: it will be taken off when first contact is touched off.
+    """
     size_kN = abs(force_kN)
     if size_kN <= ZERO_NOTE_SHARE * most_kN:
         return "", False
@@ -53,7 +88,38 @@ def zero_trouble(force_kN: float, most_kN: float) -> tuple[str, bool]:
     if size_kN > most_kN:
         limit = f"{text}, more than zero_force_max_kN = {most_kN:g} kN"
         return f"{limit}: unload the specimen, or set the zero of transducer or calibration", True
+    if tared:
+        return f"{text}: it will be taken off when first contact is touched off", False
     return f"{text}: every force of this campaign is off by that; set the zero", False
+
+
+def stroke_trouble(rest: Mapping[str, float], zero: Zero | None, table: ZeroTable, *, touched: bool) -> str:
+    """Return why the draw wires read too much at rest for a campaign to begin, empty if they do not.
+
+    Parameters
+    ----------
+    rest : mapping of str to float
+        Means at rest, without any zero [mm].
+    zero : Zero or None
+        What is subtracted from them.
+    table : ZeroTable
+        The limits.
+    touched : bool
+        Whether first contact will be touched off.
+    """
+    most_mm, key = table.stroke_untouched_max_mm, "stroke_untouched_max_mm"
+    if touched:
+        most_mm, key = table.stroke_max_mm, "stroke_max_mm"
+    for name in STROKE_WIRES:
+        value_mm = rest.get(name, 0.0) - (0.0 if zero is None else zero.value(name))
+        if abs(value_mm) > most_mm:
+            what = "" if zero is None else " from the zero that was taken over"
+            do = "hook the wire in anew, or correct its calibration"
+            if not touched:
+                do = "let the campaign touch off ([zero] touch = true), or run “bufferstand stand zero”"
+            reads = f"{name} reads {value_mm:+.2f} mm at rest{what}"
+            return f"{reads}, more than [zero] {key} = {most_mm:g} mm: {do}"
+    return ""
 
 
 def disk_trouble(folder: Path, steps: Sequence[PlannedStep]) -> str:

@@ -51,4 +51,6 @@ def _joined(blocks: list[SampleBlock]) -> SampleBlock:
         {name: np.concatenate([block.counts[name] for block in blocks]) for name in first.counts},
         first.lost,
         blocks[-1].received_s,
+        first.missed,
+        blocks[-1].more,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from daq.guards import Action, Trip
@@ -89,40 +90,71 @@ def evaluate_host(
 
 @dataclass(frozen=True)
 class LagGuard:
-    """The reader must come to the end of the ring now and then, else the guards see old samples.
+    """The newest sample must not be old, else the guards see the stand late.
 
     Parameters
     ----------
     stop_s : float
-        Behind for so long without a break [s of the wall] stops; a tenth of it is noted.
+        Behind for so long without a break [s of the wall] stops; a tenth of it is noted. Samples older than
+        this tenth that do not become younger stop after another tenth.
+    fresh_s : float
+        A sample that is no older than this [s of the wall] is explained by block, round trip and commands.
     """
 
     stop_s: float
+    fresh_s: float = 0.25
 
 
 @dataclass(frozen=True)
 class LagMemory:
-    """When the ring was drained last [s of the wall], and whether the lag was noted since."""
+    """When the newest sample was fresh last, and when it was last seen to be younger than before.
 
-    drained_s: float
+    Times of the wall and ages [s].
+    """
+
+    fresh_at_s: float
     noted: bool = False
+    least_s: float = math.inf
+    least_at_s: float = 0.0
 
 
 def evaluate_lag(
-    guard: LagGuard, memory: LagMemory, *, drained: bool, at_s: float, wall_s: float
+    guard: LagGuard, memory: LagMemory, *, age_s: float | None, up_to_date: bool, at_s: float, wall_s: float
 ) -> tuple[LagMemory, Trip | None]:
-    """Judge a pass: a note when the reader falls behind, a stop when it stays behind."""
-    if drained:
+    """Judge how old the newest sample is: a note when the reader falls behind, a stop when it stays behind.
+
+    Parameters
+    ----------
+    guard, memory
+        What must hold, what was seen.
+    age_s : float or None
+        Age of the newest sample by the device's own clock [s of the wall]; None where it shows none.
+    up_to_date : bool
+        Whether all that the device had sampled was read.
+    at_s, wall_s : float
+        Present stand time and time of the wall [s].
+    """
+    if up_to_date or (age_s is not None and age_s <= guard.fresh_s):
         return LagMemory(wall_s), None
-    behind_s = wall_s - memory.drained_s
-    stops = behind_s > guard.stop_s
-    if not stops and (memory.noted or behind_s <= 0.1 * guard.stop_s):
+    age_s = math.inf if age_s is None else age_s
+    if age_s < memory.least_s:
+        memory = replace(memory, least_s=age_s, least_at_s=wall_s)
+    soon_s = 0.1 * guard.stop_s
+    behind_s = wall_s - memory.fresh_at_s
+    grows = soon_s < age_s < math.inf and wall_s - memory.least_at_s > soon_s
+    stops = behind_s > guard.stop_s or grows
+    if not stops and (memory.noted or behind_s <= soon_s):
         return memory, None
+    old = (
+        ""
+        if age_s == math.inf
+        else f"; the newest sample is {age_s:.2f} s old" + (" and not getting younger" if grows else "")
+    )
     return replace(memory, noted=True), Trip(
         "lag",
         Action.STOP if stops else Action.NOTE,
-        f"the reader has been behind the stand for {behind_s:.1f} s (stop at {guard.stop_s:g} s): the guards "
-        "see samples late; relieve this computer or the network",
+        f"the reader has been behind the stand for {behind_s:.1f} s (stop at {guard.stop_s:g} s){old}: the "
+        "guards see samples late; relieve this computer or the network",
         at_s,
         value=behind_s,
         limit=guard.stop_s,

@@ -20,7 +20,7 @@ from typing import Any
 from daq.notes import clean_note, signed_note
 from daq.signals import StopLevel, StopRequest
 from foundation.errors import BadInput
-from foundation.line_socket import connected, exchange, short_address
+from foundation.line_socket import bind_for_oneself, connected, exchange
 
 SOCKET_NAME = "control"
 WAIT_S = 5.0
@@ -53,12 +53,7 @@ def listening(folder: Path, request: StopRequest) -> Iterator[None]:
         path.unlink(missing_ok=True)
     server, ending = socket.socket(socket.AF_UNIX), threading.Event()
     try:
-        with short_address(path) as address:
-            before = os.umask(0o177)  # nobody else may even connect
-            try:
-                server.bind(address)
-            finally:
-                os.umask(before)
+        bind_for_oneself(server, path)
         server.listen(4)
         server.settimeout(_POLL_S)
     except OSError:  # a folder that takes no sockets: keys and signals are there still

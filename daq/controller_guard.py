@@ -6,11 +6,21 @@ from dataclasses import dataclass, replace
 
 from daq.guards import Action, Trip
 from daq.scaling import ScaledBlock
+from drivers.cia402 import RESET_FORCE_MAX_KN
 from drivers.interfaces import ControllerStatus, EndReason, MotionState
 
 FAULT_CODES = {1: "watchdog", 2: "force limit of the device", 3: "stroke limit of the device", 4: "actuator"}
 """What the controller's ``fault_code`` means (register profile)."""
 WATCHDOG_FAULT = 1
+DEVICE_LIMIT_FAULTS = (2, 3)
+"""Faults that say no more than that a limit which was set in the device was reached."""
+FAULT_IS_OVER = (MotionState.FAULT, MotionState.OFF, MotionState.READY)
+"""States of a controller that shows a fault and has taken the force away: its valve is off."""
+
+
+def fault_text(code: int) -> str:
+    """Return a fault as messages name it: its number and what it means."""
+    return f"fault {code} ({FAULT_CODES.get(code, 'unknown cause')})"
 
 
 @dataclass(frozen=True)
@@ -44,8 +54,8 @@ class ControllerMemory:
     heartbeat: int | None = None
     watchdog_trips: int | None = None
     done_sequence: int | None = None
-    forgiven: bool = False
-    """Its watchdog had acted before we came (a PC was lost); switching on resets that fault."""
+    forgiven: int | None = None
+    """The fault that it showed when we came, and that switching on resets."""
 
 
 def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:
@@ -54,10 +64,13 @@ def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:
         return None
     lost_s = block.lost / guard.rate_Hz
     blind = lost_s > guard.gap_stop_s
+    text = f"{block.lost} samples ({lost_s * 1e3:.0f} ms) were lost before sample {block.first_sequence}"
+    if block.missed:
+        text += f", {block.missed} of them cycles that the controller missed"
     return Trip(
         "ring",
         Action.STOP if blind else Action.NOTE,
-        f"{block.lost} samples ({lost_s * 1e3:.0f} ms) were lost before sample {block.first_sequence}: "
+        f"{text}: "
         + (f"longer than {guard.gap_stop_s:g} s, the guards were blind" if blind else "counted in the run"),
         block.received_s,
         value=float(block.lost),
@@ -76,23 +89,26 @@ def evaluate_status(
     """Judge one snapshot: did the device fault, did its watchdog act, does its heart beat?"""
     beat = memory.heartbeat is None or status.heartbeat != memory.heartbeat
     before = memory
+    shown = status.fault_code if status.fault_code or status.state is MotionState.FAULT else None
+    came = before.heartbeat is None
     memory = replace(
         memory,
         heartbeat=status.heartbeat,
         heartbeat_s=wall_s if beat else memory.heartbeat_s,
         watchdog_trips=status.watchdog_trips,
         done_sequence=status.done_sequence,
-        forgiven=status.fault_code == WATCHDOG_FAULT and (before.forgiven or before.heartbeat is None),
+        forgiven=shown if shown == before.forgiven or (came and _is_over(status)) else None,
     )
-    if memory.forgiven:
-        return memory, None if before.forgiven else _old_watchdog_fault(at_s)
+    if memory.forgiven is not None:
+        return memory, _old_fault(status, at_s) if came else None
+    if came and shown is not None:
+        return memory, _fault_with_force(status, at_s)
     ended = before.done_sequence is not None and status.done_sequence != before.done_sequence
     why = ""
     if before.watchdog_trips is not None and status.watchdog_trips != before.watchdog_trips:
         why = "its watchdog ran out (it was not fed in time) and it ramped to zero force by itself"
     elif status.state is MotionState.FAULT or status.fault_code:
-        code = FAULT_CODES.get(status.fault_code, "unknown cause")
-        why = f"it reports fault {status.fault_code} ({code})"
+        why = f"it reports {fault_text(status.fault_code)}"
     elif ended and status.end_reason in (EndReason.WATCHDOG, EndReason.DEVICE_LIMIT):
         why = f"its last motion ended by {status.end_reason.name.lower().replace('_', ' ')}"
     if not why:
@@ -108,13 +124,37 @@ def evaluate_status(
     )
 
 
-def _old_watchdog_fault(at_s: float) -> Trip:
+def _is_over(status: ControllerStatus) -> bool:
+    """Return whether a fault has been dealt with by the controller: switching on may reset it."""
+    if status.fault_code == WATCHDOG_FAULT:
+        return True  # a PC was lost a moment ago: the release ends while the first look is taken
+    return status.state in FAULT_IS_OVER and abs(status.force_kN) <= RESET_FORCE_MAX_KN
+
+
+def _old_fault(status: ControllerStatus, at_s: float) -> Trip:
+    text = (
+        f"the controller shows {fault_text(status.fault_code)} from before this start; its valve is off and "
+        f"the force is {status.force_kN:.1f} kN: switching on resets it"
+    )
+    if status.fault_code == WATCHDOG_FAULT:
+        text = (
+            "the controller's watchdog had run out before this start (a PC was lost or killed) and it had "
+            "ramped to zero force; switching on resets this"
+        )
+    return Trip("controller", Action.NOTE, text, at_s, value=float(status.fault_code))
+
+
+def _fault_with_force(status: ControllerStatus, at_s: float) -> Trip:
+    state = "its valve is off" if status.state in FAULT_IS_OVER else "it is still taking the force away"
     return Trip(
         "controller",
-        Action.NOTE,
-        "the controller's watchdog had run out before this start (a PC was lost or killed) and it had "
-        "ramped to zero force; switching on resets this",
+        Action.EMERGENCY,
+        f"the controller shows {fault_text(status.fault_code)} from before this start, {state}, and the "
+        f"force is {status.force_kN:.1f} kN: a fault is reset with the valve off and "
+        f"{RESET_FORCE_MAX_KN:g} kN at most; see that the specimen is unloaded, then start again",
         at_s,
+        value=float(status.fault_code),
+        device_fault=True,
     )
 
 

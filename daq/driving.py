@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TypeVar
 
 from daq.acquisition import Acquisition
+from daq.commanding import Commandable, Commanding
+from daq.force_cycling import cycle_between_forces
 from daq.guards import Action, Trip
+from daq.progress import Part
 from daq.signals import StopLevel, StopRequest
 from daq.steadiness import SteadinessWatch
 from drivers.interfaces import ControllerStatus, EndReason
 from foundation.errors import CommandRejected
 from protocols.steps import (
+    ForceCycles,
     Harmonic,
     Hold,
     Motion,
+    PlannedStep,
     RampTo,
     RampToForce,
     Release,
     StaticCycles,
     Steadiness,
+    TouchOff,
     WaitUntilCool,
 )
 
 GOOD_ENDS = (EndReason.REACHED, EndReason.FORCE_LIMIT)
 """How a motion ends that did what it should; static cycles turn at a force."""
+
+
+READ_FIRST_S = 0.5
+"""So long at most samples are read behind a start before a release is made ready [s of the wall]."""
+ResultT = TypeVar("ResultT")
 
 
 class Halt(Exception):  # noqa: N818 - it names the fact
@@ -60,6 +76,9 @@ class Driver:
         One pass of the acquisition with everything that is shown of it.
     patience : Patience
         How long a motion may take.
+    release_speed_mm_per_s : float, optional
+        Where no stop goes in one request, a release at this speed is ready in the controller while a motion
+        runs, for the safe stop.
     """
 
     def __init__(
@@ -68,20 +87,47 @@ class Driver:
         request: StopRequest,
         tick: Callable[[], object],
         patience: Patience | None = None,
+        *,
+        release_speed_mm_per_s: float | None = None,
     ) -> None:
+        self._release_speed_mm_per_s = release_speed_mm_per_s
         self._acquisition = acquisition
         self._request = request
         self._tick = tick
         self._patience = patience or Patience()
-        self._cyclic = False
+        self.commanding = Commanding(acquisition.stand.controller)
+        """Turns what the specimen is to do into the controller's commands."""
+        self._cyclic: Harmonic | StaticCycles | None = None
+        self._cyclic_since_s = 0.0
+        self._by_turns = False
         self._last_cycle: int | None = None
         self._cycles_before = 0
+        self._waits_since_s = 0.0
         self.cycles_done = 0
         """Full cycles of all cyclic motions of the step so far."""
+        self.command_s = 0.0
+        """How long the controller took to take the last motion: some round trips of the wire [s]."""
+        self.stopping_s = 0.0
+        """So long a hold of the motion that was started last may take to slow it down [s]: a sine's speed
+        2π f A goes at its own greatest acceleration (2π f)² A in 1 / (2π f); other motions stop at once."""
 
-    def begin_step(self) -> None:
-        """Forget the cycles of the step before."""
+    def begin_step(self, step: PlannedStep | None = None, motions: Sequence[Motion] = ()) -> None:
+        """Forget the cycles of the step before; take the motions (left) of this one."""
         self.cycles_done = self._cycles_before = 0
+        if step is not None:
+            self.commanding.begin_step(step, motions)
+
+    @property
+    def part(self) -> Part:
+        """Whether the sine under way is still growing, or fading already."""
+        sine = self._cyclic
+        if not isinstance(sine, Harmonic):
+            return ""
+        done = self.cycles_done - self._cycles_before
+        if done >= sine.cycles:
+            return "run-out"
+        grows = done == 0 and self._device_s() - self._cyclic_since_s < 1.0 / sine.frequency_Hz
+        return "lead-in" if grows else ""
 
     def pump(self) -> None:
         """Make one pass, wait for the next, and see whether to stop.
@@ -93,8 +139,11 @@ class Driver:
         """
         self._tick()
         status = self._acquisition.latest.status
-        if self._cyclic and status is not None:
-            self.cycles_done = self._cycles_before + status.cycles_done
+        if self._cyclic is not None and status is not None:
+            # A controller that counts its way in and out as cycles is not believed beyond what was wanted.
+            self.cycles_done = self._cycles_before + min(status.cycles_done, self._cyclic.cycles)
+            if self._acquisition.panel.action < Action.STOP:  # the wire belongs to the stop
+                self.commanding.look(status.cycles_done)
         self.obey()
         self._acquisition.rest()
 
@@ -110,14 +159,20 @@ class Driver:
         self._hear_operator()
         if panel.trip is None:
             return
-        if panel.action is Action.STOP_AFTER_CYCLE and self._cyclic:
+        if panel.action is Action.STOP_AFTER_CYCLE and (self._cyclic is not None or self._by_turns):
             if self._last_cycle is None:
                 self._last_cycle = self.cycles_done
             if self.cycles_done == self._last_cycle:
                 return
         raise Halt(panel.trip)
 
-    def perform(self, motion: Motion, expected_s: float, steady: Steadiness | None = None) -> None:
+    def perform(
+        self,
+        motion: Motion,
+        expected_s: float,
+        steady: Steadiness | None = None,
+        enough: Callable[[], bool] | None = None,
+    ) -> None:
         """Perform one motion to its end.
 
         Parameters
@@ -128,6 +183,8 @@ class Driver:
             How long the plan expects it to take [s].
         steady : Steadiness, optional
             A harmonic motion ends when its cycles have settled by this.
+        enough : callable, optional
+            A cyclic motion ends with the cycle in which this says so.
 
         Raises
         ------
@@ -142,21 +199,36 @@ class Driver:
         if isinstance(motion, WaitUntilCool):
             self.cool(motion.temperature_C, motion.timeout_s)
             return
+        if isinstance(motion, TouchOff):
+            raise TypeError("a touch is made by daq.zeroing, of motions of this driver")
         if isinstance(motion, RampToForce):
             self._ramp_to_force(motion, expected_s)
             return
+        if isinstance(motion, ForceCycles):
+            cycle_between_forces(motion, self, self._acquisition, self._patience.limit_s(expected_s))
+            return
+        if why := self.commanding.before_own_zero(motion):
+            self.give_up("zero", why)
         self._last_cycle = None
         self._cycles_before = self.cycles_done
-        sequence = self._start(motion)
-        self._cyclic = isinstance(motion, Harmonic | StaticCycles)
         limit_s = self._patience.limit_s(expected_s)
+        status = self._acquisition.latest.status
+        if way := self.commanding.approach(motion, None if status is None else status.command_mm):
+            self._until_done(way, self._start(way), limit_s)
+        sequence = self._start(motion)
+        self._cyclic = motion if isinstance(motion, Harmonic | StaticCycles) else None
+        self._cyclic_since_s = self._device_s()
+        self.commanding.begin_motion(motion, self._acquisition.listeners)
         try:
             if steady is not None and isinstance(motion, Harmonic):
                 self._until_settled(motion, sequence, limit_s, steady)
+            elif enough is not None and self._cyclic is not None:
+                self._until_enough(motion, sequence, limit_s, enough)
             else:
                 self._until_done(motion, sequence, limit_s)
         finally:
-            self._cyclic = False
+            self._cyclic = None
+            self.commanding.end_motion(self._acquisition.listeners)
 
     def _until_settled(self, motion: Harmonic, sequence: int, limit_s: float, steady: Steadiness) -> None:
         """Let a harmonic motion go on until its cycles have settled, or to its own end."""
@@ -172,8 +244,8 @@ class Driver:
                         f"settled after {self.cycles_done - self._cycles_before} cycles: damping "
                         f"{watch.damping[-1]:.4f}, stiffness {watch.stiffness[-1]:.4f} kN/mm",
                     )
-                    self._cyclic = False  # the hold counts no cycles, and would begin at none
-                    self._until_done(motion, acquisition.stand.controller.start_hold(), limit_s)
+                    self._cyclic = None  # the hold counts no cycles, and would begin at none
+                    self._until_done(motion, self._hold(), limit_s)
                     return
                 if self._device_s() - began_s > limit_s:
                     self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
@@ -183,24 +255,127 @@ class Driver:
             acquisition.listeners.remove(watch.take)
             watch.close()
 
+    def _until_enough(
+        self, motion: Motion, sequence: int, limit_s: float, enough: Callable[[], bool]
+    ) -> None:
+        """Let a cyclic motion go on to the end of the cycle in which it is enough, or to its own end."""
+        last: int | None = None
+        while not self._ended(motion, sequence):
+            self.pump()
+            if last is None and enough():
+                last = self.cycles_done
+            if last is not None and self.cycles_done > last:
+                self._cyclic = None  # the hold counts no cycles, and would begin at none
+                self._until_done(motion, self._hold(), limit_s)
+                return
+        self.obey()
+
+    def begin_waiting(self) -> None:
+        """Count the time of :meth:`demand_in_time` from now on."""
+        self._waits_since_s = self._device_s()
+
+    def demand_in_time(self, timeout_s: float, guard: str, why: str) -> None:
+        """Give up once more than ``timeout_s`` have passed, or if nothing moves and the operator asks.
+
+        Raises
+        ------
+        Halt
+            Then.
+        """
+        if self._request.level is StopLevel.AFTER_STEP and self._cyclic is None:
+            self.give_up("operator", f"stopped by the operator: {self._request.reason}")
+        if self._device_s() - self._waits_since_s > timeout_s:
+            self.give_up(guard, f"not done after {timeout_s:g} s: {why}")
+
+    def give_up(self, guard: str, reason: str) -> None:
+        """Stop for a reason that is no device's fault.
+
+        Raises
+        ------
+        Halt
+            Always.
+        """
+        self._refuse(guard, reason, device_fault=False)
+
     def _ramp_to_force(self, motion: RampToForce, expected_s: float) -> None:
         """Ramp towards the stroke limit and hold at the first sample that shows the force."""
         acquisition = self._acquisition
-        limit_s, began_s = self._patience.limit_s(expected_s), self._device_s()
-        sequence = self._start(RampTo(motion.stroke_limit_mm, motion.speed_mm_per_s))
-        while not self._ended(motion, sequence):
-            self.pump()
-            if acquisition.latest.values.get("force", 0.0) >= motion.force_kN:
-                hold = acquisition.stand.controller.start_hold()
-                self._until_done(motion, hold, limit_s)
-                return
-            if self._device_s() - began_s > limit_s:
-                self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
+        way, limit_s = self.commanding.way_to_force(motion), self._patience.limit_s(expected_s)
+        if self.ramp(way, limit_s, lambda: acquisition.latest.values.get("force", 0.0) >= motion.force_kN):
+            return
         acquisition.say(
             "step",
             f"{motion.force_kN:g} kN were not reached at the stroke limit of {motion.stroke_limit_mm:g} mm",
         )
+
+    def ramp(self, way: RampTo, limit_s: float, enough: Callable[[], bool]) -> bool:
+        """Ramp the piston; hold as soon as it is enough.
+
+        Parameters
+        ----------
+        way : RampTo
+            Of the piston, from first contact.
+        limit_s : float
+            So long it may take [s].
+        enough : callable
+            Asked after every pass.
+
+        Returns
+        -------
+        bool
+            Whether it was held; False if it came to its own end.
+
+        Raises
+        ------
+        Halt
+            As :meth:`perform`.
+        """
+        began_s, sequence = self._device_s(), self._start(way)
+        while not self._ended(way, sequence):
+            self.pump()
+            if enough():
+                self._until_done(way, self._hold(), limit_s)
+                return True
+            if self._device_s() - began_s > limit_s:
+                self._refuse("controller", f"the {way.name} has not ended after {limit_s:.0f} s")
         self.obey()
+        return False
+
+    @contextmanager
+    def counting_turns(self) -> Iterator[None]:
+        """Inside, cycles are counted by :meth:`count_cycle`, and a stop after the cycle waits for that."""
+        self._last_cycle, self._by_turns = None, True
+        try:
+            yield
+        finally:
+            self._by_turns = False
+
+    def count_cycle(self) -> None:
+        """Count a full cycle that no controller counts; stop if that was waited for.
+
+        Raises
+        ------
+        Halt
+            Then.
+        """
+        self.cycles_done += 1
+        self.obey()
+
+    def meanwhile(self, work: Callable[[], ResultT]) -> ResultT:
+        """Do something lengthy in a thread while the loop goes on: guards see, and the watchdog is fed.
+
+        Raises
+        ------
+        Halt
+            If a guard or the operator demands it; and whatever the work raises.
+        """
+        with ThreadPoolExecutor(1) as pool:
+            doing = pool.submit(work)
+            while not doing.done():
+                self._tick()
+                wait_for([doing], timeout=0.02)
+        self.obey()
+        return doing.result()
 
     def wait(self, duration_s: float) -> None:
         """Stand still for a time of the device.
@@ -246,34 +421,42 @@ class Driver:
         finally:
             panel.change(guards)
 
-    def _start(self, motion: RampTo | Release | Harmonic | StaticCycles) -> int:
-        controller = self._acquisition.stand.controller
+    def _hold(self) -> int:
+        self._acquisition.renew_status()
+        return self._acquisition.stand.controller.start_hold()
+
+    def _start(self, motion: Commandable) -> int:
+        self._acquisition.renew_status()  # what was seen of the motion before says nothing of this one
+        self.stopping_s = 1.0 / (2.0 * math.pi * motion.frequency_Hz) if isinstance(motion, Harmonic) else 0.0
+        began_s = self._acquisition.clock.now_s()
         try:
-            match motion:
-                case RampTo():
-                    return controller.start_ramp(
-                        target_mm=motion.target_mm, speed_mm_per_s=motion.speed_mm_per_s
-                    )
-                case Release():
-                    return controller.start_release(speed_mm_per_s=motion.speed_mm_per_s)
-                case Harmonic():
-                    return controller.start_harmonic(
-                        mean_mm=motion.mean_mm,
-                        amplitude_mm=motion.amplitude_mm,
-                        frequency_Hz=motion.frequency_Hz,
-                        cycles=motion.cycles,
-                    )
-                case StaticCycles():
-                    return controller.start_static(
-                        speed_mm_per_s=motion.speed_mm_per_s,
-                        force_limit_kN=motion.force_limit_kN,
-                        stroke_limit_mm=motion.stroke_limit_mm,
-                        cycles=motion.cycles,
-                        pause_s=motion.pause_s,
-                    )
+            sequence = self.commanding.start(motion)
+            self.command_s = self._acquisition.clock.now_s() - began_s
         except CommandRejected as rejected:
             self._refuse("controller", f"the controller refused a motion: {rejected}")
             raise
+        wanted_mm_per_s = None if isinstance(motion, Release) else self._release_speed_mm_per_s
+        if wanted_mm_per_s is not None and not self._acquisition.stand.controller.stops_at_once:
+            self._have_release_ready(wanted_mm_per_s)
+        return sequence
+
+    def _have_release_ready(self, speed_mm_per_s: float) -> None:
+        """Arm a release behind the motion, where a stop needs several requests: this one takes one.
+
+        On a slow wire samples have waited while the motion was commanded; they are judged first.
+        """
+        acquisition = self._acquisition
+        until_s = acquisition.clock.wall_s() + READ_FIRST_S
+        while acquisition.clock.wall_s() < until_s:
+            self._tick()
+            if acquisition.panel.trip is not None:
+                return
+            if acquisition.up_to_date:
+                break
+        try:
+            self._acquisition.stand.controller.prepare_release(speed_mm_per_s=speed_mm_per_s)
+        except CommandRejected as rejected:  # it is armed when it is needed, as any other command
+            self._acquisition.say("wire", f"no release could be made ready: {rejected}")
 
     def _until_done(self, motion: Motion, sequence: int, limit_s: float) -> None:
         began_s = self._device_s()

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import json
-import os
-import tomllib
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
+from daq.inputs import (
+    INPUTS_NAME,
+    FileEdit,
+    Inputs,
+    copy_inputs,
+    edits_between,
+    keep_before,
+    read_inputs,
+    write_whole,
+)
+from daq.same_steps import same_steps
 from foundation.errors import BadInput
 from foundation.settings import read_text
 from protocols.plan import Plan
@@ -18,7 +28,6 @@ from recording.runfile import read_metadata
 
 SCHEMA = "bufferstand/campaign/1"
 RECORD_NAME = "campaign.json"
-INPUTS_NAME = "inputs"
 RUNS_NAME = "runs"
 
 StepStatus = Literal["pending", "running", "complete", "stopped", "failed", "skipped"]
@@ -68,7 +77,10 @@ class CampaignRecord:
     """``campaign.json``: the plan and the state of every step; replaced as a whole, never half written.
 
     ``campaign_file`` is the copy to resume from, relative to the folder; ``stand_folder`` is where the stand
-    file lay at the first start: its devices' relative paths start there, not at the copy.
+    file lay at the first start: its devices' relative paths start there, not at the copy. ``starts`` has an
+    entry for each start, oldest first: when, on whose consent, and what was edited before it. ``inputs`` has
+    the text of each file as the last start took it, by its place; ``originals`` is the folder that they were
+    copied from.
     """
 
     plan: dict[str, Any]
@@ -80,6 +92,15 @@ class CampaignRecord:
     stopped_by: str = ""
     started_utc: str = ""
     updated_utc: str = field(default="")
+    starts: tuple[dict[str, Any], ...] = ()
+    originals: str = ""
+    inputs: dict[str, str] = field(default_factory=dict)
+
+    def recorded_nothing(self, folder: Path) -> bool:
+        """Return whether no start came to record a run or to complete a cycle: it can be begun anew."""
+        runs = folder / RUNS_NAME
+        files = any(runs.iterdir()) if runs.is_dir() else False
+        return not files and not any(step.cycles_done or step.over for step in self.steps)
 
     def step(self, step: PlannedStep) -> StepRecord:
         """Return the record of a planned step.
@@ -98,6 +119,10 @@ class CampaignRecord:
     def must_cool(self) -> bool:
         """Return whether a step waits for the specimen to be at its resume threshold."""
         return any(step.too_warm and not step.over for step in self.steps)
+
+    def with_start(self, start: Mapping[str, Any]) -> CampaignRecord:
+        """Return the record with one start more."""
+        return replace(self, starts=(*self.starts, dict(start)))
 
     def with_step(self, changed: StepRecord) -> CampaignRecord:
         """Return the record with one step replaced."""
@@ -146,7 +171,7 @@ class CampaignFolder:
             If the disk does not take it; the old one stays.
         """
         content = {"schema": SCHEMA} | asdict(replace(record, updated_utc=datetime.now(UTC).isoformat()))
-        _write_whole(self.path / RECORD_NAME, json.dumps(content, indent=1, ensure_ascii=False).encode())
+        write_whole(self.path / RECORD_NAME, json.dumps(content, indent=1, ensure_ascii=False).encode())
 
     def run_id(self, step: PlannedStep) -> str:
         """Return a name for the step's next run that no run or journal in the folder has."""
@@ -158,16 +183,21 @@ class CampaignFolder:
             name = f"{base}_part-{part}"
         return name
 
-    def copy_inputs(self, campaign_file: Path) -> str:
-        """Copy the campaign and every TOML file it leads to, so that the folder can be resumed by itself.
+    def take_inputs(self, campaign_file: Path, before: CampaignRecord | None, stamp: str) -> TakenInputs:
+        """Take the campaign file and every TOML file that it leads to, so that the folder stands by itself.
 
-        The copies keep their bytes and their places relative to each other, under ``inputs``; files named
-        by an absolute path are not copied. A campaign file in ``inputs`` is a copy already.
+        The copies keep their bytes and their places relative to each other, under ``inputs``; a file that
+        is named by an absolute path is not copied. A campaign file in ``inputs`` is a copy already. What
+        differs from what an earlier start took is told, and what it took is kept under ``inputs-before``.
 
-        Returns
-        -------
-        str
-            The campaign file's copy, relative to the campaign's folder.
+        Parameters
+        ----------
+        campaign_file : Path
+            The campaign file that was planned.
+        before : CampaignRecord or None
+            Of an earlier start.
+        stamp : str
+            Now, as ISO 8601.
 
         Raises
         ------
@@ -176,17 +206,54 @@ class CampaignFolder:
         OSError
             If the disk does not take a copy.
         """
-        inputs = self.path.resolve() / INPUTS_NAME
-        campaign_file = campaign_file.resolve()
-        if campaign_file.is_relative_to(inputs):
-            return str(campaign_file.relative_to(self.path.resolve()))
-        files = _inputs(campaign_file, [])
-        root = Path(os.path.commonpath([file.parent for file in files]))
-        for file in files:
-            copy = inputs / file.relative_to(root)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            _write_whole(copy, file.read_bytes())
-        return str(Path(INPUTS_NAME) / campaign_file.relative_to(root))
+        copies = self.path.resolve() / INPUTS_NAME
+        own = campaign_file.resolve().is_relative_to(copies)
+        now = read_inputs(campaign_file, copies if own else None)
+        edits: tuple[FileEdit, ...] = ()
+        if before is not None and before.inputs:  # by the same places, though a file may lie elsewhere now
+            root = copies if own else Path(before.originals)
+            edits = edits_between(before.inputs, read_inputs(campaign_file, root).texts)
+        kept = keep_before(before.inputs, self.path, stamp) if edits and before is not None else ""
+        if not own:
+            copy_inputs(now, self.path)
+        return TakenInputs(now, edits, kept, own)
+
+
+@dataclass(frozen=True)
+class TakenInputs:
+    """The files that a start took.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        As they are now.
+    edits : tuple of FileEdit
+        What differs from those of the start before.
+    kept : str
+        Where those were kept, relative to the folder; empty if they are the same.
+    own : bool
+        Whether they are the folder's own copies.
+    """
+
+    inputs: Inputs
+    edits: tuple[FileEdit, ...]
+    kept: str
+    own: bool
+
+    def into(self, record: CampaignRecord, plan: Plan, before: CampaignRecord | None) -> CampaignRecord:
+        """Return the record with where the files are from, and what they say."""
+        campaign_file = f"{INPUTS_NAME}/{self.inputs.campaign}"
+        texts = dict(self.inputs.texts)
+        if self.own and before is not None:
+            return replace(record, campaign_file=campaign_file, inputs=texts, originals=before.originals)
+        stand_folder = str(plan.campaign.stand_path.parent.resolve())
+        return replace(
+            record,
+            campaign_file=campaign_file,
+            inputs=texts,
+            originals=str(self.inputs.root),
+            stand_folder=stand_folder,
+        )
 
 
 def load_record(folder: Path) -> CampaignRecord | None:
@@ -205,7 +272,8 @@ def load_record(folder: Path) -> CampaignRecord | None:
         if content.pop("schema") != SCHEMA:
             raise ValueError("another schema")
         steps = tuple(StepRecord(**(step | {"runs": tuple(step["runs"])})) for step in content.pop("steps"))
-        return CampaignRecord(steps=steps, **content)
+        starts = tuple(content.pop("starts", ()))
+        return CampaignRecord(steps=steps, starts=starts, **content)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise BadInput(
             f"not a record of a campaign ({error})", file=path, remedy="choose another folder with --out"
@@ -224,22 +292,23 @@ def begin_record(
     plan : Plan
         What is to be done now.
     before : CampaignRecord or None
-        How far an earlier start came; steps are recognised by their plan hash.
+        How far an earlier start came; steps are recognised by their plan hash, or where limits or data of the
+        same specimen were edited by what they ask for (:mod:`daq.same_steps`).
     campaign_file : str
         The copy of the campaign file, relative to the folder.
     folder : Path
         The campaign's folder: a step whose run files are gone is done again.
     """
-    known = {} if before is None else {record.plan_hash: record for record in before.steps}
+    known = {} if before is None else _known_steps(plan, before)
     steps = []
     for step in plan.steps:
         if step.pause:
             continue  # it belongs to the order, not to the test, and is set anew
         record = known.get(step.plan_hash, StepRecord(step.index, step.name, step.plan_hash))
-        record = replace(record, index=step.index, name=step.name)
+        record = replace(record, index=step.index, name=step.name, plan_hash=step.plan_hash)
         there = tuple(dict.fromkeys(run for run in record.runs if (folder / run).exists()))
         if record.status == "running" and there and _ran_to_its_end(folder / there[-1]):
-            cycles = record.cycles_done if step.steady is not None else step.cycles or 0
+            cycles = record.cycles_done if step.ends_early else step.cycles or 0
             record = replace(
                 record, status="complete", runs=there, cycles_done=cycles, reason="", stopped_by="",
                 too_warm=False,
@@ -248,7 +317,17 @@ def begin_record(
         steps.append(record if kept else replace(record, status="pending", runs=there))
     started = datetime.now(UTC).isoformat() if before is None else before.started_utc
     stand_folder = str(plan.campaign.stand_path.parent.resolve()) if before is None else before.stand_folder
-    return CampaignRecord(plan.as_dict(), tuple(steps), campaign_file, stand_folder, started_utc=started)
+    starts = () if before is None else before.starts
+    return CampaignRecord(
+        plan.as_dict(), tuple(steps), campaign_file, stand_folder, started_utc=started, starts=starts
+    )
+
+
+def _known_steps(plan: Plan, before: CampaignRecord) -> dict[str, StepRecord]:
+    """Return what is known of the plan's steps, by their present hash."""
+    known = {record.plan_hash: record for record in before.steps}
+    same = {now: known[was] for was, now in same_steps(plan, before.plan).items() if was in known}
+    return known | same
 
 
 def _ran_to_its_end(run_file: Path) -> bool:
@@ -262,52 +341,8 @@ def _ran_to_its_end(run_file: Path) -> bool:
 def run_name(step: PlannedStep) -> str:
     """Return e.g. ``001-static-5mm_s`` or ``012-harmonic-48.5mm-10mm-1.27Hz``: sortable, readable."""
     parts = [f"{step.index:03d}", step.kind]
-    if step.kind == "harmonic":
+    if step.frequency_Hz is not None and step.prestress_mm is not None and step.amplitude_mm is not None:
         parts += [f"{step.prestress_mm:g}mm", f"{step.amplitude_mm:g}mm", f"{step.frequency_Hz:.3g}Hz"]
     elif step.peak_speed_mm_per_s is not None:
-        parts.append(f"{step.peak_speed_mm_per_s:g}mm_s")
+        parts.append(f"{step.peak_speed_mm_per_s:.4g}mm_s")
     return "-".join(parts)
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    """Write beside, bring to the disk, rename: a reader sees the old or the new, never half."""
-    beside = path.with_name(f".{path.name}.new")
-    with beside.open("wb") as stream:
-        stream.write(content)
-        stream.flush()
-        os.fsync(stream.fileno())
-    beside.replace(path)
-    descriptor = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def _inputs(file: Path, found: list[Path]) -> list[Path]:
-    """Return a TOML file and every other that its texts lead to by a relative path, each once."""
-    if file in found:
-        return found
-    found.append(file)
-    try:
-        content = tomllib.loads(read_text(file))
-    except tomllib.TOMLDecodeError:
-        return found  # no longer what was loaded: kept as it is, resume will say what is wrong
-    for text in sorted(_texts(content)):
-        if not text.endswith(".toml") or Path(text).is_absolute():
-            continue
-        target = Path(os.path.normpath(file.parent / text))
-        if target.is_file():
-            _inputs(target, found)
-    return found
-
-
-def _texts(content: Any) -> set[str]:
-    """Return every text value in a TOML document."""
-    if isinstance(content, str):
-        return {content}
-    if isinstance(content, dict):
-        return set().union(*(_texts(value) for value in content.values()), set())
-    if isinstance(content, list):
-        return set().union(*(_texts(value) for value in content), set())
-    return set()

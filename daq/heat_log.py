@@ -9,6 +9,7 @@ import numpy as np
 
 from daq.panel import GuardPanel
 from daq.scaling import ScaledBlock
+from daq.warmed import Warmed
 
 LATE_S = 3.0
 """A sensor that gives its first reading within this time gives the temperature at the beginning [s]."""
@@ -28,6 +29,8 @@ class Seen:
         Of the air, by the sensor that has this role [°C].
     heat_J : float
         ∮ F ds over all samples: what was done to the specimen and did not come back [J].
+    warmed : Warmed or None
+        How a warm-up went; None for any other step.
     """
 
     duration_s: float
@@ -35,6 +38,7 @@ class Seen:
     end_C: float | None
     ambient_C: float | None
     heat_J: float
+    warmed: Warmed | None = None
 
 
 class HeatLog:

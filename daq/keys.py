@@ -77,6 +77,21 @@ def keys_from(stream: TextIO, request: StopRequest, say: Callable[[str], object]
     request, say
         As of :class:`Keys`.
     """
+    with characters_from(stream, Keys(request, say).press) as heard:
+        if heard:
+            say(HELP)
+        yield
+
+
+@contextmanager
+def characters_from(stream: TextIO, press: Callable[[str], object]) -> Iterator[bool]:
+    """While inside, every character of a terminal is handed on at once, from a thread, and not echoed.
+
+    Yields
+    ------
+    bool
+        Whether there is a terminal that is ours; anything else is left alone.
+    """
     try:
         descriptor = stream.fileno()
         # A process in the background must not touch the terminal: it would be stopped for it.
@@ -85,24 +100,21 @@ def keys_from(stream: TextIO, request: StopRequest, say: Callable[[str], object]
     except (OSError, ValueError, termios.error):
         before = None
     if before is None:
-        yield
+        yield False
         return
     ending = threading.Event()
-    thread = threading.Thread(
-        target=_read, args=(descriptor, Keys(request, say), ending), name="keys", daemon=True
-    )
+    thread = threading.Thread(target=_read, args=(descriptor, press, ending), name="keys", daemon=True)
     tty.setcbreak(descriptor)
     thread.start()
-    say(HELP)
     try:
-        yield
+        yield True
     finally:
         ending.set()
         thread.join()
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
 
-def _read(descriptor: int, keys: Keys, ending: threading.Event) -> None:
+def _read(descriptor: int, press: Callable[[str], object], ending: threading.Event) -> None:
     pending = b""
     while not ending.is_set():
         if not select.select([descriptor], [], [], _POLL_S)[0]:
@@ -121,4 +133,4 @@ def _read(descriptor: int, keys: Keys, ending: threading.Event) -> None:
                 pending = b""
             continue
         for key in text:
-            keys.press(key)
+            press(key)

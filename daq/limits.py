@@ -8,6 +8,7 @@ from daq.clock_guard import LagGuard
 from daq.controller_guard import ControllerGuard
 from daq.frozen_guard import FrozenGuard
 from daq.guards import Action, AgreementGuard, ChannelGuard
+from daq.missed_guard import MissedGuard
 from daq.panel import FORCE_2_STREAM, GuardSet
 from daq.rate_guard import HeatingGuard, SpeedGuard
 from daq.silence_guard import SilenceGuard
@@ -136,6 +137,7 @@ def guards_for(
         ),
         frozen=tuple(FrozenGuard(name, action=does["frozen"]) for name in MEASURED if name in measured),
         lag=LagGuard(own.lag_stop_s),
+        missed=MissedGuard(own.missed_cycles_max_per_min),
         disk_stop_s=own.disk_stop_s,
     )
 

@@ -9,9 +9,12 @@ from importlib.metadata import version
 from typing import Any
 
 from daq.panel import GuardSet
+from daq.scaling import zeroed
 from drivers.interfaces import Identity, Stand, StreamFacts
+from foundation.zero import Zero
 from protocols.plan import Plan
 from protocols.steps import PlannedStep
+from protocols.temperature_limits import limits_of
 
 
 @dataclass(frozen=True)
@@ -28,12 +31,22 @@ class CampaignFacts:
         Who runs it.
     test : mapping
         ``[test]`` of the specimen file, if it has one.
+    arming : mapping
+        Who said that the real stand may move, when and how; empty for a simulated one.
+    edits : mapping
+        Who took edited files and how, for ``campaign.json``; empty if nobody was asked.
     """
 
     stand: Mapping[str, Any]
     watchdog_s: float
     operator: str = ""
     test: Mapping[str, Any] = field(default_factory=dict)
+    stored_zero: Zero | None = None
+    """What ``bufferstand stand zero`` or ``tare`` has left for this stand, if anything."""
+    arming: Mapping[str, Any] = field(default_factory=dict)
+    edits: Mapping[str, Any] = field(default_factory=dict)
+    edited: tuple[Mapping[str, Any], ...] = ()
+    """Every edit of the campaign's files that was taken so far, with its diff, for the runs."""
 
     def ambient(self) -> frozenset[str]:
         """Return the temperature streams that do not touch the specimen."""
@@ -59,8 +72,11 @@ def run_document(
     identity: Identity,
     guards: GuardSet,
     facts: CampaignFacts,
+    zero: Zero | None = None,
 ) -> dict[str, Any]:
     """Return the metadata document of the run of one step (docs/run-file.md).
+
+    ``zero``, where one is in force, is part of every channel's tare, and stands there with how it was found.
 
     Raises
     ------
@@ -85,13 +101,15 @@ def run_document(
         "stand": {**facts.stand, "identity": asdict(identity)},
         "specimen": plan.specimen.model_dump(mode="json"),
         "test": dict(facts.test),
+        "arming": dict(facts.arming),
+        "edits": [dict(edit) for edit in facts.edited],
         "campaign": plan.campaign.as_dict(),
         "step": step.as_dict(),
         "limits": {
             "stand": plan.stand_limits.as_dict(),
-            "test": plan.campaign.limits.model_dump(mode="json"),
+            "test": limits_of(step, plan.campaign.limits).model_dump(mode="json"),
             "in_force": plan.limits.as_dict(),
             "guards": guards.as_dict(),
         },
-        "streams": {stream.name: stream_document(stream) for stream in streams},
-    }
+        "streams": {stream.name: stream_document(zeroed(stream, zero)) for stream in streams},
+    } | ({} if zero is None else {"zero": zero.document()})

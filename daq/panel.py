@@ -26,6 +26,7 @@ from daq.guards import (
     evaluate_agreement,
     evaluate_channel,
 )
+from daq.missed_guard import MissedGuard, MissedMemory, evaluate_missed
 from daq.rate_guard import (
     HeatingGuard,
     HeatingMemory,
@@ -64,12 +65,21 @@ class GuardSet:
     silences: tuple[SilenceGuard, ...] = ()
     frozen: tuple[FrozenGuard, ...] = ()
     lag: LagGuard | None = None
+    missed: MissedGuard | None = None
     disk_stop_s: float = 10.0
 
     def cooling(self) -> GuardSet:
         """Return the set for waiting at zero force: a warm specimen does not trip, a silent sensor does."""
         watched = tuple(replace(guard, stop_C=None) for guard in self.temperatures)
         return replace(self, temperatures=watched, heating=())
+
+    def stopping_at(self, stop_C: float, resume_C: float) -> GuardSet:
+        """Return the set with other thresholds for the sensors that touch the specimen [°C]."""
+        own = tuple(
+            guard if guard.stop_C is None else replace(guard, stop_C=stop_C, resume_C=resume_C)
+            for guard in self.temperatures
+        )
+        return replace(self, temperatures=own)
 
     def valve_off(self) -> GuardSet:
         """Return the set for a stand that is not switched on: nothing follows a command."""
@@ -122,6 +132,7 @@ class GuardPanel:
         self._controller = ControllerMemory(wall_s, wall_s)
         self._agreement = AgreementMemory()
         self._lag = LagMemory(wall_s)
+        self._missed: MissedMemory = ()
 
     @property
     def trip(self) -> Trip | None:
@@ -163,6 +174,13 @@ class GuardPanel:
         """Replace the guards (limits of another step); what was seen of the sensors is kept."""
         self.guards = guards
 
+    def rebase(self) -> None:
+        """Forget the values of the controller's channels seen so far: they count from another zero now."""
+        self._memories.speeds.clear()
+        self._memories.frozen.clear()
+        self._memories.channels.clear()
+        self._agreement = AgreementMemory()
+
     def observe(self, block: ScaledBlock, wall_s: float) -> None:
         """Judge every sample of a block of any stream."""
         if block.stream == CONTROLLER_STREAM:
@@ -189,6 +207,9 @@ class GuardPanel:
         if len(block):
             self._controller = replace(self._controller, sample_s=wall_s)
         self._take(evaluate_gap(self.guards.controller, block))
+        if self.guards.missed is not None:
+            self._missed, trip = evaluate_missed(self.guards.missed, self._missed, block)
+            self._take(trip)
         for guard in self.guards.channels:
             seen = self._memories.channels.get(guard.name, ChannelMemory())
             self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
@@ -230,6 +251,15 @@ class GuardPanel:
         self._controller, trip = evaluate_status(self._controller, status, at_s, wall_s)
         self._take(trip)
 
+    @property
+    def old_fault(self) -> int | None:
+        """Return the fault that the controller shows from before, and that switching on resets."""
+        return self._controller.forgiven
+
+    def switched_on(self) -> None:
+        """Forgive nothing from now on: what the controller showed from before has been reset."""
+        self._controller = replace(self._controller, forgiven=None)
+
     def listen(self, at_s: float, wall_s: float) -> None:
         """Judge every silence; called in each pass, after all that came in was observed."""
         for silence in self.guards.silences:
@@ -244,11 +274,21 @@ class GuardPanel:
             self._take(trip)
         self._take(evaluate_controller_silence(self.guards.controller, self._controller, at_s, wall_s))
 
-    def keep_up(self, *, drained: bool, at_s: float, wall_s: float) -> None:
-        """Judge whether the reader keeps up with the stand; called in each pass that read the ring."""
+    def keep_up(self, *, age_s: float | None, up_to_date: bool, at_s: float, wall_s: float) -> None:
+        """Judge whether the reader keeps up with the stand; called with each look at the status.
+
+        Parameters
+        ----------
+        age_s : float or None
+            Age of the newest sample by the device's own clock [s of the wall]; None where it shows none.
+        up_to_date : bool
+            Whether all that the device had sampled was read.
+        at_s, wall_s : float
+            Present stand time and time of the wall [s].
+        """
         if self.guards.lag is not None:
             self._lag, trip = evaluate_lag(
-                self.guards.lag, self._lag, drained=drained, at_s=at_s, wall_s=wall_s
+                self.guards.lag, self._lag, age_s=age_s, up_to_date=up_to_date, at_s=at_s, wall_s=wall_s
             )
             self._take(trip)
 
@@ -280,6 +320,14 @@ class GuardPanel:
                     f"{guard.label} is at {value_C:.2f} °C, to go on it must be at or below {wanted_C:g} °C"
                 )
         return ""
+
+    def specimen_temperatures(self) -> Mapping[str, float | None]:
+        """Return the last true reading of every sensor that touches the specimen [°C], by its label."""
+        return {
+            guard.label: self._heard(guard).value_C
+            for guard in self.guards.temperatures
+            if guard.resume_C is not None
+        }
 
     def _heard(self, guard: TemperatureGuard) -> TemperatureMemory:
         return self._memories.temperatures.get(guard.stream) or TemperatureMemory(self._wall_s)

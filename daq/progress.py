@@ -10,8 +10,10 @@ if TYPE_CHECKING:
     from daq.acquisition import Acquisition
     from daq.scaling import ScaledBlock
 
-Phase = Literal["start", "ramp", "motion", "release", "wait", "cool-down", "safe stop", "done"]
+Phase = Literal["start", "ramp", "motion", "release", "touch", "wait", "cool-down", "safe stop", "done"]
 """What the campaign does at present."""
+Part = Literal["", "lead-in", "run-out"]
+"""What a sine does beside its full cycles: it grows before the first, and fades behind the last."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class Progress:
     phase : Phase
         What it does at present.
     cycle, cycles : int
-        Full cycles done and wanted.
+        Full cycles done and wanted; ``cycle`` never exceeds what is wanted of the motion under way.
     force_kN, stroke_mm : float or None
         Newest values.
     temperatures_C : mapping of str to float
@@ -50,6 +52,10 @@ class Progress:
         Learned factors on the model's heat and its loss to the air.
     learned_from : int
         From so many steps and waits.
+    stroke : str
+        What was asked, commanded and reached in the last cycle that was judged; empty before the first.
+    part : Part
+        Whether a sine is growing or fading, which are no full cycles; empty else.
     """
 
     step: int
@@ -72,6 +78,17 @@ class Progress:
     heating: float = 1.0
     cooling: float = 1.0
     learned_from: int = 0
+    stroke: str = ""
+    part: Part = ""
+
+    @property
+    def cycles_text(self) -> str:
+        """Which cycle it is in words, e.g. ``cycle 2 of 5, running out``; empty where there are none."""
+        if not self.cycles:
+            return ""
+        if self.part == "lead-in":
+            return f"leading in to {self.cycles} cycle{'s' * (self.cycles > 1)}"
+        return f"cycle {self.cycle} of {self.cycles}" + (", running out" if self.part == "run-out" else "")
 
 
 class ProgressSink(Protocol):

@@ -47,11 +47,14 @@ class SpeedMemory:
 def evaluate_speed(
     guard: SpeedGuard, memory: SpeedMemory, block: ScaledBlock
 ) -> tuple[SpeedMemory, Trip | None]:
-    """Judge every sample of a block against the one ``window`` samples before it; a gap begins anew."""
+    """Judge every sample of a block against the one ``window`` samples before it, by their time stamps.
+
+    A gap as long as the window begins anew.
+    """
     new = block.values.get(guard.signal)
     if new is None or not len(new):
         return memory, None
-    if block.lost:
+    if block.lost >= guard.window:
         memory = SpeedMemory()
     time_us = np.concatenate((memory.time_us, block.time_us))
     value = np.concatenate((memory.value, new))

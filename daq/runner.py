@@ -12,24 +12,29 @@ from daq.agenda import Agenda
 from daq.as_run import AsRun, add_as_run, observed_run, read_as_run
 from daq.control import listening
 from daq.driving import Halt
-from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus, begin_record
+from daq.first_stroke import Acquaintance
+from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus
 from daq.guards import Trip, run_status
 from daq.heat_log import Seen
 from daq.metadata import CampaignFacts
 from daq.monitor.publisher import publishing
 from daq.progress import Both, ProgressSink, Silent
+from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStopReport
-from daq.session import RecorderMaker, RunSettings, Session
+from daq.session import RecorderMaker, Session
 from daq.signals import StopLevel, StopRequest
+from daq.starting import begin, edits_taken
 from drivers.interfaces import Stand
 from foundation.clock import Clock
 from foundation.durations import duration_text
 from foundation.errors import BadInput, DeviceFault, ExitStatus
+from protocols.curve_predictor import CurvePredictor
 from protocols.learning import Observation
 from protocols.plan import Plan
 from protocols.prediction import Predictor
 from protocols.replanning import Replanner
 from protocols.steps import Motion, PlannedStep, motions_after
+from protocols.temperature_limits import limits_of
 from recording.seal import seal_orphans
 from recording.writer import RunRecorder
 
@@ -121,13 +126,11 @@ def run_campaign(
     own = progress or Silent()
     with listening(folder.path, request), publishing(folder.path, own.message) as publisher:
         shown = Both(own, publisher)
-        before = folder.load()
         try:
-            campaign_file = folder.copy_inputs(plan.campaign.path)
             for path in seal_orphans(folder.runs):
                 shown.message(f"recovered {path.name}: the program had ended while it was recorded")
-            record = begin_record(plan, before, campaign_file, folder.path)
-            folder.save(record)
+            record = begin(plan, folder, facts)
+            facts = replace(facts, edited=edits_taken(record))
         except OSError as error:
             raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
         agenda = Agenda(
@@ -149,7 +152,9 @@ def run_campaign(
             folder.path,
             publisher,
         )
-        outcome = _Campaign(plan, folder, record, session, request, agenda).run()
+        outcome = _Campaign(
+            plan, folder, record, session, request, agenda, Acquaintance(plan, predictor)
+        ).run()
         publisher.end(outcome.status, outcome.reason)
         return outcome
 
@@ -175,8 +180,10 @@ class _Campaign:
         session: Session,
         request: StopRequest,
         agenda: Agenda,
+        acquaintance: Acquaintance,
     ) -> None:
         self._agenda = agenda
+        self._acquaintance = acquaintance
         self._plan = plan
         self._folder = folder
         self._record = record
@@ -213,6 +220,7 @@ class _Campaign:
         try:
             self._session.open(self._agenda.left, must_be_cool=self._record.must_cool)
             refused = False
+            self._recall()
             if self._learns:
                 now = self._session.temperatures()
                 self._agenda.begin(now.end_C, now.ambient_C)
@@ -243,10 +251,13 @@ class _Campaign:
         if step.pause:
             self._pause(step)
             return
+        if why := self._acquaintance.refuses(step):
+            raise Halt(self._session.trip_of("plan", why, device_fault=False))
         known = self._record.step(step)
         done = known.cycles_done if known.too_warm else 0
         while motions := motions_after(step.motions, done):
             try:
+                self._ready(step, begun=done > 0)
                 self._attempt(step, motions)
             except Halt as halt:
                 done += self._session.cycles_done
@@ -258,14 +269,14 @@ class _Campaign:
                     stopped_by=halt.trip.guard,
                     too_warm=_too_warm(halt.trip),
                 )
-                if not _too_warm(halt.trip) or self._policy == "stop":
-                    raise
+                if not _too_warm(halt.trip) or self._policy == "stop" or step.warmth is not None:
+                    raise  # to cool a specimen and warm it up again would end at the stop again
                 self._cool_down(step)
                 if self._policy == "skip":
                     self._note(step, status="skipped")
                     return
             else:
-                ended_early = step.steady is not None
+                ended_early = step.ends_early
                 done = done + self._session.cycles_done if ended_early else step.cycles or 0
                 break
         self._note(step, status="complete", cycles_done=done, reason="", stopped_by="", too_warm=False)
@@ -274,8 +285,15 @@ class _Campaign:
     def _policy(self) -> Literal["stop", "wait-and-continue", "skip"]:
         return self._plan.campaign.limits.on_temperature_stop
 
+    def _ready(self, step: PlannedStep, *, begun: bool = False) -> None:
+        """Let the specimen come into the band in which the step begins, and learn from the wait."""
+        waited = self._session.ready(step, begun=begun)
+        if waited and self._learns and (seen := self._session.seen) is not None:
+            self._write(self._agenda.waited(step, seen))
+
     def _pause(self, step: PlannedStep) -> None:
         complete = False
+        self._ready(step)
         try:
             self._session.perform(step, step.motions, None)
             complete = True
@@ -290,7 +308,7 @@ class _Campaign:
     def _cool_down(self, step: PlannedStep) -> None:
         self._session.cool_down()
         if self._learns and (seen := self._session.seen) is not None:
-            resume_C = self._plan.campaign.limits.temperature_resume_C
+            resume_C = limits_of(step, self._plan.campaign.limits).temperature_resume_C
             self._write(self._agenda.rested(step, seen, resume_C))
 
     @property
@@ -355,7 +373,26 @@ class _Campaign:
                 self._runs.append(path)
             elif not path.with_suffix(".journal").exists():
                 self._note(step, runs=before)  # it was stopped before there was anything to record
+            if complete:
+                self._met(self._acquaintance.meet(step, path))
             self._learn(step, complete=complete, run=run)
+
+    def _recall(self) -> None:
+        """Take what runs of an earlier start show of a specimen that nothing else is known of."""
+        over = [step for step in self._plan.steps if not step.pause and self._record.step(step).over]
+        runs = ((step, self._folder.path / run) for step in over for run in self._record.step(step).runs)
+        self._met(self._acquaintance.recall(runs))
+
+    def _met(self, curve: CurvePredictor | None) -> None:
+        """Plan with the curve that a slow stroke has shown."""
+        if curve is not None:
+            self._agenda.know(curve)
+            more = 100.0 * (curve.margin - 1.0)
+            end_mm, end_kN = curve.points[-1]
+            self._session.say_aloud(
+                f"the specimen's curve is known to {end_mm:.1f} mm and {end_kN:.0f} kN: "
+                f"what follows is judged by it, with {more:.0f} % more force"
+            )
 
     def _note(self, step: PlannedStep, **changes: object) -> None:
         self._record = self._record.with_step(replace(self._record.step(step), **changes))  # type: ignore[arg-type]

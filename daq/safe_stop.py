@@ -1,5 +1,9 @@
 """The one safe stop: hold, ramp to zero force, valve off; idempotent, limited in time, on every way out.
 
+What stops the piston is the first request: a hold, or in an emergency the release. Whether it does is seen
+afterwards: a hold that gets no answer, or leaves the piston moving toward more force, becomes an emergency
+release; a release that does so, valve off.
+
 This is no safety device: the stand's hard-wired emergency stop, valve and relief protect people and
 machine. If the wire is lost, the controller's own watchdog ends in the same state, and the report says so.
 """
@@ -8,9 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import Literal, Protocol, TypeVar
 
 from daq.signals import signals_held_back
+from daq.stop_eyes import ForceSeen
 from drivers.interfaces import Controller, ControllerStatus, MotionState
 from foundation.clock import Clock
 from foundation.errors import CommandRejected, DeviceFault
@@ -18,7 +23,54 @@ from foundation.errors import CommandRejected, DeviceFault
 VALVE_OFF = (MotionState.OFF, MotionState.READY)
 """States in which the actuator's valve is off."""
 
+OWN_READING = "the controller's own reading"
+"""Where the force comes from without samples: nothing is taken off it."""
+
+STATUS_REST = 3.0
+"""The controller's state is asked for again after so many times what that took."""
+STATUS_WAIT_S = 0.1
+"""It is asked for again after so long at the latest [s of the wall]."""
+LOOK_S = 0.02
+"""From one look at the controller to the next, where looking takes less [s of stand time]."""
+
 ResultT = TypeVar("ResultT")
+By = Literal["commands", "controller", "watchdog"]
+
+
+class Eyes(Protocol):
+    """What the safe stop sees of the samples (:class:`daq.stop_eyes.StopEyes`)."""
+
+    def told(self) -> None:
+        """A command that stops goes out now."""
+        ...
+
+    def done(self) -> None:
+        """The controller has taken it."""
+        ...
+
+    def goes_on(self, stopping_s: float = 0.0) -> str:
+        """Return how the piston goes on toward more force nevertheless, empty if it does not."""
+        ...
+
+    def force(self) -> ForceSeen | None:
+        """Return the force that is left, by the best channel; None without fresh samples."""
+        ...
+
+
+class _Blind:
+    """Without samples: the controller's own reading is all there is."""
+
+    def told(self) -> None:
+        pass
+
+    def done(self) -> None:
+        pass
+
+    def goes_on(self, stopping_s: float = 0.0) -> str:  # noqa: ARG002 - as Eyes
+        return ""
+
+    def force(self) -> ForceSeen | None:
+        return None
 
 
 @dataclass(frozen=True)
@@ -35,7 +87,9 @@ class SafeStopReport:
     state : MotionState or None
         Last state seen.
     force_kN, stroke_mm : float or None
-        Last values seen.
+        Last values seen: the force by the best channel, the stroke by the controller.
+    force_source : str
+        Where the force comes from.
     duration_s : float
         How long it took [s of stand time].
     problems : tuple of str
@@ -45,10 +99,11 @@ class SafeStopReport:
     """
 
     safe: bool
-    by: Literal["commands", "controller", "watchdog"]
+    by: By
     state: MotionState | None
     force_kN: float | None
     stroke_mm: float | None
+    force_source: str
     duration_s: float
     problems: tuple[str, ...]
     line: str
@@ -70,6 +125,8 @@ class SafeStopSettings:
         So long at most it waits for the hold.
     limit_s : float
         So long at most all of it takes; the valve is switched off then, whatever the force.
+    stays_where_unloaded : bool
+        Where no force is left it holds and switches off, and the piston stays: for motions by hand.
     """
 
     release_speed_mm_per_s: float
@@ -77,6 +134,7 @@ class SafeStopSettings:
     zero_force_kN: float = 2.0
     hold_s: float = 1.0
     limit_s: float = 60.0
+    stays_where_unloaded: bool = False
 
 
 class SafeStop:
@@ -93,6 +151,11 @@ class SafeStop:
     pump : callable
         Called between two looks at the controller, so that acquisition and recording go on; what it
         raises is noted and cannot break the stop.
+    eyes : Eyes, optional
+        What it sees of the samples: does the piston go on, what force is left. Without them the
+        controller's own reading counts.
+    emergency : callable
+        Whether a guard demands an emergency by now: a hold is not waited for then.
     """
 
     def __init__(
@@ -101,11 +164,16 @@ class SafeStop:
         clock: Clock,
         settings: SafeStopSettings,
         pump: Callable[[], object] = lambda: None,
+        *,
+        eyes: Eyes | None = None,
+        emergency: Callable[[], bool] = lambda: False,
     ) -> None:
         self._controller = controller
         self._clock = clock
         self._settings = settings
         self._pump = pump
+        self._eyes = eyes or _Blind()
+        self._emergency = emergency
         self._report: SafeStopReport | None = None
         self._problems: list[str] = []
         self._status: ControllerStatus | None = None
@@ -121,69 +189,124 @@ class SafeStop:
         """Make the next call stop again: called before the actuator is switched on."""
         self._report = None
 
-    def run(self, *, emergency: bool = False) -> SafeStopReport:
+    def run(
+        self, *, emergency: bool = False, seen: ControllerStatus | None = None, stopping_s: float = 0.0
+    ) -> SafeStopReport:
         """Stop safely; a second call does nothing and returns the first report.
 
         Parameters
         ----------
         emergency : bool
             Leave out the hold and unload at once.
+        seen : ControllerStatus, optional
+            What was seen last: an actuator that was on is told to stop before it is asked anything.
+        stopping_s : float
+            So long the controller may take to slow the motion under way down [s]: of a sine, which has mass.
         """
         if self._report is None:
             with signals_held_back():
-                self._report = self._stop(emergency)
+                self._report = self._stop(emergency, seen, stopping_s)
         return self._report
 
-    def _stop(self, emergency: bool) -> SafeStopReport:
+    def _stop(self, emergency: bool, seen: ControllerStatus | None, stopping_s: float) -> SafeStopReport:
         self._problems = []
         self._began_s = self._clock.now_s()
         self._answered_s = self._clock.wall_s()
-        by: Literal["commands", "controller", "watchdog"] = "commands"
-        status = self._ask("status", self._controller.status)
+        by: By = "commands"
+        status = seen
+        if status is None or status.state in VALVE_OFF:
+            status = self._ask("status", self._controller.status)
         if status is not None and status.state not in VALVE_OFF:
             self._status = status
-            if not emergency and not self._faulted():
-                self._move("hold", self._controller.start_hold, self._settings.hold_s)
-            if not self._faulted():
-                self._move("release", self._release, self._settings.limit_s)
+            # Where a hold takes several requests the release that is ready in the controller comes first.
+            hurry = emergency or not self._controller.stops_at_once
+            if not hurry and not self._faulted():
+                hurry = not self._hold(stopping_s)
+            if not (self._faulted() or self._may_stay()):
+                self._release(hurry=hurry)
             if self._faulted():  # it refuses commands and unloads by itself
                 by = "controller"
                 self._wait(self._at_rest, self._settings.limit_s)
             self._ask("valve off", self._controller.disable)
+        if self._status is not None and not self._link_lost():
+            self._pump_safely()  # the samples of now, for the force that is left
         last = self._ask("status", self._controller.status)
         self._status = last or self._status
         return self._describe("watchdog" if last is None else by, last)
 
-    def _release(self) -> int:
-        return self._controller.start_release(speed_mm_per_s=self._settings.release_speed_mm_per_s)
+    def _may_stay(self) -> bool:
+        unloaded = self._status is not None and abs(self._force_kN(self._status)) <= self._zero_kN
+        return self._settings.stays_where_unloaded and unloaded
 
-    def _move(self, what: str, start: Callable[[], int], limit_s: float) -> None:
-        """Start a motion and wait for its end; a rejected one is noted, a faulted one is left alone."""
-        sequence = self._ask(what, start)
+    def _hold(self, stopping_s: float) -> bool:
+        """Hold; return whether the piston stands, or at least does not go on toward more force."""
+        self._eyes.told()
+        try:
+            sequence = self._controller.start_hold()
+        except CommandRejected as rejected:
+            self._note(f"hold rejected: {rejected}")
+            self._status = self._ask("status", self._controller.status) or self._status
+            return True
+        except Exception as fault:  # noqa: BLE001 - whatever a driver raises, the stop must go on
+            self._note(f"hold: {_said(fault)}; released at once")
+            return False
+        trouble = self._await_end("hold", sequence, self._settings.hold_s, stopping_s)
+        if trouble:
+            self._note(f"{trouble} after the hold: released at once")
+        return not trouble
+
+    def _release(self, *, hurry: bool) -> None:
+        def start() -> int:
+            speed = self._settings.release_speed_mm_per_s
+            return self._controller.start_release(speed_mm_per_s=speed, hurry=hurry)
+
+        self._eyes.told()
+        sequence = self._ask("release", start)
         if sequence is None:
-            return
+            self._status = self._ask("status", self._controller.status) or self._status
+        elif trouble := self._await_end("release", sequence, self._settings.limit_s):
+            self._note(f"{trouble} after the release: valve off at once")
 
-        def ended() -> bool:
+    def _await_end(self, what: str, sequence: int, limit_s: float, stopping_s: float = 0.0) -> str:
+        """Wait for a command's end; return how the piston goes on toward more force, empty if it does not."""
+        trouble = ""
+        self._answered_s = self._clock.wall_s()
+        self._eyes.done()
+
+        def over() -> bool:
+            nonlocal trouble
             status = self._status
-            return self._faulted() or (
+            ended = self._faulted() or (
                 status is not None and (status.done_sequence == sequence or status.state in VALVE_OFF)
             )
+            if not ended:
+                trouble = self._eyes.goes_on(stopping_s)
+                if what == "hold" and self._emergency():
+                    trouble = trouble or "a guard demanded an emergency"
+            return ended or bool(trouble)
 
-        if not self._wait(ended, limit_s):
-            self._problems.append(f"the {what} did not end in time")
+        if not self._wait(over, limit_s):
+            self._note(f"the {what} did not end in time")
+        return trouble
 
     def _wait(self, condition: Callable[[], bool], limit_s: float) -> bool:
         """Pump and look until the condition holds; False when its time, or all the time, is over."""
         deadline_s = min(self._clock.now_s() + limit_s, self._began_s + self._settings.limit_s)
+        due_s = self._clock.wall_s()
         while not self._link_lost():
+            looked_s = self._clock.now_s()
             self._pump_safely()
-            status = self._ask("status", self._controller.status)
-            self._status = status or self._status
-            if status is not None and condition():
+            asked_s = self._clock.wall_s()
+            if asked_s >= due_s:
+                status = self._ask("status", self._controller.status)
+                self._status = status or self._status
+                took_s = self._clock.wall_s() - asked_s  # on a slow wire the samples come first
+                due_s = self._clock.wall_s() + min(STATUS_REST * took_s, STATUS_WAIT_S)
+            if condition():
                 return True
             if self._clock.now_s() >= deadline_s:
                 return False
-            self._clock.sleep(0.02)
+            self._clock.sleep(LOOK_S - min(LOOK_S, self._clock.now_s() - looked_s))
         return False
 
     def _ask(self, what: str, call: Callable[[], ResultT]) -> ResultT | None:
@@ -196,7 +319,7 @@ class SafeStop:
                 self._answered_s = self._clock.wall_s()
                 return None
             except Exception as fault:  # noqa: BLE001 - whatever a driver raises, the stop must go on
-                self._note(f"{what}: {fault if isinstance(fault, DeviceFault) else repr(fault)}")
+                self._note(f"{what}: {_said(fault)}")
                 if self._link_lost():
                     return None
                 self._clock.sleep(0.1)
@@ -232,17 +355,27 @@ class SafeStop:
         if status is None:
             return False
         off = status.state in VALVE_OFF or status.state is MotionState.FAULT
-        return off and abs(status.force_kN) <= self._settings.zero_force_kN
+        return off and abs(self._force_kN(status)) <= self._zero_kN
+
+    @property
+    def _zero_kN(self) -> float:  # noqa: N802 - the unit keeps its capital
+        return self._settings.zero_force_kN
+
+    def _force_kN(self, status: ControllerStatus) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return the force by the best channel; by the controller's own reading where none has samples."""
+        seen = self._eyes.force()
+        return status.force_kN if seen is None else seen.force_kN
 
     def _note(self, problem: str) -> None:
         if problem not in self._problems:
             self._problems.append(problem)
 
-    def _describe(
-        self, by: Literal["commands", "controller", "watchdog"], last: ControllerStatus | None
-    ) -> SafeStopReport:
+    def _describe(self, by: By, last: ControllerStatus | None) -> SafeStopReport:
         settings, status = self._settings, self._status
         duration_s = self._clock.now_s() - self._began_s
+        seen = None if last is None else self._eyes.force()
+        source = OWN_READING if seen is None else seen.source
+        force_kN = None if status is None else status.force_kN
         if last is None:
             safe = False
             line = (
@@ -251,13 +384,14 @@ class SafeStop:
                 "anyone goes near it"
             )
         else:
+            force_kN = self._force_kN(last)
             off = last.state in VALVE_OFF or last.state is MotionState.FAULT
-            safe = off and abs(last.force_kN) <= settings.zero_force_kN
+            safe = off and abs(force_kN) <= self._zero_kN and not (seen and seen.other_kN)
             valve = "valve off" if off else f"VALVE NOT OFF (state {last.state.name.lower()})"
             own = " by the controller itself" if by == "controller" else ""
             line = (
-                f"safe stop{own}: force {last.force_kN:.1f} kN, stroke {last.stroke_mm:.1f} mm, "
-                f"{valve}, after {duration_s:.1f} s"
+                f"safe stop{own}: force {round(force_kN, 1) + 0.0:.1f} kN ({source}), "
+                f"stroke {last.stroke_mm:.1f} mm, {valve}, after {duration_s:.1f} s"
             )
             if not safe:
                 line += "; NOT SAFE: use the stand's emergency stop"
@@ -267,9 +401,14 @@ class SafeStop:
             safe,
             by,
             status.state if status else None,
-            status.force_kN if status else None,
+            force_kN,
             status.stroke_mm if status else None,
+            source if force_kN is not None else "",
             duration_s,
             tuple(self._problems),
             line,
         )
+
+
+def _said(fault: Exception) -> str:
+    return str(fault) if isinstance(fault, DeviceFault) else repr(fault)

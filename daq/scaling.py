@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.interfaces import SampleBlock, StreamFacts
 from foundation.channel import Branch
+from foundation.zero import Zero
 
 STROKE_WIRES = ("stroke_1", "stroke_2")
 """The two draw wires on the buffer."""
@@ -34,6 +35,8 @@ class ScaledBlock:
         Samples known to be lost before row 0.
     received_s : float
         Host stand time at reception [s].
+    missed : int
+        Those of ``lost`` that the device never took.
     """
 
     stream: str
@@ -42,6 +45,7 @@ class ScaledBlock:
     values: Mapping[str, NDArray[np.float64]]
     lost: int
     received_s: float
+    missed: int = 0
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -82,5 +86,18 @@ def scale(
     if "command" in values and "position" in values:
         values["following_error"] = values["command"] - values["position"]
     return ScaledBlock(
-        block.stream, block.first_sequence, block.time_us, values, block.lost, block.received_s
+        block.stream,
+        block.first_sequence,
+        block.time_us,
+        values,
+        block.lost,
+        block.received_s,
+        block.missed,
     )
+
+
+def zeroed(facts: StreamFacts, zero: Zero | None) -> StreamFacts:
+    """Return a stream whose channels count from a zero: for scaling now, and for the run's document."""
+    if zero is None:
+        return facts
+    return replace(facts, channels=tuple(zero.apply(channel) for channel in facts.channels))

@@ -3,65 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from datetime import date
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from daq.acquisition import Acquisition, Pace, Recorder
+from daq.acquisition import Recorder
 from daq.agenda import Agenda
-from daq.before_start import disk_trouble, first_look, specimen_gaps, zero_trouble
-from daq.driving import Driver, Halt, Patience
+from daq.alive import Alive
+from daq.crests import prepare
+from daq.driving import Halt
 from daq.guards import Action, Trip, run_status
 from daq.heat_log import LATE_S, HeatLog, Seen
-from daq.limits import guards_for
 from daq.metadata import CampaignFacts, run_document
-from daq.notes import add_note
-from daq.panel import GuardPanel, GuardSet
+from daq.opening import Opening, expired_today, guards_of, trip_at
+from daq.passes import Passes
 from daq.progress import ProgressSink, Watcher
-from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from daq.run_settings import RunSettings
+from daq.safe_stop import SafeStopReport
 from daq.showing import Showing, phase_of
 from daq.signals import StopRequest
-from daq.validity import expired_calibrations
-from drivers.interfaces import Identity, Stand
+from daq.start_band import begins_with_a_wait, say_beginning, too_cold
+from daq.stroke_agreement import Terms
+from daq.stroke_rows import add_strokes
+from daq.stroke_terms import SessionVoice, terms_for
+from daq.warmed import Warmed
+from daq.warming import warm_up
+from drivers.interfaces import Stand
 from foundation.clock import Clock
 from foundation.errors import BadInput, DeviceFault
-from protocols.guard_table import GuardTable
 from protocols.plan import Plan
-from protocols.steps import Motion, PlannedStep
+from protocols.steps import Motion, PlannedStep, TouchOff
 
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
 """Makes the recorder of a run in a folder, under an id, with its metadata document."""
-
-AFTER_STOP_S = 1.0
-"""So long a run goes on after its safe stop [s of stand time]."""
-CATCH_UP_S = 20.0
-"""So long at most the reader may take to come to the end of the ring between two steps [s of the wall]."""
-
-
-@dataclass(frozen=True)
-class RunSettings:
-    """How a campaign is run, apart from what it does.
-
-    Parameters
-    ----------
-    guards : GuardTable or None
-        How the guards judge the stand itself; ``[guards]`` of the campaign if not given.
-    pace : Pace
-        Of the acquisition.
-    patience : Patience
-        How long a motion may take.
-    cool_limit_s : float
-        So long at most a specimen may take to cool to the resume threshold after a temperature stop [s].
-    """
-
-    guards: GuardTable | None = None
-    pace: Pace = field(default_factory=Pace)
-    patience: Patience = field(default_factory=Patience)
-    cool_limit_s: float = 4.0 * 3600.0
 
 
 class Session:
@@ -110,14 +85,27 @@ class Session:
         self._clock = clock
         self._facts = facts
         self._showing = Showing(plan, agenda, clock, progress)
-        self._request = request
         self._settings = settings
         self._make_recorder = recorder
         self._notes = notes
-        self._watcher = watcher
-        self._run_id = ""
-        self._table = settings.guards or plan.campaign.content.guards
-        self._alive: _Alive | None = None
+        self._passes = Passes(clock, self._showing, request, notes, watcher)
+        self._opening = Opening(
+            plan,
+            stand,
+            clock,
+            facts,
+            settings,
+            settings.guards or plan.campaign.content.guards,
+            request,
+            notes,
+            self._showing,
+            self._passes,
+            watcher,
+        )
+        self._alive: Alive | None = None
+        self._terms: Terms | None = None
+        self._off: list[int] = []
+        self._warmed: Warmed | None = None
         self.seen: Seen | None = None
         """What the last step, or wait for cooling, did to the specimen."""
 
@@ -128,7 +116,7 @@ class Session:
 
     def trip_of(self, guard: str, reason: str, *, device_fault: bool = True) -> Trip:
         """Return a trip that comes from no sample."""
-        return Trip(guard, Action.STOP, reason, self._clock.now_s(), device_fault=device_fault)
+        return trip_at(self._clock, guard, reason, device_fault=device_fault)
 
     def say_aloud(self, text: str) -> None:
         """Show a line that must not be missed."""
@@ -153,60 +141,31 @@ class Session:
         DeviceFault
             If a device does not answer.
         """
-        identity = self._stand.controller.connect()
-        self._stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
-        for sensor in self._stand.sensors:
-            sensor.start()
-        guards = guards_for(
-            self._plan.campaign.limits,
-            self._plan.limits,
-            self._stand,
-            ambient=self._facts.ambient(),
-            table=self._table,
-            stand_tilt_mm=(self._facts.stand.get("stand") or {}).get("tilt_max_mm"),
-        )
-        panel = GuardPanel(guards.valve_off(), wall_s=self._clock.wall_s())
-        acquisition = Acquisition(self._stand, self._clock, panel, pace=self._settings.pace)
-        if self._watcher is not None:
-            acquisition.observers.append(self._watcher.take)
-        acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
-        driver = Driver(acquisition, self._request, self._tick, self._settings.patience)
-        safe_stop = SafeStop(
-            self._stand.controller,
-            self._clock,
-            SafeStopSettings(
-                self._plan.campaign.content.motion.release_speed_mm_per_s, self._facts.watchdog_s
-            ),
-            pump=self._tick,
-        )
-        self._alive = _Alive(identity, guards, panel, acquisition, driver, safe_stop)
-        self._demand_ready(acquisition, driver, steps)
-        if must_be_cool and (why := panel.warmer_than()):
+        prepare()  # before anything is read: it takes a moment
+        self._alive = alive = self._opening.assemble(steps)
+        self._terms = terms_for(self._plan, self._stand, self._notes)
+        alive.driver.commanding.agree(self._terms, SessionVoice(alive.acquisition, self._showing))
+        self._opening.look(alive, steps)
+        if must_be_cool and (why := alive.panel.warmer_than()):
             stream = why.partition(" ")[0]
             raise Halt(self.trip_of(stream, f"still too warm to go on: {why}", device_fault=False))
         self._switch_on()
-
-    def _demand_ready(self, acquisition: Acquisition, driver: Driver, steps: Sequence[PlannedStep]) -> None:
-        """Look at everything that can be looked at while nothing moves; say it, or refuse."""
-        for text in (*self._expired(), specimen_gaps(self._plan.specimen)):
-            if text:
-                self._showing.message(f"WARNING: {text}")
-        if why := disk_trouble(self._notes, steps):
-            raise Halt(self.trip_of("disk", why))
-        why, refused = zero_trouble(first_look(acquisition, driver.pump), self._table.zero_force_max_kN)
-        if refused:
-            raise Halt(self.trip_of("zero", why, device_fault=False))
-        if why:
-            self._showing.message(f"WARNING: {why}")
 
     def _switch_on(self) -> None:
         alive = self._need()
         alive.safe_stop.arm()
         alive.acquisition.feeding = True
         alive.panel.change(alive.guards)
+        self._set_limits()
+        alive.panel.switched_on()
+
+    def _set_limits(self) -> None:
+        """Give the controller its limits and switch on; its stroke counts from its own zero."""
+        furthest_mm = self._need_terms().bounds.piston_max_mm
+        stroke_mm = furthest_mm + max(0.0, self._need().driver.commanding.zero_mm)
         self._stand.controller.enable(
             force_limit_kN=self._plan.limits.force.value,
-            stroke_limit_mm=self._plan.limits.stroke.value,
+            stroke_limit_mm=min(stroke_mm, self._plan.stand_limits.stroke_max_mm),
             watchdog_ms=round(self._facts.watchdog_s * 1000.0),
         )
 
@@ -221,6 +180,9 @@ class Session:
         self._showing.phase = "done"
         report = self._alive.safe_stop.report if self._alive else None
         self._showing.message(f"campaign {status}" + (f": {reason}" if reason else ""))
+        if self._off:
+            steps = ", ".join(str(index) for index in dict.fromkeys(self._off))
+            self._showing.message(f"WARNING: the stroke that was asked for was not reached in step {steps}")
         if report is not None:
             self._showing.message(report.line)
         if self._alive is not None:
@@ -228,8 +190,52 @@ class Session:
 
     # --- steps -------------------------------------------------------------------------------------
 
+    def ready(self, step: PlannedStep, *, begun: bool = False) -> bool:
+        """Set the guards to a step's own limits, and let the specimen come into the band it begins in.
+
+        Parameters
+        ----------
+        step : PlannedStep
+            The step that comes now.
+        begun : bool
+            Some of its cycles are done already: it goes on though the specimen has become too cold.
+
+        Returns
+        -------
+        bool
+            Whether the specimen had to be waited for; ``seen`` is what the wait did to it then.
+
+        Raises
+        ------
+        Halt
+            If it is too cold or does not cool in time, or a guard or the operator demands it; the stand is at
+            zero force with the valve off then.
+        """
+        alive = self._guard(step, waiting=begins_with_a_wait(step))
+        alive.driver.begin_step()
+        if step.start_band is None:
+            return False
+        if too_warm := alive.panel.warmer_than(step.start_band.high_C):
+            self._showing.await_step(step, f"waits for the specimen to cool: {too_warm}")
+        with self._stopping():
+            with self._watched():
+                alive.driver.cool(step.start_band.high_C, step.start_band.timeout_s)
+            alive = self._guard(step, waiting=False)
+            if why := too_cold(step, step.start_band, alive.panel.specimen_temperatures()):
+                if step.start_band.refuses_cold and not begun:
+                    raise Halt(self.trip_of("start temperature", why, device_fault=False))
+                self._showing.message(f"WARNING: {why}")
+        return bool(too_warm)
+
+    def _guard(self, step: PlannedStep, *, waiting: bool) -> Alive:
+        """Let the guards of a step count from now on."""
+        alive = self._need()
+        self._alive = replace(alive, guards=guards_of(self._plan, step, alive.base, waiting=waiting))
+        self._alive.panel.change(self._alive.guards)
+        return self._alive
+
     def perform(self, step: PlannedStep, motions: Sequence[Motion], where: tuple[Path, str] | None) -> None:
-        """Perform (the rest of) a step and record it as a run.
+        """Perform (the rest of) a step and record it as a run; :meth:`ready` comes before.
 
         Parameters
         ----------
@@ -246,27 +252,46 @@ class Session:
             If it was stopped; the stand is at zero force with the valve off then, and the run is closed.
         """
         alive = self._need()
-        alive.driver.begin_step()
+        alive.driver.begin_step(step, motions)
         self._showing.begin_step(step)
-        with self._watched():
-            self._perform(step, motions, where)
+        if alive.zeroing.due(motions):
+            try:
+                with self._stopping():
+                    self._touch(TouchOff())
+            finally:
+                alive.driver.begin_step(step, motions)  # a stroke of the touch is no cycle of the step
+        try:
+            with self._watched(), self._stopping():
+                self._perform(step, motions, where)
+        finally:
+            self._keep_strokes(step)
         if unsealed := self._close_run("complete", ""):
             raise Halt(unsealed)
 
-    def _perform(self, step: PlannedStep, motions: Sequence[Motion], where: tuple[Path, str] | None) -> None:
-        alive = self._need()
+    def _keep_strokes(self, step: PlannedStep) -> None:
+        """Keep what a step asked, commanded and reached, with what was learned of the stroke."""
+        terms, rows = self._need_terms(), self._need().driver.commanding.rows
+        if not rows:
+            return
+        self._off += [step.index] * any(row.compensated and row.is_off(terms.table) for row in rows)
         try:
-            self._catch_up()  # what was sampled before belongs to no run, or to the one before
-            alive.driver.obey()
-            if where is not None:
-                alive.acquisition.attach(self._recorder(*where, step))
-                self._run_id = where[1]
-            alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
-            for text in self._expired():
-                alive.acquisition.say("calibration", text)
-            self._motions(step, motions)
-            self._catch_up()  # what was sampled until the last motion's end
-            alive.driver.obey()
+            add_strokes(self._notes, step.index, step.name, rows, terms.knowledge.as_dict())
+        except OSError as error:
+            self._showing.message(f"strokes.jsonl could not be written: {error.strerror}")
+
+    def _touch(self, motion: TouchOff) -> None:
+        """Touch off, keep the zero, and let the controller's stroke limit follow it."""
+        alive = self._need()
+        self._showing.phase = "touch"
+        zero = alive.zeroing.touch(motion)
+        self._opening.keep(zero)
+        self._set_limits()
+
+    @contextmanager
+    def _stopping(self) -> Iterator[None]:
+        """Whatever goes wrong inside, the stand is stopped safely and the run is closed."""
+        try:
+            yield
         except BaseException as error:
             halt = error if isinstance(error, Halt) else self._halt_of(error)
             try:
@@ -276,6 +301,22 @@ class Session:
             if isinstance(error, DeviceFault):
                 raise halt from error
             raise
+
+    def _perform(self, step: PlannedStep, motions: Sequence[Motion], where: tuple[Path, str] | None) -> None:
+        alive = self._need()
+        self._passes.catch_up()  # what was sampled before belongs to no run, or to the one before
+        alive.driver.obey()
+        if where is not None:
+            alive.acquisition.attach(self._recorder(*where, step))
+            self._passes.run_id = where[1]
+        alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
+        if step.start_band is not None:
+            say_beginning(alive.acquisition, step.start_band)
+        for text in expired_today(self._stand):
+            alive.acquisition.say("calibration", text)
+        self._motions(step, motions)
+        self._passes.catch_up()  # what was sampled until the last motion's end
+        alive.driver.obey()
 
     def _recorder(self, folder: Path, run_id: str, step: PlannedStep) -> Recorder:
         """Return a run's recorder; where there is no room for one, nothing may move."""
@@ -295,7 +336,8 @@ class Session:
             yield
         finally:
             acquisition.listeners.remove(log.take)
-            self.seen = log.seen(self._clock.now_s())
+            self.seen = replace(log.seen(self._clock.now_s()), warmed=self._warmed)
+            self._warmed = None
 
     def temperatures(self) -> Seen:
         """Return what the sensors show now; their first readings are waited for a moment.
@@ -315,16 +357,11 @@ class Session:
 
     def meanwhile(self, work: Callable[[], object]) -> BaseException | None:
         """Do something lengthy in a thread while the loop goes on; return what it raised."""
-        with ThreadPoolExecutor(1) as pool:
-            doing = pool.submit(work)
-            while not doing.done():
-                self._tick_safely()
-                wait_for([doing], timeout=0.02)
-        return doing.exception()
+        return self._passes.meanwhile(work)
 
-    def _expired(self) -> list[str]:
-        """Return what is to be said about calibrations that have expired by today."""
-        return expired_calibrations(self._stand, date.today())  # noqa: DTZ011 - the lab's day
+    def take_notes(self) -> None:
+        """Take what the operator asked for and wrote."""
+        self._passes.take_notes()
 
     def _halt_of(self, error: BaseException) -> Halt:
         if isinstance(error, DeviceFault):
@@ -335,26 +372,43 @@ class Session:
 
     def _motions(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         alive = self._need()
+        if step.warmth is not None:
+            self._showing.phase = "motion"
+            self._warmed = warm_up(step, step.warmth, motions, alive.driver, alive.acquisition)
+            self._showing.message(f"  warmed up: {self._warmed.sentence()}")
+            return
         for motion, estimate in zip(motions, step.estimates, strict=True):
             self._showing.phase = phase_of(motion)
-            alive.driver.perform(motion, estimate.duration_s, step.steady)
+            if isinstance(motion, TouchOff):
+                self._touch(motion)
+            else:
+                alive.driver.perform(motion, estimate.duration_s, step.steady)
 
     def _document(self, run_id: str, step: PlannedStep) -> dict[str, Any]:
         alive = self._need()
-        return run_document(run_id, step, self._plan, self._stand, alive.identity, alive.guards, self._facts)
+        return run_document(
+            run_id,
+            step,
+            self._plan,
+            self._stand,
+            alive.identity,
+            alive.guards,
+            self._facts,
+            alive.zeroing.zero,
+        )
 
     def _close_run(self, status: str, reason: str) -> Trip | None:
         """Seal in a thread, because the watchdog wants to be fed meanwhile; return why it failed, if so."""
         alive = self._need()
         if alive.acquisition.recorder is not None and status != "failed":
             if status != "complete":
-                self._watch_rest()
-            self._catch_up(stopped=True)  # what led to the stop belongs into the run
-        recorder, self._run_id = alive.acquisition.detach(), ""
+                self._passes.watch_rest()
+            self._passes.catch_up(stopped=True)  # what led to the stop belongs into the run
+        recorder, self._passes.run_id = alive.acquisition.detach(), ""
         if recorder is None:
             return None
         sealed: list[Path] = []
-        if failure := self.meanwhile(lambda: sealed.append(recorder.close(status, reason))):
+        if failure := self._passes.meanwhile(lambda: sealed.append(recorder.close(status, reason))):
             self._showing.message(f"the run could not be sealed: {failure}")
             return self.trip_of("recorder", f"the run could not be sealed: {failure}")
         self._showing.message(f"  {status}: {sealed[0].name}" + (f" ({reason})" if reason else ""))
@@ -367,7 +421,11 @@ class Session:
         first = alive.safe_stop.report is None
         self._showing.phase = "safe stop"
         alive.panel.change(alive.guards.valve_off())
-        report = alive.safe_stop.run(emergency=emergency)
+        report = alive.safe_stop.run(
+            emergency=emergency,
+            seen=alive.acquisition.latest.status,
+            stopping_s=alive.driver.stopping_s,
+        )
         if first:
             alive.acquisition.say("safe stop", report.line, safe=report.safe, by=report.by)
         return report
@@ -392,78 +450,12 @@ class Session:
         self._showing.message("cool enough: going on")
         self._switch_on()
 
-    # --- passes of the loop ------------------------------------------------------------------------
+    def _need_terms(self) -> Terms:
+        if self._terms is None:
+            raise RuntimeError("the session is not open")
+        return self._terms
 
-    def _tick(self) -> None:
-        alive = self._need()
-        for trip in alive.acquisition.tick():
-            self._showing.trip(trip)
-        for text in alive.acquisition.unrecorded():
-            self._showing.message(f"note: {text}")
-        self.take_notes()
-        self._showing.offer(alive.acquisition, alive.driver)
-        if self._watcher is not None:
-            self._watcher.look(alive.acquisition)
-
-    def take_notes(self) -> None:
-        """Put what the operator asked for and wrote into the run, notes into the campaign's folder, too."""
-        for wish in self._request.take_wishes():
-            self._showing.message(f"operator: {wish}")
-            if self._alive is not None:
-                self._alive.acquisition.say("operator", wish)
-        for text in self._request.take_notes():
-            self._showing.message(f"operator: {text}")
-            if self._alive is not None:
-                self._alive.acquisition.say("operator", text)
-            try:
-                add_note(self._notes, text, step=self._showing.step_index, run=self._run_id)
-            except OSError as error:
-                self._showing.message(f"the note could not be written: {error.strerror}")
-
-    def _watch_rest(self) -> None:
-        """Keep recording for a moment after a safe stop: the run is to show that the force is gone."""
-        acquisition = self._need().acquisition
-        until_s = self._clock.now_s() + AFTER_STOP_S
-        while self._clock.now_s() < until_s:
-            trip = acquisition.panel.trip
-            if trip is not None and trip.device_fault:
-                return
-            self._tick()
-            acquisition.rest()
-
-    def _catch_up(self, *, stopped: bool = False) -> None:
-        """Make passes until the ring is drained: on a busy machine the reader can be behind the stand.
-
-        A trip ends it at once, unless the stand is ``stopped`` already and the wire is whole.
-        """
-        acquisition = self._need().acquisition
-        until_s = self._clock.wall_s() + CATCH_UP_S
-        self._tick()
-        while not acquisition.drained and self._clock.wall_s() < until_s:
-            trip = acquisition.panel.trip
-            if trip is not None and (trip.device_fault or not stopped):
-                return
-            self._tick()
-
-    def _tick_safely(self) -> None:
-        try:
-            self._tick()
-        except Exception as error:  # noqa: BLE001 - sealing must come to its end; the next pass says it again
-            self._showing.warn(repr(error))
-
-    def _need(self) -> _Alive:
+    def _need(self) -> Alive:
         if self._alive is None:
             raise RuntimeError("the session is not open")
         return self._alive
-
-
-@dataclass(frozen=True)
-class _Alive:
-    """What exists once the controller has said who it is."""
-
-    identity: Identity
-    guards: GuardSet
-    panel: GuardPanel
-    acquisition: Acquisition
-    driver: Driver
-    safe_stop: SafeStop

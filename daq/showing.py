@@ -9,7 +9,18 @@ from daq.guards import Action, Trip
 from daq.progress import Phase, Progress, ProgressSink, Throttle
 from foundation.clock import Clock
 from protocols.plan import Plan
-from protocols.steps import Harmonic, Hold, Motion, PlannedStep, Release, StaticCycles, WaitUntilCool
+from protocols.steps import (
+    ForceCycles,
+    Harmonic,
+    Hold,
+    Motion,
+    PlannedStep,
+    Release,
+    StaticCycles,
+    TouchOff,
+    WaitUntilCool,
+)
+from protocols.temperature_limits import limits_of
 
 
 class Showing:
@@ -35,6 +46,7 @@ class Showing:
         self._throttle = Throttle(sink, clock.wall_s)
         self._began_s = self._step_began_s = clock.now_s()
         self._step: PlannedStep | None = None
+        self._step_lasts_s = 0.0
         self._warnings: list[str] = []
         self.phase: Phase = "start"
         """What the campaign does at present."""
@@ -51,9 +63,18 @@ class Showing:
     def begin_step(self, step: PlannedStep) -> None:
         """Say that a step begins; warnings of the one before are forgotten."""
         self._step, self._step_began_s, self._warnings = step, self._clock.now_s(), []
+        self._step_lasts_s = step.expected_duration_s - step.wait_s
         self.message(
-            f"step {step.index} of {len(self._plan.steps)}: {step.name} (about {step.duration_s:.0f} s)"
+            f"step {step.index} of {len(self._plan.steps)}: {step.name} "
+            f"(about {step.duration_s - step.wait_s:.0f} s)"
         )
+
+    def await_step(self, step: PlannedStep, why: str) -> None:
+        """Say that a step waits for something before it begins."""
+        self._step, self._step_began_s, self._warnings = step, self._clock.now_s(), []
+        self._step_lasts_s = step.expected_duration_s
+        self.phase = "cool-down"
+        self.message(f"step {step.index} of {len(self._plan.steps)}: {step.name} {why}")
 
     def trip(self, trip: Trip) -> None:
         """Say what a guard said."""
@@ -77,19 +98,19 @@ class Showing:
         agenda = self._agenda
         here_s = 0.0
         if step is not None and not done:
-            here_s = max(0.0, step.expected_duration_s - (self._clock.now_s() - self._step_began_s))
+            here_s = max(0.0, self._step_lasts_s - (self._clock.now_s() - self._step_began_s))
         recorder = acquisition.recorder
         return Progress(
             step=step.index if step else 0,
             steps=len(self._plan.steps),
             name=step.name if step else "",
             phase=self.phase,
-            cycle=driver.cycles_done,
+            cycle=0 if self.phase == "touch" else driver.cycles_done,
             cycles=(step.cycles or 0) if step else 0,
             force_kN=latest.values.get("force"),
             stroke_mm=latest.values.get("stroke"),
             temperatures_C=acquisition.panel.latest_temperatures(),
-            temperature_limit_C=self._plan.campaign.limits.temperature_stop_C,
+            temperature_limit_C=self._stop_C(),
             elapsed_s=self._clock.now_s() - self._began_s,
             remaining_s=here_s + (0.0 if done else agenda.later_s),
             lost=latest.lost,
@@ -100,13 +121,21 @@ class Showing:
             heating=agenda.scale.heating,
             cooling=agenda.scale.cooling,
             learned_from=agenda.scale.steps,
+            stroke=driver.commanding.line,
+            part=driver.part,
         )
+
+    def _stop_C(self) -> float:  # noqa: N802 - the unit keeps its capital
+        limits = self._plan.campaign.limits
+        return (limits if self._step is None else limits_of(self._step, limits)).temperature_stop_C
 
 
 def phase_of(motion: Motion) -> Phase:
     """Return what the campaign does while a motion lasts."""
-    if isinstance(motion, Harmonic | StaticCycles):
+    if isinstance(motion, Harmonic | StaticCycles | ForceCycles):
         return "motion"
+    if isinstance(motion, TouchOff):
+        return "touch"
     if isinstance(motion, Release):
         return "release"
     if isinstance(motion, WaitUntilCool):

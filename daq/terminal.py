@@ -47,13 +47,13 @@ def panel(progress: Progress) -> Group:
     values = Table.grid(padding=(0, 2))
     force = "–" if progress.force_kN is None else f"{progress.force_kN:8.1f} kN"
     stroke = "–" if progress.stroke_mm is None else f"{progress.stroke_mm:8.2f} mm"
-    cycle = f"cycle {progress.cycle} of {progress.cycles}" if progress.cycles else ""
-    values.add_row(force, stroke, cycle, temperatures(progress))
+    values.add_row(force, stroke, progress.cycles_text, temperatures(progress))
     lost = f", {progress.lost} lost" if progress.lost else ""
     values.add_row("recorded", f"{progress.written} samples", f"{progress.durable} on disk{lost}", "")
     values.add_row(*_learned(progress))
+    strokes = [Text(f"stroke: {progress.stroke}")] if progress.stroke else []
     warnings = [Text(f"! {text}", style="yellow") for text in progress.warnings[-3:]]
-    return Group(head, time, values, *warnings)
+    return Group(head, time, values, *strokes, *warnings)
 
 
 def _learned(progress: Progress) -> tuple[str, ...]:

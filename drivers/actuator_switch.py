@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import suppress
+from typing import Any
 
 from drivers import cia402
 from drivers.interfaces import CommandRejected, DeviceFault
@@ -48,7 +50,7 @@ class ActuatorSwitch:
         self._beat = (self._beat + 1) % 0x10000
         self._panel.set("watchdog_feed", self._beat)
 
-    def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:
+    def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> bool:
         """Set limits and watchdog, read them back, reset a latched fault, switch on.
 
         Parameters
@@ -58,13 +60,18 @@ class ActuatorSwitch:
         watchdog_ms : int
             Longest time without a heartbeat [ms], 1 to 65535.
 
+        Returns
+        -------
+        bool
+            Whether it was off before.
+
         Raises
         ------
         CommandRejected
             If a value is none that can be sent.
         DeviceFault
-            If the wire fails, another program gives commands, the device keeps other values, or a state is
-            not reached in time.
+            If the wire fails, another program gives commands, the device keeps other values, a state is
+            not reached in time, or a fault may not be reset (:meth:`reset_fault`).
         """
         panel = self._panel
         if not 0 < watchdog_ms <= 0xFFFF:
@@ -84,15 +91,17 @@ class ActuatorSwitch:
         self.feed_watchdog()
         values = panel.read_status()
         if int(values["status_word"]) & cia402.FAULT_BIT:
-            self._reset_fault(int(values["fault_code"]))
+            self._reset(values)
             values = panel.read_status()
         *before, last = cia402.SWITCH_ON
-        if not last.reached(int(values["status_word"])):  # if it is on, the earlier words would switch it off
+        was_off = not last.reached(int(values["status_word"]))
+        if was_off:  # if it is on, the earlier words would switch it off
             for step in before:
                 panel.set("control_word", step.control_word)
                 panel.wait_for_word(step.reached, _INTERMEDIATE_S)
         panel.set("control_word", last.control_word)
         panel.demand_state(last.reached, f"“{last.name}” after control word 0x{last.control_word:04X}")
+        return was_off
 
     def disable(self) -> None:
         """Switch off, and see that it is.
@@ -109,8 +118,42 @@ class ActuatorSwitch:
         with suppress(DeviceFault):  # it is off; the lock frees itself in time
             self._lock.give_back()
 
-    def _reset_fault(self, code: int) -> None:
+    def reset_fault(self) -> None:
+        """Reset a latched fault, where there is one; the valve stays off.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails, another program gives commands, the valve is still on or force is on the
+            specimen (nothing is reset then), or the fault stays.
+        """
+        values = self._panel.read_status()
+        if not int(values["status_word"]) & cia402.FAULT_BIT:
+            return
+        self._lock.claim()
+        self._reset(values)
+        self._panel.set("control_word", cia402.SWITCH_OFF)
+        with suppress(DeviceFault):  # it is off; the lock frees itself in time
+            self._lock.give_back()
+
+    def _reset(self, values: Mapping[str, Any]) -> None:
+        """Reset the fault of a snapshot, once its valve is off and no force is left."""
+        code = int(values["fault_code"])
         text = FAULT_TEXTS.get(code, f"unknown fault {code}")
+        off = self._panel.wait(
+            lambda seen: not int(seen["status_word"]) & cia402.OPERATION_BIT, self._panel.timeout_s
+        )
+        if off is None:
+            raise self._panel.fault(
+                f"fault {code} ({text}) was not reset: the valve is still on, it takes the force away; "
+                "wait until it is off and start again"
+            )
+        force_kN = float(off["force"])
+        if not abs(force_kN) <= cia402.RESET_FORCE_MAX_KN:
+            raise self._panel.fault(
+                f"fault {code} ({text}) was not reset: the force is {force_kN:.1f} kN, and at most "
+                f"{cia402.RESET_FORCE_MAX_KN:g} kN may be left; unload the specimen and start again"
+            )
         self._panel.set("control_word", cia402.SWITCH_OFF)
         self._panel.set("control_word", cia402.FAULT_RESET)
         self._panel.demand_state(lambda word: not word & cia402.FAULT_BIT, f"reset of fault {code} ({text})")

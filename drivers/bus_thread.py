@@ -6,7 +6,7 @@ import queue
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from foundation.clock import Clock
 
@@ -14,6 +14,22 @@ _LONGEST_WAIT_S = 0.05
 _FIRST_WAIT_S = 0.001
 
 _Result = TypeVar("_Result")
+
+
+class Bus(Protocol):
+    """Who owns a bus."""
+
+    def call(self, job: Callable[[], _Result]) -> _Result:
+        """Have a job done by the owner, and return its result; what it raises is raised here."""
+        ...
+
+    def begin(self) -> None:
+        """Poll from now on."""
+        ...
+
+    def close(self) -> None:
+        """End after the job under way; never raises."""
+        ...
 
 
 class BusThread:

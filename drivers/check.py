@@ -9,7 +9,7 @@ from datetime import date
 
 import numpy as np
 
-from drivers.check_clock import drift_row, fit_drift
+from drivers.check_clock import LEAST_PAIRS, drift_row, fit_drift
 from drivers.check_hints import controller_hint, port_hint
 from drivers.check_rows import (
     CheckRow,
@@ -23,6 +23,7 @@ from drivers.check_rows import (
 )
 from drivers.check_verdict import WATCH_S, Verdict
 from drivers.connect import build_controller, build_sensors
+from drivers.delivery import Delivery
 from drivers.interfaces import Controller, DeviceFault, MotionState, SampleBlock, Sensor, SensorFault
 from drivers.register_panel import FAULT_TEXTS
 from drivers.stand_file import StandFile
@@ -140,6 +141,7 @@ def _controller_rows(
         f"{identity.device}, serial {identity.serial}, {identity.sample_rate_Hz:g} Hz, at {identity.address}",
     )
     yield from _liveness_rows(controller, clock)
+    controller.skip_backlog()
     newest = _newest_block(controller, clock)
     if newest is None:
         remark = "its ring stays empty; look whether sampling is switched on in the controller"
@@ -150,6 +152,8 @@ def _controller_rows(
         yield _sample_rate_row(seen, identity.sample_rate_Hz, polled=controller.facts.clock == "host")
         yield drift_row(fit_drift(seen.host_s, seen.trip_s, seen.tick_us))
         newest = seen.newest
+    if delivery := controller.delivery():
+        yield _delivery_row(delivery)
     values = _mean_values(controller.facts.channels, newest)
     forces["force"] = values["force"]
     age_s = clock.now_s() - newest.received_s
@@ -176,16 +180,19 @@ class _Seen:
     samples: int = 0
     lost: int = 0
     since_s: float | None = None
+    late_s: tuple[float, float] = (0.0, 0.0)
+    """By how much what was received at the beginning and the end may be older than its reception [s]."""
     host_s: list[float] = field(default_factory=list)
     trip_s: list[float] = field(default_factory=list)
     tick_us: list[int] = field(default_factory=list)
 
 
 def _watch(controller: Controller, clock: Clock, newest: SampleBlock, watch_s: float) -> _Seen:
-    """Read samples and clock of a controller for a while."""
+    """Read samples and clock of a controller for a while, and at least :data:`LEAST_PAIRS` times."""
     seen = _Seen(newest)
-    end_s = clock.wall_s() + watch_s
-    while clock.wall_s() < end_s:
+    end_s, rounds = clock.wall_s() + watch_s, 0
+    while clock.wall_s() < end_s or rounds < LEAST_PAIRS:
+        rounds += 1
         asked_s = clock.wall_s()
         status = controller.status()
         answered_s = clock.wall_s()
@@ -193,15 +200,21 @@ def _watch(controller: Controller, clock: Clock, newest: SampleBlock, watch_s: f
             seen.host_s.append(0.5 * (asked_s + answered_s))
             seen.trip_s.append(answered_s - asked_s)
             seen.tick_us.append(status.tick_us)
+        ahead_s: float | None = None  # a block that has more behind it may have asked for that already
         for _ in range(_BLOCKS_AT_ONCE):
+            request_s = clock.now_s()
             block = controller.read_block()
-            if block is None:
+            if block is not None:
+                seen.newest = block
+                late_s = block.received_s - (request_s if ahead_s is None else ahead_s)
+                seen.late_s = (late_s if seen.since_s is None else seen.late_s[0], late_s)
+                ahead_s = request_s if block.more else None
+                if seen.since_s is not None:
+                    seen.samples += len(block.time_us) + block.lost
+                    seen.lost += block.lost
+            if block is None or not block.more:
                 seen.since_s = seen.newest.received_s if seen.since_s is None else seen.since_s
                 break
-            seen.newest = block
-            if seen.since_s is not None:
-                seen.samples += len(block.time_us) + block.lost
-                seen.lost += block.lost
         clock.sleep(_POLL_S)
     return seen
 
@@ -213,13 +226,29 @@ def _sample_rate_row(seen: _Seen, stated_Hz: float, *, polled: bool) -> CheckRow
         remark = "its ring held more than could be read meanwhile; watch it longer (--watch)"
         return CheckRow("controller", "sample rate", "—", Verdict.NOTE, remark)
     rate_Hz = seen.samples / span_s
+    doubt = sum(seen.late_s) / span_s  # a busy computer receives late what was made in time
     if polled:  # the computer makes this rate, and leaves out what it is too late for
         row = rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=POLL_TOLERANCE)
         if row.verdict is Verdict.OK or seen.lost > POLL_TOLERANCE * seen.samples:
             return row
         remark = "polls that came too late were left out; line or computer are busy"
         return replace(row, verdict=Verdict.NOTE, remark=remark)
-    return rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=RATE_TOLERANCE)
+    return rate_row(
+        "controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=RATE_TOLERANCE + doubt
+    )
+
+
+def _delivery_row(delivery: Delivery) -> CheckRow:
+    """Return whether the reader can keep up with the controller: samples per block over round trip."""
+    figures = {
+        "block_round_trip_ms": delivery.round_trip_s * 1e3,
+        "samples_per_block": float(delivery.samples_per_block),
+        "most_Hz": delivery.most_Hz,
+        "longest_round_trip_ms": delivery.longest_trip_s * 1e3,
+    }
+    verdict = Verdict.OK if delivery.keeps_up else Verdict.FAULT
+    value, _, remark = delivery.text.partition("; ")
+    return CheckRow("controller", "keeping up", value, verdict, remark, figures=figures)
 
 
 def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:
@@ -245,7 +274,8 @@ def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:
         yield CheckRow("controller", "heartbeat", "counts")
     state = status.state.name.lower()
     if status.state is MotionState.FAULT or status.fault_code:
-        remark = f"fault {status.fault_code} ({FAULT_TEXTS.get(status.fault_code, 'unknown')})"
+        remark = f"fault {status.fault_code} ({FAULT_TEXTS.get(status.fault_code, 'unknown')}): look why; "
+        remark += "the next start that moves the stand says it and resets it, once no force is left"
         yield CheckRow("controller", "state", state, Verdict.FAULT, remark)
     else:
         yield CheckRow("controller", "state", state)
@@ -268,11 +298,11 @@ def _newest_block(controller: Controller, clock: Clock) -> SampleBlock | None:
     deadline_s = clock.wall_s() + ANSWER_WAIT_S
     while clock.wall_s() < deadline_s:
         block = controller.read_block()
-        if block is None and newest is not None:
-            break
+        newest = block or newest
         if block is None:
             clock.sleep(_POLL_S)
-        newest = block or newest
+        if newest is not None and (block is None or not block.more):
+            break
     return newest
 
 

@@ -1,4 +1,4 @@
-"""How a device's clock runs against the computer's: a straight line through pairs of readings."""
+"""How a device's clock runs against the computer's: what pairs of readings leave of its rate."""
 
 from __future__ import annotations
 
@@ -9,17 +9,24 @@ import numpy as np
 
 from drivers.check_rows import CheckRow
 from drivers.check_verdict import Verdict
+from drivers.clock_bounds import ClockBounds
 
-LEAST_PAIRS = 10
-"""Fewer pairs make no line."""
-COVERAGE = 2.0
-"""Coverage factor of the uncertainty that is shown."""
+LEAST_PAIRS = 3
+"""Fewer readings bound no rate that is worth telling."""
 ORDINARY_PPM = 200.0
 """A crystal clock is within this, over temperature and age."""
 WRONG_PPM = 5000.0
 """A clock this far off is no clock of this unit or rate."""
+OLD_S = 1e-3
+"""A reading that is older than this when it is asked for is told …"""
+UNEVEN_S = 0.05
+"""… and no control cycle is so long: beyond this the clock itself does not run evenly [s]."""
+RESOLUTION_US = 1.0
+"""The reading is a whole number of microseconds, rounded in whatever way."""
 _WRAP = 1 << 32
 _SLOW_TRIP = 1.5
+_ROOM = 2.0
+"""Where readings contradict each other, each may be off by so many times what they must be at least."""
 
 
 @dataclass(frozen=True)
@@ -29,25 +36,30 @@ class Drift:
     Parameters
     ----------
     ppm : float
-        (slope − 1)·10⁶ of the least-squares line of device time against host time.
+        (rate − 1)·10⁶: that of the least-squares line through the middles of quick round trips, or the
+        nearest one that all readings allow.
     expanded_ppm : float
-        Twice the standard uncertainty of that slope, from the scatter about the line.
+        How far from it the rates reach that no reading contradicts: a bound, not a share of cases.
     span_s : float
         Time that was looked at [s].
     pairs : int
         Readings used.
+    slack_s : float
+        By how much readings contradict every even clock at least [s]: they are older than the request.
     """
 
     ppm: float
     expanded_ppm: float
     span_s: float
     pairs: int
+    slack_s: float = 0.0
 
 
 def fit_drift(host_s: Sequence[float], trip_s: Sequence[float], tick_us: Sequence[int]) -> Drift | None:
     """Return the drift from readings of the device's clock; None where there are too few.
 
-    A reading is true somewhere between request and reply; those whose round trip was long are left out.
+    A reading is true somewhere between request and reply, and nothing else is taken for sure
+    (:mod:`drivers.clock_bounds`): so the uncertainty holds on a computer that is busy, too.
 
     Parameters
     ----------
@@ -58,21 +70,26 @@ def fit_drift(host_s: Sequence[float], trip_s: Sequence[float], tick_us: Sequenc
     tick_us : sequence of int
         What the device's clock showed [µs, modulo 2³²].
     """
-    trips = np.asarray(trip_s, dtype=np.float64)
+    trips, middle_s = np.asarray(trip_s, dtype=np.float64), np.asarray(host_s, dtype=np.float64)
     if trips.size < LEAST_PAIRS:
         return None
     steps = np.mod(np.diff(np.asarray(tick_us, dtype=np.int64)), _WRAP)
-    device_s = np.concatenate(([0.0], np.cumsum(steps))) * 1e-6
-    quick = trips <= _SLOW_TRIP * np.median(trips)
-    x, y = np.asarray(host_s, dtype=np.float64)[quick], device_s[quick]
-    if x.size < LEAST_PAIRS:
+    device_us = np.concatenate(([0.0], np.cumsum(steps)))
+    since_s = middle_s - middle_s[0]
+    bounds = ClockBounds(since_s - 0.5 * trips, since_s + 0.5 * trips, device_us, RESOLUTION_US)
+    slack_us, allowed = 0.0, bounds.interval()
+    if allowed is None:
+        slack_us = bounds.least_slack_us()
+        allowed = bounds.interval(_ROOM * slack_us + RESOLUTION_US)
+    if allowed is None or not np.all(np.isfinite(allowed)):
         return None
-    x, y = x - x.mean(), y - y.mean()
-    spread = float(x @ x)
-    slope = float(x @ y) / spread
-    rest = y - slope * x
-    u_slope = float(np.sqrt(rest @ rest / (x.size - 2) / spread))
-    return Drift((slope - 1.0) * 1e6, COVERAGE * u_slope * 1e6, float(np.ptp(x)), int(x.size))
+    quick = trips <= _SLOW_TRIP * np.median(trips)
+    x, y = since_s[quick], (device_us - since_s * 1e6)[quick]
+    x = x - x.mean()
+    likely = float(x @ y) / float(x @ x) if np.ptp(x) > 0.0 else sum(allowed) / 2.0
+    ppm = float(np.clip(likely, *allowed))
+    reach = max(ppm - allowed[0], allowed[1] - ppm)
+    return Drift(ppm, reach, float(np.ptp(since_s)), int(trips.size), slack_us * 1e-6)
 
 
 def drift_row(drift: Drift | None) -> CheckRow:
@@ -84,6 +101,12 @@ def drift_row(drift: Drift | None) -> CheckRow:
     text = f"{drift.ppm:+.1f} ± {drift.expanded_ppm:.1f} ppm ({drift.pairs} readings in {drift.span_s:.1f} s)"
     figures = {"drift_ppm": drift.ppm, "drift_expanded_uncertainty_ppm": drift.expanded_ppm}
     least = abs(drift.ppm) - drift.expanded_ppm
+    if drift.slack_s > UNEVEN_S:
+        remark = (
+            f"its readings differ by {drift.slack_s:.2g} s from every clock that runs evenly: look for a "
+            "restart of the controller, or for what sets its clock"
+        )
+        return CheckRow("controller", "clock drift", text, Verdict.FAULT, remark, figures=figures)
     if least > WRONG_PPM:
         ratio = 1.0 + drift.ppm * 1e-6
         remark = (
@@ -94,4 +117,7 @@ def drift_row(drift: Drift | None) -> CheckRow:
     if least > ORDINARY_PPM:
         remark = "more than a crystal's; runs are mapped by anchors, so figures hold, but look at both clocks"
         return CheckRow("controller", "clock drift", text, Verdict.NOTE, remark, figures=figures)
-    return CheckRow("controller", "clock drift", text, figures=figures)
+    old = f"register tick is up to {drift.slack_s * 2e3:.2g} ms old when it is read"
+    return CheckRow(
+        "controller", "clock drift", text, remark=old if drift.slack_s > OLD_S else "", figures=figures
+    )

@@ -14,6 +14,10 @@ FAULT_RESET = 0x0080
 ENABLE_OPERATION = 0x000F
 """Control word: actuator on."""
 
+RESET_FORCE_MAX_KN = 5.0
+"""With more force than this on the specimen no fault is reset [kN]: what a transducer's zero may be off, as
+at any start (``zero_force_max_kN``)."""
+
 FAULT_BIT = 1 << 3
 OPERATION_BIT = 1 << 2
 _STATE_BITS = 0x006F

@@ -1,12 +1,19 @@
-"""Commands to the controller: armed in one block, seen accepted, executed, seen accepted."""
+"""Commands to the controller: armed in one block, seen accepted, executed, seen accepted.
+
+A command that stops is quicker: block and ``execute`` go in one request, and what became of it is seen
+afterwards.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
 
 from drivers import cia402
-from drivers.interfaces import CommandRejected
+from drivers.interfaces import CommandRejected, MotionState
 from drivers.modbus_link import ModbusRefusal
 from drivers.profile import COMMAND
 from drivers.register_panel import RegisterPanel
@@ -21,10 +28,22 @@ REJECT_TEXTS = {
 }
 """Meaning of register ``reject_code``."""
 
-HOLD, RAMP, HARMONIC, STATIC, RELEASE = 1, 2, 3, 4, 5
+HOLD, RAMP, HARMONIC, STATIC, RELEASE, ADJUST = 1, 2, 3, 4, 5, 6
 """Values of register ``command_code``."""
 
 _KEYS = ("command_sequence", "command_code")
+_BEGUN = {HOLD: MotionState.HOLDING, RELEASE: MotionState.RELEASING}
+"""What the controller does once a command that stops is executed."""
+
+
+@dataclass(frozen=True)
+class _Ready:
+    """A command that is armed and waits to be executed."""
+
+    code: int
+    parameters: dict[str, float]
+    sequence: int
+    text: str
 
 
 class CommandPort:
@@ -44,6 +63,90 @@ class CommandPort:
         self._block = panel.profile.span(COMMAND)
         self._parameters = [place.name for place in self._block.places if place.name not in _KEYS]
         self._sequence: int | None = None
+        self._ready: _Ready | None = None
+        beside = panel.profile.find("execute").address == self._block.address + self._block.words
+        self._at_once: bool | None = None if beside else False
+
+    @property
+    def stops_at_once(self) -> bool:
+        """Whether a whole command goes in one request; so it is taken until it was tried, or if it was."""
+        return self._at_once is not False
+
+    def try_at_once(self) -> None:
+        """See whether the device takes a whole command in one request, by a hold; for one that holds.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        if self._at_once is not None:
+            return
+        panel, link = self._panel, self._panel.link
+        sequence, what, registers = self._numbered(HOLD, "hold", {})
+        refused = ""
+        try:
+            link.write(self._block.address, [*registers, sequence], f"{what} in one request")
+        except ModbusRefusal as refusal:
+            refused = f" (Modbus exception {refusal.code})"
+        else:
+            done = panel.wait(lambda seen: int(seen["done_sequence"]) == sequence, panel.timeout_s)
+            self._at_once = done is not None
+        if not self._at_once:
+            self._at_once = False
+            link.note(
+                f"{link.name} does not take a command and its execution in one request{refused}: a stop "
+                "releases at once, where another controller would hold first"
+            )
+
+    def give_at_once(self, code: int, text: str, **parameters: float) -> int:
+        """Give a command that stops (hold, release) with the first request; return its sequence number.
+
+        What is ready is executed; else block and ``execute`` go in one request, where the device is not
+        known to refuse that, or in two without a look between them. Afterwards it is seen that the command
+        was judged, that it has begun and that the device holds what was meant; it is given anew if not.
+        A reply is waited for only as long as replies usually take, and nothing is sent twice: whoever
+        hurries gives another command then.
+
+        Raises
+        ------
+        CommandRejected, DeviceFault
+            As :meth:`give`.
+        """
+        ready, self._ready = self._ready, None
+        if ready is not None and (ready.code, ready.parameters) == (code, parameters):
+            what = f"{text} (command {code}, sequence {ready.sequence})"
+            with suppress(CommandRejected):  # the device has dropped it since: it is given anew
+                self._execute(ready.sequence, what, hurry=True)
+                return ready.sequence
+        sequence, what, registers = self._numbered(code, text, parameters)
+        self._lock.keep()
+        self._send(sequence, what, registers)
+        values = self._judged(sequence, what)
+        if int(values["state"]) != _BEGUN[code] and int(values["done_sequence"]) != sequence:
+            self._execute(sequence, what)
+        first, last = self._block.places[0].name, self._block.places[-1].name
+        if (kept := self._panel.read_back(first, last)) == registers:
+            return sequence
+        self._panel.link.note(f"{what}: it reads back as {_shown(self._block, kept)}; given anew")
+        return self.give(code, text, **parameters)
+
+    def _send(self, sequence: int, what: str, registers: list[int]) -> None:
+        """Send block and ``execute``, in one request if the device may take that."""
+        panel, address = self._panel, self._block.address
+        if self._at_once is not False:
+            try:
+                panel.link.write(address, [*registers, sequence], what, hurry=True)
+            except ModbusRefusal as refusal:
+                if self._at_once:
+                    raise self._refused(refusal, what) from None
+            else:
+                return
+        try:
+            panel.link.write(address, registers, what, hurry=True)
+            panel.set("execute", sequence, hurry=True)
+        except ModbusRefusal as refusal:
+            raise self._refused(refusal, what) from None
 
     def give(self, code: int, text: str, **parameters: float) -> int:
         """Arm a command and execute it; return its sequence number.
@@ -65,6 +168,40 @@ class CommandPort:
             If the wire fails, another program gives commands, the controller does not judge the command in
             time, or does not hold what was armed.
         """
+        ready = self._ready
+        if ready is not None and (ready.code, ready.parameters) == (code, parameters):
+            self._ready = None
+            what = f"{text} (command {code}, sequence {ready.sequence})"
+            with suppress(CommandRejected):  # the device has dropped it since: it is armed anew
+                self._execute(ready.sequence, what)
+                return ready.sequence
+        sequence, what = self._prepared(code, text, parameters)
+        self._execute(sequence, what)
+        if ready is not None and code == ADJUST:  # the motion goes on: what was ready for it still is
+            self.prepare(ready.code, ready.text, **ready.parameters)
+        return sequence
+
+    def prepare(self, code: int, text: str, **parameters: float) -> None:
+        """Arm a command so that giving it later takes a single request; any other one given takes its place.
+
+        Raises
+        ------
+        CommandRejected, DeviceFault
+            As :meth:`give`.
+        """
+        sequence, _ = self._prepared(code, text, parameters)
+        self._ready = _Ready(code, parameters, sequence, text)
+
+    def _prepared(self, code: int, text: str, parameters: dict[str, float]) -> tuple[int, str]:
+        """Arm a command; return its sequence number and what it is, for messages."""
+        self._ready = None
+        sequence, what, registers = self._numbered(code, text, parameters)
+        self._lock.claim()
+        self._arm(registers, sequence, what)
+        return sequence, what
+
+    def _numbered(self, code: int, text: str, parameters: dict[str, float]) -> tuple[int, str, list[int]]:
+        """Return the next sequence number, the command for messages, and its block."""
         if self._sequence is None:
             self._sequence = int(self._panel.read_status()["echo_sequence"])
         sequence = self._sequence % 0xFFFF + 1  # 0 means “none yet”
@@ -78,11 +215,11 @@ class CommandPort:
         except ValueError as error:
             raise CommandRejected(f"{what} was not sent: {error}") from None
         self._note_rounding(what, values, self._block.decode(registers))
-        self._lock.claim()
         self._sequence = sequence
-        self._arm(registers, sequence, what)
-        self._do(lambda: self._panel.set("execute", sequence), sequence, f"starting {what}")
-        return sequence
+        return sequence, what, registers
+
+    def _execute(self, sequence: int, what: str, *, hurry: bool = False) -> None:
+        self._do(lambda: self._panel.set("execute", sequence, hurry=hurry), sequence, f"starting {what}")
 
     def _arm(self, registers: list[int], sequence: int, what: str) -> None:
         """Arm, and see that what the device holds is what was meant: it moves by these numbers."""
@@ -112,14 +249,22 @@ class CommandPort:
 
     def _do(self, write: Callable[[], None], sequence: int, doing: str) -> None:
         """Write and see it accepted; a Modbus exception is a rejection with a reason of its own."""
-        panel = self._panel
         try:
             write()
         except ModbusRefusal as refusal:
-            reason = REJECT_TEXTS.get(int(panel.read_status()["reject_code"]), "it gave no reason")
-            raise CommandRejected(
-                f"{panel.link.name} refused {doing}: {reason} (Modbus exception {refusal.code})"
-            ) from None
+            raise self._refused(refusal, doing) from None
+        self._judged(sequence, doing)
+
+    def _refused(self, refusal: ModbusRefusal, doing: str) -> CommandRejected:
+        panel = self._panel
+        reason = REJECT_TEXTS.get(int(panel.read_status()["reject_code"]), "it gave no reason")
+        return CommandRejected(
+            f"{panel.link.name} refused {doing}: {reason} (Modbus exception {refusal.code})"
+        )
+
+    def _judged(self, sequence: int, doing: str) -> dict[str, Any]:
+        """Return the status that shows a command judged and accepted."""
+        panel = self._panel
         values = panel.wait(lambda seen: int(seen["echo_sequence"]) == sequence, panel.timeout_s)
         if values is None:
             raise panel.fault(
@@ -130,6 +275,7 @@ class CommandPort:
             reason = REJECT_TEXTS.get(code, f"unknown reason {code}")
             state = cia402.state_name(int(values["status_word"]))
             raise CommandRejected(f"{panel.link.name} rejected {doing}: {reason} (it is “{state}”)")
+        return values
 
 
 def _shown(block: Layout, registers: list[int]) -> str:

@@ -25,7 +25,9 @@ def build_controller(stand_file: StandFile, clock: Clock) -> RingController | Po
     wire: Wire = TcpWire(settings.host, settings.port)
     if line is not None:
         wire = RtuWire(line, baud=settings.baud, parity=settings.parity, stop_bits=settings.stop_bits)
-    link = ModbusLink(wire, device_id=settings.device_id, timeout_s=settings.timeout_s)
+    link = ModbusLink(
+        wire, device_id=settings.device_id, timeout_s=settings.timeout_s, read_write=profile.read_write
+    )
     kind = PollingController if profile.window is None else RingController
     return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s)
 

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.delivery import Delivery
 from foundation.channel import Channel
 from foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
 from foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
@@ -91,6 +92,11 @@ class SampleBlock:
         Samples known to be lost between the previous block and this one (counted gap).
     received_s : float
         Host stand time at reception [s].
+    missed : int
+        Those of ``lost`` that the device never took: cycles that it missed, by its own clock.
+    more : bool
+        Whether the device may have held further samples when it was asked for these. Where this is false,
+        everything that was sampled until then has been delivered.
     """
 
     stream: str
@@ -99,6 +105,8 @@ class SampleBlock:
     counts: Mapping[str, NDArray[np.generic]]
     lost: int
     received_s: float
+    missed: int = 0
+    more: bool = False
 
 
 @dataclass(frozen=True)
@@ -145,6 +153,10 @@ class Controller(Protocol):
         """Get the next samples from the ring (None where there are none yet) and acknowledge the last."""
         ...
 
+    def delivery(self) -> Delivery | None:
+        """Return how many samples a second can be read; None where no round trip bounds that."""
+        ...
+
     def status(self) -> ControllerStatus:
         """Get one consistent snapshot."""
         ...
@@ -157,8 +169,13 @@ class Controller(Protocol):
         """Set the device's own limits and watchdog and switch the actuator on (it holds)."""
         ...
 
+    @property
+    def stops_at_once(self) -> bool:
+        """Whether :meth:`start_hold` takes a single request; where not, a release made ready is quicker."""
+        ...
+
     def start_hold(self) -> int:
-        """Stop where it stands and hold."""
+        """Stop where it stands and hold, with the first request; what became of it is seen afterwards."""
         ...
 
     def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
@@ -169,6 +186,20 @@ class Controller(Protocol):
         """Sine about ``mean_mm``, where it must stand already.
 
         One cycle of growing amplitude in, ``cycles`` at full amplitude, one of falling amplitude out.
+        """
+        ...
+
+    @property
+    def can_adjust(self) -> bool:
+        """Whether it can change a running sine; known once it is connected."""
+        ...
+
+    def adjust_harmonic(self, *, mean_mm: float, amplitude_mm: float) -> None:
+        """Bring the sine that runs at full amplitude to another mean and amplitude, over one cycle.
+
+        It stays the same motion, with the number, the phase and the count of cycles that it has. Taken only
+        by a controller that ``can_adjust``, while nothing else is being adjusted and at least one cycle at
+        full amplitude is left.
         """
         ...
 
@@ -184,8 +215,16 @@ class Controller(Protocol):
         """Compress from zero at constant speed to a limit, unload at once to zero; ``cycles`` times."""
         ...
 
-    def start_release(self, *, speed_mm_per_s: float) -> int:
-        """Ramp to zero force."""
+    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+        """Have a release ready, so that starting it at this speed takes the least time."""
+        ...
+
+    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:
+        """Ramp to zero force; in a hurry with the first request, as a hold."""
+        ...
+
+    def reset_fault(self) -> None:
+        """Reset a latched fault, where there is one; the valve stays off. Never while force is left."""
         ...
 
     def disable(self) -> None:

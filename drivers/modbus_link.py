@@ -10,8 +10,10 @@ from __future__ import annotations
 import logging
 import struct
 import threading
+import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from typing import Literal, TypeVar
 
 from pymodbus.client import ModbusTcpClient
@@ -46,7 +48,12 @@ Table = Literal["holding", "input"]
 Check = Callable[[Sequence[int]], str]
 """Says what is doubtful about registers that were read; empty where nothing is."""
 
+HURRY_S = 0.1
+"""A reply is waited for at least so long, in a hurry too [s]: a busy computer delays it."""
+_TIMED = 50
+"""Replies of late by which the patience of a hurry goes."""
 _MOST_EVENTS = 1000
+_ILLEGAL_FUNCTION = 1
 _TROUBLE = (ModbusException, OSError, struct.error, ValueError, IndexError)
 """What a wire, or what came over it, raises."""
 
@@ -83,10 +90,19 @@ class ModbusLink:
         Longest wait for a connection or for the next bytes of a reply [s].
     name : str
         What messages call the device.
+    read_write : bool
+        Whether the device knows function 23. Without it, and where a device refuses it with exception 1
+        before it was ever granted, registers are written (FC6, FC16), then read (FC3): two round trips.
     """
 
     def __init__(
-        self, wire: Wire, *, device_id: int = 1, timeout_s: float = 0.5, name: str = "controller"
+        self,
+        wire: Wire,
+        *,
+        device_id: int = 1,
+        timeout_s: float = 0.5,
+        name: str = "controller",
+        read_write: bool = True,
     ) -> None:
         self.name = name
         self._wire = wire
@@ -95,9 +111,14 @@ class ModbusLink:
         self._client: Client | None = None
         self._port: PackedPort | None = None
         self._ahead: Exchange | None = None
+        self._kept: tuple[Exchange, PackedReply] | None = None
+        self._read_write = read_write
+        self._granted = False
+        self._refusals = 0
         self._events: deque[str] = deque(maxlen=_MOST_EVENTS)
         self._was_open = False
         self._busy = threading.Lock()
+        self._took: deque[float] = deque(maxlen=_TIMED)
 
     @property
     def address(self) -> str:
@@ -108,6 +129,21 @@ class ModbusLink:
     def bytes_per_s(self) -> float:
         """What the wire can carry."""
         return self._wire.bytes_per_s
+
+    @property
+    def exchanges(self) -> bool:
+        """Whether registers are written and read in one round trip (function 23)."""
+        return self._read_write
+
+    @property
+    def mixes_up_replies(self) -> bool:
+        """Whether a late reply can be taken for that to another request: the wire does not number them."""
+        return not isinstance(self._wire, TcpWire)
+
+    @property
+    def patience_s(self) -> float:
+        """How long a reply is waited for in a hurry [s]: twice as long as the slowest of late."""
+        return min(self._timeout_s, max(HURRY_S, 2.0 * max(self._took, default=0.0)))
 
     def open(self) -> None:
         """Connect, if not connected.
@@ -161,8 +197,20 @@ class ModbusLink:
         )
         return list(reply.registers)
 
-    def write(self, address: int, values: Sequence[int], what: str) -> None:
+    def write(self, address: int, values: Sequence[int], what: str, *, hurry: bool = False) -> None:
         """Set holding registers: FC6 for one, FC16 for several; the echo is checked.
+
+        Parameters
+        ----------
+        address : int
+            0-based wire address of the first register.
+        values : sequence of int
+            What they shall hold.
+        what : str
+            What is written, for messages.
+        hurry : bool
+            Whoever waits has another request to send: a reply is waited for only as long as replies have
+            taken of late (:attr:`patience_s`), and the request is sent once.
 
         Raises
         ------
@@ -176,6 +224,7 @@ class ModbusLink:
                 6,
                 lambda client: client.write_register(address, value, device_id=self._device_id),
                 lambda reply: _wrong_echo((reply.address, *reply.registers), (address, value)),
+                hurry=hurry,
             )
             return
         self._ask(
@@ -183,6 +232,7 @@ class ModbusLink:
             16,
             lambda client: client.write_registers(address, list(values), device_id=self._device_id),
             lambda reply: _wrong_echo((reply.address, reply.count), (address, len(values))),
+            hurry=hurry,
         )
 
     def exchange(
@@ -195,16 +245,37 @@ class ModbusLink:
         what: str,
         check: Check = _nothing_doubtful,
     ) -> list[int]:
-        """Set registers and get others in one transaction (FC23: the device writes first).
+        """Set registers and get others, in one transaction (FC23) where the device can: it writes first.
 
         Raises
         ------
         DeviceFault
             If no true reply comes; ModbusRefusal if the device refuses.
         """
-        asked = f"exchanging {what} (FC23, {read_count} registers from {read_address})"
+        if self._read_write:
+            try:
+                registers = self._exchange_at_once(
+                    read_address, read_count, write_address, values, what, check
+                )
+            except ModbusRefusal as refusal:
+                self._judge_refusal(refusal)
+            else:
+                self._granted = True
+                return registers
+        return self._exchange_in_two(read_address, read_count, write_address, values, what, check)
+
+    def _exchange_at_once(
+        self,
+        read_address: int,
+        read_count: int,
+        write_address: int,
+        values: Sequence[int],
+        what: str,
+        check: Check,
+    ) -> list[int]:
+        """Make an exchange by function 23."""
         reply = self._ask(
-            asked,
+            f"exchanging {what} (FC23, {read_count} registers from {read_address})",
             23,
             lambda client: client.readwrite_registers(
                 read_address=read_address,
@@ -217,45 +288,98 @@ class ModbusLink:
         )
         return list(reply.registers)
 
+    def _exchange_in_two(
+        self,
+        read_address: int,
+        read_count: int,
+        write_address: int,
+        values: Sequence[int],
+        what: str,
+        check: Check,
+    ) -> list[int]:
+        """Write, then read; both again after a doubt, since what was written may have been altered."""
+        doubt = ""
+        for _ in range(2):
+            self.write(write_address, values, what)
+            registers = self.read(read_address, read_count, what)
+            doubt = check(registers)
+            if not doubt:
+                return registers
+            self.distrust(f"{what}: {doubt}; connection closed, written and read once more")
+        raise self._fault(f"{what}: {doubt}, twice", "look whether a second program talks to it")
+
+    def _judge_refusal(self, refusal: ModbusRefusal) -> None:
+        """Go on without function 23 where the device has refused it twice, and never granted it.
+
+        Raises
+        ------
+        ModbusRefusal
+            If it was refused for another reason, or may have been altered on its way.
+        """
+        self._refusals += 1
+        if refusal.code != _ILLEGAL_FUNCTION or self._granted or self._refusals < 2:
+            raise refusal
+        self._read_write = False
+        self.note(
+            f"{self.name} does not know function 23: registers are written, then read (FC16, FC3), which "
+            "takes two round trips; [wire] read_write = false in its profile says so beforehand"
+        )
+
     def exchange_packed(self, exchange: Exchange) -> bytes:
-        """Make an exchange (FC23) whose registers come as bytes; one that was sent ahead is collected.
+        """Make an exchange whose registers come as bytes; one that was sent ahead is collected.
 
         Raises
         ------
         DeviceFault
             If no true reply comes; ModbusRefusal if the device refuses.
         """
-        if not isinstance(self._wire, TcpWire):
-            values = struct.unpack(f">{len(exchange.written) // 2}H", exchange.written)
-            return pack(
-                self.exchange(
-                    read_address=exchange.read_address,
-                    read_count=exchange.read_count,
-                    write_address=exchange.write_address,
-                    values=values,
-                    what=exchange.what,
+        if self._read_write and isinstance(self._wire, TcpWire):
+            try:
+                reply = self._ask(
+                    exchange,
+                    packed_exchange.FUNCTION,
+                    lambda _: self._exchange_packed(exchange),
+                    lambda reply: reply.find_doubt(exchange.read_count),
                 )
+            except ModbusRefusal as refusal:
+                self._judge_refusal(refusal)
+            else:
+                self._granted = True
+                return reply.data[1:]
+        values = struct.unpack(f">{len(exchange.written) // 2}H", exchange.written)
+        return pack(
+            self.exchange(
+                read_address=exchange.read_address,
+                read_count=exchange.read_count,
+                write_address=exchange.write_address,
+                values=values,
+                what=exchange.what,
             )
-        reply = self._ask(
-            exchange,
-            packed_exchange.FUNCTION,
-            lambda _: self._exchange_packed(exchange),
-            lambda reply: reply.find_doubt(exchange.read_count),
         )
-        return reply.data[1:]
+
+    @property
+    def trips_of_exchange(self) -> int:
+        """Round trips that an exchange takes: two where function 23 is missing."""
+        return 1 if self._read_write else 2
 
     @property
     def has_asked_ahead(self) -> bool:
-        """Whether an exchange is under way that was sent ahead: its reply is of before it is asked for."""
-        return self._ahead is not None
+        """Whether an exchange was sent ahead: its reply is of before it is asked for."""
+        return self._ahead is not None or self._kept is not None
+
+    @property
+    def can_ask_ahead(self) -> bool:
+        """Whether :meth:`ask_ahead` does something: not on a serial line, not without function 23."""
+        return self._read_write and isinstance(self._wire, TcpWire)
 
     def ask_ahead(self, exchange: Exchange) -> None:
         """Send an exchange that will be asked for next, so that the device works on it meanwhile.
 
-        Its reply is collected before anything else is sent: one request is under way at most. On a serial
-        line, which is the bound itself, and where the connection fails, nothing is done.
+        Its reply is collected before anything else is sent, and kept: one request is under way at most. On a
+        serial line, which is the bound itself, without function 23, and where the connection fails, nothing
+        is done.
         """
-        if self._port is None or self._ahead is not None:
+        if self._port is None or self.has_asked_ahead or not self._read_write:
             return
         try:
             self._port.send(exchange)
@@ -286,7 +410,7 @@ class ModbusLink:
 
     def _drop(self, *, doubtful: bool = False) -> None:
         client, self._client = self._client, None
-        self._port = self._ahead = None
+        self._port = self._ahead = self._kept = None
         if client is not None:
             if doubtful:
                 self._wire.settle(client, self._timeout_s)
@@ -313,16 +437,18 @@ class ModbusLink:
         function: int,
         send: Callable[[Client], _AnyReply],
         find_doubt: Callable[[_AnyReply], str],
+        *,
+        hurry: bool = False,
     ) -> _AnyReply:
-        """Send, check, and send once more on a fresh connection after a doubt."""
+        """Send, check, and send once more on a fresh connection after a doubt; not so in a hurry."""
         if not self._busy.acquire(blocking=False):
             raise RuntimeError(f"two threads use the link to {self.name} at once; a bus has one owner")
         try:
             if self._ahead != asked:
-                self._collect_ahead()
+                self._collect_ahead(self.patience_s if hurry else self._timeout_s)
             if self._port is not None and not isinstance(asked, Exchange) and not self._port.make_way():
                 self.distrust("half a reply lies before the next one; connection closed")
-            return self._ask_twice(asked, function, send, find_doubt)
+            return self._ask_twice(asked, function, send, find_doubt, hurry=hurry)
         finally:
             self._busy.release()
 
@@ -332,23 +458,27 @@ class ModbusLink:
         function: int,
         send: Callable[[Client], _AnyReply],
         find_doubt: Callable[[_AnyReply], str],
+        *,
+        hurry: bool,
     ) -> _AnyReply:
-        doubt = ""
-        for attempt in (1, 2):
+        doubt, patience_s = "", self.patience_s if hurry else self._timeout_s
+        for further in ("given up",) if hurry else ("sent once more on a new connection", "given up"):
             client = self._opened()
             try:
-                reply = send(client)
+                began_s = time.monotonic()
+                with _waiting(client, patience_s) if hurry else nullcontext():
+                    reply = send(client)
                 doubt = self._refused_or_doubtful(reply, function, asked) or find_doubt(reply)
             except _TROUBLE as error:
-                doubt = self._describe(error, connected=client.connected)
+                doubt = self._describe(error, patience_s, connected=client.connected)
             if not doubt:
+                self._took.append(time.monotonic() - began_s)
                 return reply
-            self._drop(doubtful=True)
-            further = "sent once more on a new connection" if attempt == 1 else "given up"
+            self._drop(doubtful=not hurry)
             self.note(f"{asked}: {doubt}; connection closed, {further}")
         cable = "network cable" if isinstance(self._wire, TcpWire) else "serial cable and its termination"
         raise self._fault(
-            f"{asked}: {doubt}, twice",
+            f"{asked}: {doubt}" if hurry else f"{asked}: {doubt}, twice",
             f"look at the {cable}, the {self.name}'s load, and whether a second program talks to it",
         )
 
@@ -357,24 +487,28 @@ class ModbusLink:
         port = self._port
         if port is None:
             raise OSError("the connection is closed")
+        kept, self._kept = self._kept, None
+        if kept is not None and kept[0] == exchange:
+            return kept[1]
         ahead, self._ahead = self._ahead, None
         if ahead is None:
             port.send(exchange)
         return port.receive()
 
-    def _collect_ahead(self) -> None:
-        """Let the reply to what was sent ahead come: nobody wants it, but it is not to meet another's."""
+    def _collect_ahead(self, patience_s: float) -> None:
+        """Let the reply to what was sent ahead come, and keep it: it is not to meet another's."""
         ahead, self._ahead = self._ahead, None
         if ahead is not None and self._port is not None:
             try:
-                self._port.receive()
+                self._kept = (ahead, self._port.receive(patience_s))
             except _TROUBLE as error:
                 self._give_up(ahead, error)
 
     def _give_up(self, exchange: Exchange, error: Exception) -> None:
         """Begin afresh after an exchange that was sent ahead has failed; it is sent again when asked for."""
         connected = self._client is not None and self._client.connected
-        self.distrust(f"{exchange}: {self._describe(error, connected=connected)}; connection closed")
+        doubt = self._describe(error, self._timeout_s, connected=connected)
+        self.distrust(f"{exchange}: {doubt}; connection closed")
 
     def _refused_or_doubtful(
         self, reply: ModbusPDU | PackedReply, function: int, asked: str | Exchange
@@ -391,15 +525,30 @@ class ModbusLink:
             return f"the reply has function code {reply.function_code} instead of {function}"
         return ""
 
-    def _describe(self, error: Exception, *, connected: bool) -> str:
+    @staticmethod
+    def _describe(error: Exception, patience_s: float, *, connected: bool) -> str:
         if not connected:
             return "the device closed the connection"
         if isinstance(error, ModbusException) and "No response" in str(error):
-            return f"no reply within {self._timeout_s:g} s"
+            return f"no reply within {patience_s:.3g} s"
         return f"the reply cannot be decoded ({error})"
 
     def _fault(self, problem: str, look: str) -> DeviceFault:
         return DeviceFault(f"{self.name} at {self.address}: {problem}; {look}")
+
+
+@contextmanager
+def _waiting(client: Client, patience_s: float) -> Iterator[None]:
+    """Let a client wait so long for the next bytes of a reply, inside."""
+    settings = (client.comm_params, client.transaction.comm_params)
+    before = [one.timeout_connect for one in settings]
+    for one in settings:
+        one.timeout_connect = patience_s
+    try:
+        yield
+    finally:
+        for one, timeout_s in zip(settings, before, strict=True):
+            one.timeout_connect = timeout_s
 
 
 def _wrong_length(reply: ModbusPDU, count: int) -> str:

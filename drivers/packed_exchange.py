@@ -145,8 +145,13 @@ class PackedPort:
         if wire.send(head + exchange.written) != len(head) + size:
             raise OSError("the connection takes no more")
 
-    def receive(self) -> PackedReply:
+    def receive(self, patience_s: float | None = None) -> PackedReply:
         """Wait for the reply of the last request; replies to earlier ones are passed over.
+
+        Parameters
+        ----------
+        patience_s : float, optional
+            Longest wait for the next bytes [s], where it is not that of the port.
 
         Raises
         ------
@@ -155,7 +160,8 @@ class PackedPort:
         ConnectionException, OSError
             If the connection is closed or broken.
         """
-        end_s = time.monotonic() + 2.0 * self._timeout_s
+        patience_s = self._timeout_s if patience_s is None else patience_s
+        end_s = time.monotonic() + 2.0 * patience_s
         while True:
             while (frame := self._next_frame()) is not None:
                 number, _, _, unit, function = _HEAD.unpack_from(frame)
@@ -164,14 +170,13 @@ class PackedPort:
                 if unit != self._device_id:
                     raise ModbusIOException(f"unit {unit} instead of {self._device_id}")
                 return PackedReply(function, frame[_HEAD.size :])
-            self._wait(end_s)
+            self._wait(min(patience_s, end_s - time.monotonic()))
 
-    def _wait(self, end_s: float) -> None:
+    def _wait(self, wait_s: float) -> None:
         """Wait for further bytes."""
         wire = self._client.socket
         if wire is None:
             raise ConnectionException("closed")
-        wait_s = min(self._timeout_s, end_s - time.monotonic())
         if wait_s <= 0.0 or not self._readable.poll(1000.0 * wait_s):
             raise ModbusIOException("No response")
         piece = wire.recv(_PIECE)

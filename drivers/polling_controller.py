@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from drivers.bus_thread import BusThread
+from drivers.bus_thread import Bus, BusThread
 from drivers.interfaces import ControllerStatus, DeviceFault, Identity, SampleBlock, StreamFacts
 from drivers.modbus_link import ModbusLink
 from drivers.poll_skew import PolledAt, SkewMeter
@@ -54,6 +54,8 @@ class PollingController:
         Stand time, for the stamps.
     timeout_s : float
         Longest wait for the controller to judge a command or change its state [s].
+    bus : callable
+        Makes the owner of the link, of what makes one poll, the period [s] and the clock.
 
     Raises
     ------
@@ -71,6 +73,7 @@ class PollingController:
         clock: Clock,
         *,
         timeout_s: float = 0.5,
+        bus: Callable[[Callable[[int], None], float, Clock], Bus] = BusThread,
     ) -> None:
         if profile.poll is None:
             raise ValueError(f"profile “{profile.facts.id}” does not poll")
@@ -83,7 +86,7 @@ class PollingController:
         self._channels = tuple(by_name[name] for read in self._poll.reads for name in read)
         self._blocks = [profile.span([f"raw_{name}" for name in read]) for read in self._poll.reads]
         self._meter = SkewMeter(self._poll.reads, STAMPING)
-        self._bus = BusThread(self._poll_slot, 1.0 / self._poll.rate_Hz, clock)
+        self._bus = bus(self._poll_slot, 1.0 / self._poll.rate_Hz, clock)
         self._lock = threading.Lock()
         self._samples: deque[tuple[int, int, dict[str, float | int]]] = deque(maxlen=KEPT)
         self._fault: DeviceFault | None = None
@@ -176,6 +179,9 @@ class PollingController:
         time_us = np.array([row[1] for row in rows], dtype=np.int64)
         return SampleBlock(STREAM, first, time_us, counts, lost, self._clock.now_s())
 
+    def delivery(self) -> None:
+        """Return nothing: it is the poll rate that is chosen to suit the wire."""
+
     def _poll_slot(self, slot: int) -> None:
         """Make one poll; called by the bus thread."""
         try:
@@ -259,8 +265,13 @@ class PollingController:
             )
         )
 
+    @property
+    def stops_at_once(self) -> bool:
+        """Whether a hold takes a single request."""
+        return self._inner.stops_at_once
+
     def start_hold(self) -> int:
-        """Stop where it stands and hold; get the motion's sequence number.
+        """Stop where it stands and hold, with the first request; get the motion's sequence number.
 
         Raises
         ------
@@ -295,6 +306,21 @@ class PollingController:
             )
         )
 
+    @property
+    def can_adjust(self) -> bool:
+        """Whether it can change a running sine."""
+        return self._inner.can_adjust
+
+    def adjust_harmonic(self, *, mean_mm: float, amplitude_mm: float) -> None:
+        """Bring the running sine to another mean and amplitude over one cycle.
+
+        Raises
+        ------
+        CommandRejected, DeviceFault
+            As :meth:`drivers.register_controller.RegisterController.adjust_harmonic`.
+        """
+        self._bus.call(lambda: self._inner.adjust_harmonic(mean_mm=mean_mm, amplitude_mm=amplitude_mm))
+
     def start_static(
         self,
         *,
@@ -321,15 +347,42 @@ class PollingController:
             )
         )
 
-    def start_release(self, *, speed_mm_per_s: float) -> int:
-        """Ramp to zero force; get the motion's sequence number.
+    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+        """Have a release armed, so that starting it takes a single request.
 
         Raises
         ------
         CommandRejected
             If the controller refuses; DeviceFault if the wire fails.
         """
-        return self._bus.call(lambda: self._inner.start_release(speed_mm_per_s=speed_mm_per_s))
+        self._bus.call(lambda: self._inner.prepare_release(speed_mm_per_s=speed_mm_per_s))
+
+    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:
+        """Ramp to zero force; get the motion's sequence number.
+
+        Parameters
+        ----------
+        speed_mm_per_s : float
+            Of the piston.
+        hurry : bool
+            Begin with the first request, and see afterwards what became of it.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        return self._bus.call(lambda: self._inner.start_release(speed_mm_per_s=speed_mm_per_s, hurry=hurry))
+
+    def reset_fault(self) -> None:
+        """Reset a latched fault, where there is one; the valve stays off.
+
+        Raises
+        ------
+        DeviceFault
+            As :meth:`drivers.register_controller.RegisterController.reset_fault`.
+        """
+        self._bus.call(self._inner.reset_fault)
 
     def disable(self) -> None:
         """Switch the actuator's valve off, and see that it is.

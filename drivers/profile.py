@@ -10,9 +10,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from drivers.registers import (
     WORDS,
@@ -88,6 +94,10 @@ ASKED = "asked"
 """Field of a ring's header that repeats the acknowledged sequence."""
 
 
+def _as_tuple(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
 class Register(Settings):
     """One named value of the map."""
 
@@ -104,6 +114,8 @@ class Register(Settings):
     unit: str = ""
     expect: float | int | None = None
     """What it must hold at connect, where it is a test value."""
+    accept: Annotated[tuple[int, ...], BeforeValidator(_as_tuple)] = ()
+    """What it may hold instead: a device of an earlier edition that this map fits, too."""
     description: str = ""
 
     @property
@@ -111,12 +123,22 @@ class Register(Settings):
         """Registers that it takes."""
         return WORDS[self.type]
 
+    @model_serializer(mode="wrap")
+    def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what is not used, so that a map keeps its hash."""
+        content: dict[str, Any] = handler(self)
+        return content if self.accept else {k: v for k, v in content.items() if k != "accept"}
+
     @model_validator(mode="after")
     def _expected_fits(self) -> Register:
         if self.expect is not None:
             encode_value(self.expect, self.type)
             if self.scale != 1.0:
                 raise ValueError(f"“{self.name}” has an expected value, so it can have no scale")
+        if self.accept and (self.expect is None or self.type != "u16"):
+            raise ValueError(f"“{self.name}” accepts other values, so it must expect one and be u16")
+        for value in self.accept:
+            encode_value(value, self.type)
         if self.table == "input" and self.access != "r":
             raise ValueError(f"“{self.name}” lies in the input table, which cannot be written")
         if self.address + self.words > 0x10000:
@@ -127,10 +149,6 @@ class Register(Settings):
 def _split_field(value: object) -> object:
     """Turn ``name:type`` into a pair."""
     return tuple(value.split(":")) if isinstance(value, str) else value
-
-
-def _as_tuple(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
 
 
 _Field = Annotated[tuple[str, RegisterType], BeforeValidator(_split_field)]
@@ -198,13 +216,28 @@ class Poll(Settings):
         return self
 
 
+class WireFacts(Settings):
+    """What the controller's Modbus server can do."""
+
+    read_write: bool = True
+    """Whether it knows function 23; without it registers are written, then read (FC16, FC3)."""
+
+
 class ProfileFacts(Settings):
     """Which register map it is."""
 
     id: str = Field(min_length=1)
     edition: str
     word_order: WordOrder
+    adjust_from: int | None = Field(default=None, ge=0)
+    """Least ``profile_version`` of a device that takes command 6 (adjust); None: none does."""
     description: str = ""
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what is not stated, so that a map keeps its hash."""
+        content: dict[str, Any] = handler(self)
+        return {key: value for key, value in content.items() if value is not None}
 
 
 class ProfileFile(Settings):
@@ -214,6 +247,7 @@ class ProfileFile(Settings):
     register_: Annotated[tuple[Register, ...], BeforeValidator(_as_tuple)] = Field(alias="register")
     ring: Ring | None = None
     poll: Poll | None = None
+    wire: WireFacts | None = None
 
     @model_validator(mode="after")
     def _one_way(self) -> ProfileFile:
@@ -289,6 +323,8 @@ class Profile:
         How it is sampled, if it has none.
     hash : str
         SHA-256 of the content, for the run file.
+    read_write : bool
+        Whether the controller knows function 23.
     """
 
     facts: ProfileFacts
@@ -296,6 +332,7 @@ class Profile:
     window: Ring | None
     poll: Poll | None
     hash: str
+    read_write: bool = True
 
     @property
     def ring(self) -> Ring:
@@ -314,6 +351,15 @@ class Profile:
     def word_order(self) -> str:
         """``big`` or ``little``."""
         return self.facts.word_order
+
+    @property
+    def version(self) -> float:
+        """The ``profile_version`` that a device of this map itself shows; 0 where none is expected."""
+        return self.find("profile_version").expect or 0
+
+    def adjusts(self, version: float) -> bool:
+        """Return whether a device that shows this ``profile_version`` can change a running sine."""
+        return self.facts.adjust_from is not None and version >= self.facts.adjust_from
 
     def has(self, name: str) -> bool:
         """Return whether the map has a register of that name."""
@@ -426,10 +472,14 @@ def load_profile(name: str, folder: Path | None = None) -> Profile:
                 remedy=f"shipped are: {shipped}; or give the path of a .toml file",
             )
     content = load_settings(path, ProfileFile)
+    as_data = content.model_dump(mode="json", by_alias=True)
+    if content.wire is None:  # a profile without this table keeps the hash that it always had
+        del as_data["wire"]
     return Profile(
         content.profile,
         {register.name: register for register in content.register_},
         content.ring,
         content.poll,
-        content_hash(content.model_dump(mode="json", by_alias=True)),
+        content_hash(as_data),
+        content.wire is None or content.wire.read_write,
     )

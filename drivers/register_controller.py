@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from drivers import command_port as command
 from drivers.actuator_switch import ActuatorSwitch
-from drivers.interfaces import ControllerStatus, EndReason, Identity, MotionState
+from drivers.interfaces import CommandRejected, ControllerStatus, EndReason, Identity, MotionState
 from drivers.modbus_link import ModbusLink
 from drivers.profile import IDENTITY, Profile
 from drivers.register_panel import RegisterPanel
@@ -36,6 +36,7 @@ class RegisterController:
         self._commands = command.CommandPort(self._panel, lock)
         self._switch = ActuatorSwitch(self._panel, lock)
         self._no_numbers: set[str] = set()
+        self._version: int | None = None
 
     def identify(self) -> Identity:
         """Open the wire, check identity and test-value registers; get who answers.
@@ -62,12 +63,14 @@ class RegisterController:
         rate_Hz = float(values["sample_rate"] if poll is None else poll.rate_Hz)
         if not (math.isfinite(rate_Hz) and rate_Hz > 0.0):
             raise self._panel.fault(f"it states a sample rate of {rate_Hz} Hz; look at its configuration")
-        facts = self._profile.facts
+        facts, version = self._profile.facts, int(values["profile_version"])
+        self._version = version
+        shown = "" if version == self._profile.find("profile_version").expect else f" (the device: {version})"
         return Identity(
             device=facts.id,
             address=self._link.address,
             serial=str(values["serial"]),
-            profile=f"{facts.id} edition {facts.edition} sha256 {self._profile.hash}",
+            profile=f"{facts.id} edition {facts.edition}{shown} sha256 {self._profile.hash}",
             sample_rate_Hz=rate_Hz,
         )
 
@@ -125,7 +128,8 @@ class RegisterController:
     def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:
         """Set the device's own limits and watchdog, read them back, and switch the actuator on (it holds).
 
-        A latched fault is reset first, as an event. An actuator that is on already stays on.
+        A latched fault is reset first, as an event. An actuator that is on already stays on. When it comes on
+        for the first time, a hold in one request is tried: whether a stop will take one is known then.
 
         Parameters
         ----------
@@ -141,19 +145,26 @@ class RegisterController:
         DeviceFault
             If the wire fails, the device keeps other values, or a state is not reached in time.
         """
-        self._switch.enable(
+        was_off = self._switch.enable(
             force_limit_kN=force_limit_kN, stroke_limit_mm=stroke_limit_mm, watchdog_ms=watchdog_ms
         )
+        if was_off:  # it holds: what stops later is tried before anything moves
+            self._commands.try_at_once()
+
+    @property
+    def stops_at_once(self) -> bool:
+        """Whether a hold takes a single request; tried when the actuator is first switched on."""
+        return self._commands.stops_at_once
 
     def start_hold(self) -> int:
-        """Stop where it stands and hold; get the motion's sequence number.
+        """Stop where it stands and hold, with the first request; get the motion's sequence number.
 
         Raises
         ------
         CommandRejected
             If the controller refuses; DeviceFault if the wire fails.
         """
-        return self._commands.give(command.HOLD, "hold")
+        return self._commands.give_at_once(command.HOLD, "hold")
 
     def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
         """Move to a stroke at constant speed; get the motion's sequence number.
@@ -193,6 +204,29 @@ class RegisterController:
             cycles=cycles,
         )
 
+    @property
+    def can_adjust(self) -> bool:
+        """Whether it can change a running sine: by the profile, for the edition that the device shows."""
+        return self._version is not None and self._profile.adjusts(self._version)
+
+    def adjust_harmonic(self, *, mean_mm: float, amplitude_mm: float) -> None:
+        """Bring the running sine to another mean and amplitude over one cycle; it stays the same motion.
+
+        Parameters
+        ----------
+        mean_mm, amplitude_mm
+            Mean stroke and half the range, from one cycle on.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller cannot, or refuses; DeviceFault if the wire fails.
+        """
+        text = f"adjusting to {mean_mm:g} ± {amplitude_mm:g} mm"
+        if not self.can_adjust:
+            raise CommandRejected(f"{text} was not sent: this controller has no such command")
+        self._commands.give(command.ADJUST, text, mean=mean_mm, amplitude=amplitude_mm)
+
     def start_static(
         self,
         *,
@@ -231,17 +265,44 @@ class RegisterController:
             static_pause=pause_s,
         )
 
-    def start_release(self, *, speed_mm_per_s: float) -> int:
-        """Ramp to zero force; get the motion's sequence number.
+    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+        """Have a release armed, so that starting it takes a single request; another command ends that.
 
         Raises
         ------
         CommandRejected
             If the controller refuses; DeviceFault if the wire fails.
         """
-        return self._commands.give(
-            command.RELEASE, f"release at {speed_mm_per_s:g} mm/s", speed=speed_mm_per_s
-        )
+        text = f"release at {speed_mm_per_s:g} mm/s"
+        self._commands.prepare(command.RELEASE, text, speed=speed_mm_per_s)
+
+    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:
+        """Ramp to zero force; get the motion's sequence number.
+
+        Parameters
+        ----------
+        speed_mm_per_s : float
+            Of the piston.
+        hurry : bool
+            Begin with the first request, and see afterwards what became of it.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses; DeviceFault if the wire fails.
+        """
+        give = self._commands.give_at_once if hurry else self._commands.give
+        return give(command.RELEASE, f"release at {speed_mm_per_s:g} mm/s", speed=speed_mm_per_s)
+
+    def reset_fault(self) -> None:
+        """Reset a latched fault, where there is one; the valve stays off.
+
+        Raises
+        ------
+        DeviceFault
+            As :meth:`drivers.actuator_switch.ActuatorSwitch.reset_fault`.
+        """
+        self._switch.reset_fault()
 
     def disable(self) -> None:
         """Switch the actuator's valve off, and see that it is.

@@ -51,7 +51,8 @@ class RegisterPanel:
         """Get every status register by name, in one transaction.
 
         Where the profile has ``request_number`` the request carries a new number, and only a snapshot that
-        repeats it is taken; where it has ``status_check`` only one whose CRC fits.
+        repeats it is taken; where it has ``status_check`` only one whose CRC fits. Without function 23 that
+        number would take a round trip of its own: it is left out where the wire numbers requests itself.
 
         Raises
         ------
@@ -60,9 +61,19 @@ class RegisterPanel:
         """
         return self._status_block.decode(self.ask_again(self._ask_status))
 
+    @property
+    def trips_of_status(self) -> int:
+        """Round trips that a snapshot takes."""
+        return self.link.trips_of_exchange if self._numbers else 1
+
+    @property
+    def _numbers(self) -> bool:
+        """Whether a request for the status carries a number."""
+        return self._numbered and (self.link.exchanges or self.link.mixes_up_replies)
+
     def _ask_status(self) -> list[int]:
         block = self._status_block
-        if not self._numbered:
+        if not self._numbers:
             return self.link.read(
                 block.address, block.words, "status", table=block.table, check=self._altered
             )
@@ -107,8 +118,8 @@ class RegisterPanel:
             self.link.note(f"{refusal}; asked once more")
             return ask()
 
-    def set(self, name: str, value: int) -> None:
-        """Set one register.
+    def set(self, name: str, value: int, *, hurry: bool = False) -> None:
+        """Set one register; ``hurry`` as :meth:`drivers.modbus_link.ModbusLink.write`.
 
         Raises
         ------
@@ -117,7 +128,7 @@ class RegisterPanel:
         ValueError
             If the value does not fit the register.
         """
-        self.link.write(self.profile.find(name).address, self.profile.encode(name, value), name)
+        self.link.write(self.profile.find(name).address, self.profile.encode(name, value), name, hurry=hurry)
 
     def demand_kept(self, first: str, last: str, written: Sequence[int]) -> None:
         """Read a window back and see that it holds what was written.

@@ -34,7 +34,7 @@ def find_mismatch(profile: Profile, window: Layout, registers: Sequence[int]) ->
             f"its 32-bit values come with the other word first: the profile says word_order = "
             f"“{profile.word_order}”, the device sends “{other_order}”; set it in the profile"
         )
-    swapped = {offset: _swap_bytes(word) for offset, word in expected.items()}
+    swapped = {offset: {_swap_bytes(word) for word in words} for offset, words in expected.items()}
     if _fits(swapped, registers, 0):
         return "the bytes inside its registers are swapped; look at the device's (or gateway's) byte order"
     for shift, numbering in ((1, "one too high"), (-1, "one too low")):
@@ -48,21 +48,24 @@ def find_mismatch(profile: Profile, window: Layout, registers: Sequence[int]) ->
     return _first_difference(profile, window, registers)
 
 
-def _expected_words(profile: Profile, window: Layout, word_order: str) -> dict[int, int]:
-    """Return the words that test values must make, by offset in the window."""
-    words: dict[int, int] = {}
+def _expected_words(profile: Profile, window: Layout, word_order: str) -> dict[int, set[int]]:
+    """Return the words that test values may make, by offset in the window."""
+    words: dict[int, set[int]] = {}
     for place in window.places:
-        expect = profile.find(place.name).expect
-        if expect is not None:
+        register = profile.find(place.name)
+        if register.expect is not None:
             own = place.word_order or word_order
-            words |= dict(enumerate(encode_value(expect, place.kind, own), start=place.offset))
+            for offset, word in enumerate(encode_value(register.expect, place.kind, own), start=place.offset):
+                words[offset] = {word}
+            for other in register.accept:  # one word each
+                words[place.offset] |= set(encode_value(other, place.kind, own))
     return words
 
 
-def _fits(expected: dict[int, int], registers: Sequence[int], shift: int) -> bool:
+def _fits(expected: dict[int, set[int]], registers: Sequence[int], shift: int) -> bool:
     """Return whether the words are there, moved by ``shift``; what falls outside the window is not judged."""
-    inside = {offset + shift: word for offset, word in expected.items()}
-    return all(registers[offset] == word for offset, word in inside.items() if 0 <= offset < len(registers))
+    inside = {offset + shift: words for offset, words in expected.items()}
+    return all(registers[offset] in words for offset, words in inside.items() if 0 <= offset < len(registers))
 
 
 def _swap_bytes(word: int) -> int:
@@ -73,7 +76,7 @@ def _first_difference(profile: Profile, window: Layout, registers: Sequence[int]
     values = window.decode(registers)
     for name, value in values.items():
         register = profile.find(name)
-        if register.expect is None or value == register.expect:
+        if register.expect is None or value == register.expect or value in register.accept:
             continue
         shown, wanted = (
             (f"{value}", f"{register.expect}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.missed_cycles import missed_cycles
 from drivers.profile import ASKED, CHECK, Profile
 
 _WRAP = 1 << 32
@@ -34,12 +36,15 @@ class RingRows:
         Raw counts by channel, shape (n,).
     lost : int
         Samples missing before row 0.
+    missed : tuple of tuple of int and int
+        Rows before which the device's clock went on without a sample, and by how many cycles.
     """
 
     first_sequence: int
     time_us: NDArray[np.int64]
     counts: dict[str, NDArray[Any]]
     lost: int
+    missed: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,9 @@ class RingReader:
 
     A window is taken only if it answers what was asked, its CRC is right (where the profile has these
     fields), its sequence continues (or leaves a gap, which is counted) and its ticks are those that the
-    sequence and the sample rate demand; so a torn, late or repeated window cannot pass.
+    sequence and the sample rate demand; so a torn, late or repeated window cannot pass. A clock that goes on
+    by some periods without a sample shows cycles that the controller missed: they are counted. Without a CRC
+    that is believed only of a window that came twice alike.
 
     Parameters
     ----------
@@ -90,13 +97,13 @@ class RingReader:
     def __init__(self, profile: Profile, sample_rate_Hz: float) -> None:
         self._header = profile.ring_header
         self._sample = profile.ring_sample
-        self._is_checked = any(place.name == CHECK for place in self._header.places)
         self._most = profile.ring.samples_per_block
         self._period_us = 1e6 / sample_rate_Hz
         self._next_sequence: int | None = None
         self._first_ask = 0
         self._last_time_us = 0
         self._overruns: int | None = None
+        self._doubted = b""
         self.events: list[str] = []
 
     @property
@@ -141,12 +148,14 @@ class RingReader:
         first, lost = self._place(int(header["first_sequence"]), rows)
         return RingWindow(first, rows, lost, int(header["overruns"]), samples)
 
-    def is_worth_asking_ahead(self, window: RingWindow) -> bool:
-        """Return whether the samples behind a window can be asked for before its own are unpacked.
+    @property
+    def is_checked(self) -> bool:
+        """Whether a window's CRC proves it true; without one only its ticks do, which come later."""
+        return any(place.name == CHECK for place in self._header.places)
 
-        There are more where it is full. Without a CRC only its ticks prove it true, and they come later.
-        """
-        return window.rows == self._most and self._is_checked
+    def is_full(self, window: RingWindow) -> bool:
+        """Return whether a window holds all that fits: there are more samples behind it."""
+        return window.rows == self._most
 
     def unpack(self, window: RingWindow) -> RingRows | None:
         """Return a window's samples, None where it holds none, and move on behind them.
@@ -163,13 +172,20 @@ class RingReader:
             self._note_overruns(window.overruns, lost=0, at=first)
             return None
         columns = self._sample.unpack_rows(window.samples, rows)
-        time_us = self._unwrap(columns.pop("tick"), lost)
+        time_us, missed = self._unwrap(columns.pop("tick"), lost)
+        if missed and not self.is_checked and window.samples != self._doubted:
+            self._doubted = window.samples
+            cycles = sum(several for _, several in missed)
+            raise DoubtfulBlock(
+                f"the ticks leave out {cycles} periods: cycles that the controller missed, or a block that "
+                "was altered on its way"
+            )
         if self._next_sequence is None:
             lost = 0
         self._note_overruns(window.overruns, lost=lost, at=first)
         self._next_sequence = first + rows
         self._last_time_us = int(time_us[-1])
-        return RingRows(first, time_us, columns, lost)
+        return RingRows(first, time_us, columns, lost, missed)
 
     def _demand_whole(self, header: dict[str, float | int], before_check: bytes, samples: bytes) -> None:
         """See that the window answers this request and came unaltered, as far as the profile lets it."""
@@ -195,15 +211,18 @@ class RingReader:
             raise DoubtfulBlock(f"the block is empty but begins at {first}, not {self.acknowledge}")
         return self._next_sequence + ahead, ahead
 
-    def _unwrap(self, ticks: NDArray[np.uint32], lost: int) -> NDArray[np.int64]:
-        """Return device time without the 32-bit wrap (every 71.6 min); refuse ticks out of step."""
+    def _unwrap(
+        self, ticks: NDArray[np.uint32], lost: int
+    ) -> tuple[NDArray[np.int64], tuple[tuple[int, int], ...]]:
+        """Return device time without the 32-bit wrap (every 71.6 min), and where cycles were missed.
+
+        Ticks that stand, go back, or jump by more than a pause are refused.
+        """
         stamps = ticks.tolist()  # a handful: plain numbers are quicker than arrays
         steps = [(after - before) % _WRAP for before, after in pairwise(stamps)]
+        missed: list[tuple[int, int]] = []
         if steps and (min(steps) < 0.5 * self._period_us or max(steps) > 1.5 * self._period_us):
-            raise DoubtfulBlock(
-                f"the ticks step by {min(steps)} … {max(steps)} µs inside the block, "
-                f"the sample rate demands {self._period_us:g}"
-            )
+            missed = self._missed_inside(steps)
         if self._next_sequence is None:
             start = stamps[0]
         else:
@@ -211,11 +230,30 @@ class RingReader:
             step_us = (stamps[0] - self._last_time_us) % _WRAP
             step_us += round((expected_us - step_us) / _WRAP) * _WRAP
             if abs(step_us - expected_us) > 0.5 * self._period_us + 1e-3 * expected_us:
-                raise DoubtfulBlock(
-                    f"the tick steps by {step_us} µs from the last block, {expected_us:g} µs would be right"
-                )
+                cycles = missed_cycles(step_us - lost * self._period_us, self._period_us)
+                if not cycles:
+                    raise DoubtfulBlock(
+                        f"the tick steps by {step_us} µs from the last block, "
+                        f"{expected_us:g} µs would be right"
+                    )
+                missed.insert(0, (0, cycles))
             start = self._last_time_us + step_us
-        return np.fromiter(accumulate(steps, initial=start), dtype=np.int64, count=len(stamps))
+        time_us = np.fromiter(accumulate(steps, initial=start), dtype=np.int64, count=len(stamps))
+        return time_us, tuple(missed)
+
+    def _missed_inside(self, steps: Sequence[int]) -> list[tuple[int, int]]:
+        """Return the rows before which cycles were missed, and how many; refuse steps that are no time."""
+        missed: list[tuple[int, int]] = []
+        for row, step_us in enumerate(steps, 1):
+            cycles = missed_cycles(step_us, self._period_us)
+            if cycles is None:
+                raise DoubtfulBlock(
+                    f"the ticks step by {min(steps)} … {max(steps)} µs inside the block, "
+                    f"the sample rate demands {self._period_us:g}"
+                )
+            if cycles:
+                missed.append((row, cycles))
+        return missed
 
     def _note_overruns(self, overruns: int, *, lost: int, at: int) -> None:
         before, self._overruns = self._overruns, overruns

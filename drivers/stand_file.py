@@ -20,6 +20,7 @@ from drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifie
 from drivers.profile import Profile, load_profile
 from foundation.channel import Calibration, Channel, ChannelUncertainty
 from foundation.errors import BadInput
+from foundation.force_speed import curve_problem
 from foundation.settings import Settings, load_settings
 
 CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
@@ -40,6 +41,11 @@ CELSIUS_PER_COUNT = 0.0625
 
 def _as_tuple(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
+
+
+def _as_pairs(value: object) -> object:
+    """Take a TOML array of arrays for a tuple of pairs."""
+    return tuple(_as_tuple(pair) for pair in value) if isinstance(value, list | tuple) else value
 
 
 class StandFacts(Settings):
@@ -66,6 +72,30 @@ class Limits(Settings):
     stroke_max_mm: float = Field(gt=0)
     frequency_max_Hz: float = Field(gt=0)
     speed_max_mm_per_s: float = Field(gt=0)
+    machine_stiffness_kN_per_mm: float | None = Field(default=None, gt=0)
+    """Frame, load cell and fixture in series: piston against specimen. None: not known, taken for rigid."""
+    force_speed: Annotated[tuple[tuple[float, float], ...], BeforeValidator(_as_pairs)] | None = None
+    """Pairs of force [kN] and the greatest speed there [mm/s]; None: ``speed_max_mm_per_s`` at any force."""
+
+    @model_validator(mode="after")
+    def _a_curve(self) -> Limits:
+        if self.force_speed is None:
+            return self
+        if problem := curve_problem(self.force_speed):
+            raise ValueError(f"force_speed: {problem}")
+        last_kN = self.force_speed[-1][0]
+        if last_kN < self.force_max_kN:
+            raise ValueError(
+                f"force_speed ends at {last_kN:g} kN, below force_max_kN = {self.force_max_kN:g}: add the "
+                "speed that is left there"
+            )
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what the stand file does not state."""
+        content: dict[str, Any] = handler(self)
+        return {key: value for key, value in content.items() if value is not None}
 
 
 class ControllerSettings(Settings):
@@ -325,6 +355,8 @@ class Endpoints:
         Serial device of the 1-Wire adapter, where there is one.
     amplifier_host, amplifier_tcp_port
         Of the amplifier, where it is on Modbus TCP.
+    timeout_s : float
+        Longest wait for a reply over TCP [s]: a served stand shares a computer, and may be starved.
     """
 
     host: str | None = None
@@ -335,6 +367,7 @@ class Endpoints:
     onewire_port: Path | None = None
     amplifier_host: str | None = None
     amplifier_tcp_port: int | None = None
+    timeout_s: float | None = None
 
 
 def load_stand(path: Path) -> StandFile:
@@ -388,14 +421,17 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
             if value is not None
         }
     )
+    patient = {} if endpoints.timeout_s is None else {"timeout_s": endpoints.timeout_s}
     if controller.serial and endpoints.controller_serial is not None:
         controller = controller.model_copy(update={"serial": str(endpoints.controller_serial.absolute())})
+    elif not controller.serial:
+        controller = controller.model_copy(update=patient)
     changes: dict[str, Any] = {"controller": controller}
     amplifier = stand_file.amplifier
     if amplifier is not None and amplifier.port and endpoints.amplifier_port is not None:
         changes["amplifier"] = amplifier.model_copy(update={"port": str(endpoints.amplifier_port.absolute())})
     elif amplifier is not None and amplifier.modbus is not None and endpoints.amplifier_host is not None:
-        where = {"host": endpoints.amplifier_host, "tcp_port": endpoints.amplifier_tcp_port}
+        where = {"host": endpoints.amplifier_host, "tcp_port": endpoints.amplifier_tcp_port} | patient
         changes["amplifier"] = amplifier.model_copy(
             update={"modbus": amplifier.modbus.model_copy(update=where)}
         )

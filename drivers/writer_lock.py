@@ -47,6 +47,17 @@ class WriterLock:
             if not self._held:
                 raise self._taken(holder)
 
+    def keep(self) -> None:
+        """Take the lock if this program does not have it: whoever hurries does not ask again.
+
+        Raises
+        ------
+        DeviceFault
+            As :meth:`claim`.
+        """
+        if not self._held:
+            self.claim()
+
     def give_back(self) -> None:
         """Let another program have it; one that was lost already is let go of silently.
 

@@ -6,6 +6,8 @@ cycle would be a step too long (1 % of it at 100 samples a cycle). A line throug
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from evaluation.record import FloatArray
@@ -49,16 +51,67 @@ def corner_moment(
         first += 1
     if first_in - first < _LEAST:
         return None
-    time, flank = time_s[first:first_in] - time_s[first_in], value[first:first_in]
-    middle = float(np.mean(time))
-    spread = float(np.sum((time - middle) ** 2))
-    speed = float(np.sum((time - middle) * flank)) / spread
-    if speed <= 0.0:
+    line = _line(time_s[first:first_in] - time_s[first_in], value[first:first_in], sigma)
+    if line.speed <= 0.0:
         return None
-    residual = flank - np.mean(flank) - speed * (time - middle)
-    scatter = max(float(np.sqrt(residual @ residual / max(1, time.size - 2))), sigma)
-    reach = (level - float(np.mean(flank))) / speed
-    u_s = scatter / speed * float(np.sqrt(1.0 / time.size + reach**2 / spread))
+    corner_s, u_s = line.reaches(level)
+    u_s = float(np.hypot(u_s, _eased_s(time_s, value, (first, first_in), level, band, line, sigma)))
     # One noisy sample must not cut off the later half of the moments that are as likely as the earlier one.
-    latest = max(0.0, (level - float(value[first_in]) + _SURE * sigma) / speed)
-    return float(time_s[first_in]) + float(np.clip(middle + reach, time[-1], latest)), u_s
+    latest = max(0.0, (level - float(value[first_in]) + _SURE * sigma) / line.speed)
+    last_s = float(time_s[first_in - 1] - time_s[first_in])
+    return float(time_s[first_in]) + float(np.clip(corner_s, last_s, latest)), u_s
+
+
+class _Line(NamedTuple):
+    """A straight line through samples: their mean moment and value, its slope, Σ (t - t_mean)², noise."""
+
+    middle_s: float
+    mean: float
+    speed: float
+    spread: float
+    scatter: float
+    samples: int
+
+    def reaches(self, level: float) -> tuple[float, float]:
+        """Return when it reaches a level, and the standard uncertainty of that."""
+        reach = (level - self.mean) / self.speed
+        u_s = self.scatter / self.speed * float(np.sqrt(1.0 / self.samples + reach**2 / self.spread))
+        return self.middle_s + reach, u_s
+
+
+def _line(time_s: FloatArray, value: FloatArray, sigma: float) -> _Line:
+    """Return the line by least squares; of noise that is less than ``sigma`` nobody is sure."""
+    middle, mean = float(np.mean(time_s)), float(np.mean(value))
+    since = time_s - middle
+    spread = float(since @ since)
+    speed = float(since @ value) / spread
+    residual = value - mean - speed * since
+    scatter = max(float(np.sqrt(residual @ residual / max(1, time_s.size - 2))), sigma)
+    return _Line(middle, mean, speed, spread, scatter, time_s.size)
+
+
+def _eased_s(
+    time_s: FloatArray,
+    value: FloatArray,
+    near: tuple[int, int],
+    level: float,
+    band: float,
+    line: _Line,
+    sigma: float,
+) -> float:
+    """Return the standard uncertainty of a corner that a stand eases into [s]; 0 where none is to be seen.
+
+    There the flank is the slower the nearer it is, and the stroke arrives later than its last part says. By
+    how much the part before tells: what the lines through the two (of 9, and of 9 to 30 bands) differ by. It
+    is two thirds of that with constant deceleration, and more of a lag that has no end.
+    """
+    first, first_in = near
+    below = -(level - _MOST_BANDS * band)
+    far = first_in - int(np.searchsorted(-value[:first_in][::-1], below, side="right"))
+    if first - far < _LEAST:
+        return 0.0
+    other = _line(time_s[far:first] - time_s[first_in], value[far:first], sigma)
+    if other.speed <= 0.0:
+        return 0.0
+    (near_s, u_near_s), (far_s, u_far_s) = line.reaches(level), other.reaches(level)
+    return max(0.0, near_s - far_s - 2.0 * float(np.hypot(u_near_s, u_far_s)))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from evaluation.defects import describe
 from evaluation.motion import Cycle, CycleColumns, TurnColumns, TurningPoint
 from evaluation.record import FloatArray, Record
+from evaluation.reversal_dwells import with_reversals
 from evaluation.reversals import Sampling, find_reversals, sampling_of
 from evaluation.spectra import spectra_between
 from evaluation.turn_sides import Reversals
@@ -67,6 +68,7 @@ def find_with_harmonics(
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
     turns = _with_edges(record, _fit_turns(record, index, sampling), sampling)
+    turns = with_reversals(record, turns, sampling.sigma)
     first = 0 if turns[0].kind == "lower" else 1
     triples = list(zip(turns[first::2], turns[first + 1 :: 2], turns[first + 2 :: 2], strict=False))
     columns = _columns(turns, first, len(triples))

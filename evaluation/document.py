@@ -171,7 +171,8 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
             "kind": facts.kind,
             "specimen": dict(facts.specimen),
             "purpose": facts.purpose,
-        },
+        }
+        | ({} if facts.zero is None else {"zero": dict(facts.zero)}),
         "cycles": [_cycle(result) for result in run.cycles],
         "summary": None if run.steps else _summary(run.summary),
         "steps": [_step(step) for step in run.steps],

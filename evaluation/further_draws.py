@@ -35,7 +35,7 @@ def further_draws(
     drawn: dict[str, FloatArray] = {}
     if figures.frequency_Hz is not None:
         leaves_s, arrives_s = (
-            propagation.turn_share(turn) * u_s
+            propagation.moment_share(turn) * u_s
             for turn, u_s in ((cycle.start, cycle.start.u_leave_s), (cycle.end, cycle.end.u_time_s))
         )
         u_share = float(np.hypot(leaves_s, arrives_s)) / cycle.duration_s

@@ -16,7 +16,8 @@ _ABOVE = 40.0
 """Power over the median beside it from which a peak is hum: of noise, one of 10^16 values is so large."""
 _BESIDE = 40
 _ABOVE_NEIGHBOURS = 10.0
-"""… and over that one harmonic of the cycle away: corners of a loop make lines at all of them."""
+"""… and over that one or two harmonics of the cycle away: corners of a loop make lines at all of them, those
+of a stroke that is flat at both its turns alike at every other one."""
 _LEAST_SAMPLES = 512
 _ORDER = 5
 _MAIN_LOBE = 2
@@ -43,7 +44,8 @@ def lines_of(rows: FloatArray, step_s: float, cycle_s: float) -> tuple[Line, ...
         return ()
     power, frequency_Hz = _power(rows, step_s)
     first = int(np.searchsorted(frequency_Hz, _FASTER / cycle_s))
-    away = max(2 * _MAIN_LOBE + 1, round(1.0 / cycle_s / frequency_Hz[1]))
+    apart = 1.0 / cycle_s / float(frequency_Hz[1])
+    away = tuple(max(2 * _MAIN_LOBE + 1, round(number * apart)) for number in (1, 2))
     found: list[int] = []
     above = power / np.maximum(_level(power), 1e-300)
     order = np.argsort(above[first:-2])[::-1][: 4 * _MOST_LINES * (2 * _MAIN_LOBE + 1)] + first
@@ -97,9 +99,9 @@ def _level(power: FloatArray) -> FloatArray:
     return np.interp(np.arange(power.size), middles, [float(np.median(block)) for block in blocks])
 
 
-def _stands_out(power: FloatArray, at: int, away: int) -> bool:
-    """Say whether a peak is none of a row of peaks that are a harmonic of the cycle away from each other."""
-    for beside in (at - away, at + away):
+def _stands_out(power: FloatArray, at: int, away: Sequence[int]) -> bool:
+    """Say whether a peak is none of a row of peaks that are one or two harmonics of the cycle apart."""
+    for beside in (at + sign * far for sign in (-1, 1) for far in away):
         part = power[max(0, beside - _MAIN_LOBE) : beside + _MAIN_LOBE + 1]
         if part.size and power[at] < _ABOVE_NEIGHBOURS * np.max(part):
             return False

@@ -20,6 +20,7 @@ from evaluation.extremes import peaks_of
 from evaluation.long_runs import Bounds, long_record, on_time, thinned
 from evaluation.record import Ends, FloatArray, Record, Temperature, make_record
 from evaluation.results import RunFacts
+from evaluation.steps.corrections import EVENT
 from foundation.channel import Channel, ChannelUncertainty
 from foundation.errors import BadInput
 from foundation.kind import Kind
@@ -289,6 +290,10 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         moving_mass_accuracy_percent=_stand_number(run.metadata, "moving_mass_accuracy_percent"),
         force_cell=_force_cell(run),
         proof_load=_proof_load(run),
+        stroke_events=tuple(event for event in run.events if event.kind == EVENT)
+        if kind == "harmonic"
+        else (),
+        zero=run.metadata.get("zero"),
         campaign=_campaign(run),
         purpose=_purpose(run),
         impact_speed_km_h=_stated_number(run, "impact_speed_km_h"),

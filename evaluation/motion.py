@@ -1,7 +1,8 @@
 """Cycles of a run as facts: turning points, cycles, and the loop of force over stroke of one cycle.
 
-A cycle runs from a lower turning point over the upper one to the next lower turning point. A dwell at a
-turning point belongs to it: the cycle starts when the stroke leaves it and ends when the stroke arrives.
+A cycle runs from a lower turning point over the upper one to the next lower turning point. A rest at a lower
+turning point belongs to none: the cycle starts when the stroke leaves it and ends when the stroke arrives.
+That a stand stands while it reverses is no rest, but part of its cycles (:mod:`evaluation.reversal_dwells`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from evaluation.record import FloatArray
 
-TurnMethod = Literal["polynomial", "lines", "plateau", "edge", "cut"]
+TurnMethod = Literal["polynomial", "lines", "plateau", "reversal", "edge", "cut"]
 
 
 class TurningPoint(NamedTuple):
@@ -31,12 +32,16 @@ class TurningPoint(NamedTuple):
     index : int
         Sample nearest to the arrival.
     method : str
-        ``polynomial`` (smooth), ``lines`` (triangular), ``plateau`` (dwell), ``edge`` (the record begins or
-        ends at the turn) or ``cut`` (it begins after or ends before the turn).
+        ``polynomial`` (smooth), ``lines`` (triangular), ``plateau`` (dwell), ``reversal`` (a dwell so short
+        that it is what the stand needs to reverse), ``edge`` (the record begins or ends at the turn) or
+        ``cut`` (it begins after or ends before the turn).
     u_stroke_mm : float
         Standard uncertainty of the fit, from its residuals.
     u_time_s, u_leave_s : float
         Those of the moments of arriving and leaving; one error where the two are one moment.
+    moment_samples : float
+        From so many samples the moment is known where it was not read with the stroke, but by its flanks;
+        else 0.
     blunt_mm : float
         By how much the stroke may turn before ``stroke_mm``, where samples do not show how sharp it turns: a
         stand that rounds its turns does so at all of them.
@@ -53,6 +58,7 @@ class TurningPoint(NamedTuple):
     u_time_s: float = 0.0
     u_leave_s: float = 0.0
     blunt_mm: float = 0.0
+    moment_samples: float = 0.0
 
     @property
     def dwell_s(self) -> float:

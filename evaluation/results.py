@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # these modules make their facts from the results defined her
     from evaluation.plausibility.finding import Finding
     from evaluation.requirements.inspection import Inspection
     from evaluation.wires import DrawWires
+    from recording.run import RunEvent
 
 Verdict = Literal[
     "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
@@ -81,6 +82,10 @@ class RunFacts:
     """Id of the campaign that it is of."""
     purpose: Purpose | None = None
     """What the campaign says that it is for, or ``[test]`` of an import."""
+    stroke_events: tuple[RunEvent, ...] = ()
+    """What was told the piston of a sine while it ran, and what became of it (events of kind ``stroke``)."""
+    zero: Mapping[str, Any] | None = None
+    """How stroke 0 was set to first contact, as the run's document says; None where it does not."""
     problems: tuple[str, ...] = ()
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 

@@ -28,6 +28,7 @@ from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
 from evaluation.results import CycleResult, Measured, Options, RequirementResult, RunEvaluation, RunFacts
 from evaluation.steps import Division
+from evaluation.steps.corrections import with_settling
 from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
 from evaluation.summary import MeanOfDraws
 from evaluation.uncertain_results import with_uncertainty
@@ -35,6 +36,8 @@ from evaluation.wires import DrawWires, check_wires
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
+_ASKED_TOLERANCE = {"prestress_mm": (0.0, 0.3), "amplitude_mm": (0.01, 0.1), "frequency_Hz": (0.05, 0.0)}
+"""The same where the specimen's stroke was asked for (``compensate``), not the piston's."""
 _NOT_DRAWN = "no expanded uncertainties: the evaluation was asked for none (0 draws)"
 
 
@@ -90,9 +93,9 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     record, turns, coarse = condensed_for(_without_readings(calm), facts.kind)
     interval_s = limits.conditions.reading_interval_max_s
     found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)
+    found = with_settling(found, facts.stroke_events)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
 
-    stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     draws = _drawn_errors(facts, options, found)
     look = Look(samples, record, results, facts, wires, seen, coded)
     spoiled = Spoiled(look_for_implausible(look))
@@ -113,7 +116,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     warnings += spoiled.warnings(_numbered)
     warnings += _record_warnings(record, facts, results, division)
     if samples.time_s.size:
-        warnings += missing_facts(*stated) if options.draws else [_NOT_DRAWN]
+        warnings += _missing_facts(facts) if options.draws else [_NOT_DRAWN]
     warnings += _cycle_warnings(results)
 
     whole = sum_up(
@@ -219,6 +222,10 @@ def _drawn_errors(facts: RunFacts, options: Options, found: Found) -> Draws | No
     return draw_errors(*stated, options.draws, options.seed, found.added, found.prepared.own)
 
 
+def _missing_facts(facts: RunFacts) -> list[str]:
+    return missing_facts(facts.force_uncertainty, facts.stroke_uncertainty)
+
+
 def _noise_of_samples(samples: Record, found: Found) -> Noise:
     """Return the noise of every sample: means of some, which the cycles are found in, have less of it."""
     if samples.time_s.size == found.record.time_s.size:
@@ -316,10 +323,11 @@ def _off_plan(facts: RunFacts, whole: SummedUp) -> list[str]:
     """Return a warning for every figure in which a harmonic run is not the step that was planned."""
     if facts.kind != "harmonic":
         return []
+    tolerance = _ASKED_TOLERANCE if facts.step.get("compensate") is True else _PLAN_TOLERANCE
     summaries = {f"step {step.index} of ": step.summary for step in whole.steps} or {"": whole.summary}
     warnings = []
     for part, summary in summaries.items():
-        for name, (share, least) in _PLAN_TOLERANCE.items():
+        for name, (share, least) in tolerance.items():
             planned, measured = facts.step.get(name), summary.values[name].value
             if not isinstance(planned, int | float) or measured is None:
                 continue

@@ -196,7 +196,8 @@ def _fitted(
     moments, strokes, places, u_x, u_t, blunt = (
         column.tolist() for column in (own.time_s, stroke, index, own.u, own.u_s, own.blunt)
     )
-    columns = (moments, moments, strokes, strokes, kinds, places, methods, u_x, u_t, u_t, blunt)
+    own_samples = [0.0] * len(moments)
+    columns = (moments, moments, strokes, strokes, kinds, places, methods, u_x, u_t, u_t, blunt, own_samples)
     turns: list[TurningPoint | None] = list(map(TurningPoint._make, zip(*columns, strict=True)))
     for row in np.flatnonzero(~own.found).tolist():
         turns[row] = None

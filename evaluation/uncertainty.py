@@ -233,8 +233,13 @@ class CyclePropagation:
         spectrum, u_mm = self.noise.stroke, turn.u_stroke_mm
         if spectrum is None or not 0.0 < u_mm < spectrum.sigma:
             return 1.0
-        samples = 2.25 * (spectrum.sigma / u_mm) ** 2
-        return max(1.0, float(np.sqrt(samples * spectrum.mean_variance(samples))) / spectrum.sigma)
+        return _coloured(spectrum, 2.25 * (spectrum.sigma / u_mm) ** 2)
+
+    def moment_share(self, turn: TurningPoint) -> float:
+        """Return the same for its moment, which may be that of other samples."""
+        if self.noise.stroke is None or not turn.moment_samples:
+            return self.turn_share(turn)
+        return _coloured(self.noise.stroke, turn.moment_samples)
 
     def reading_noise_kN(self, reading: EndReading) -> float:  # noqa: N802 - the unit keeps its capitals
         """Return the noise of a sample's force at its stroke: that of both channels [kN].
@@ -312,6 +317,11 @@ class CyclePropagation:
             value_gain=float(noise_kN[0]),
             slope_gain=float(noise_kN[1]) / scale,
         )
+
+
+def _coloured(spectrum: Spectrum, samples: float) -> float:
+    """Return by how much more the mean of so many samples scatters than by white noise, at least 1."""
+    return max(1.0, float(np.sqrt(samples * spectrum.mean_variance(samples))) / spectrum.sigma)
 
 
 def _weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]:

@@ -37,6 +37,22 @@ def short_address(path: Path) -> Iterator[str]:
         os.close(folder)
 
 
+def bind_for_oneself(server: socket.socket, path: Path) -> None:
+    """Bind a socket to a path, however deep, so that nobody but this user can connect.
+
+    Raises
+    ------
+    OSError
+        If the folder takes no sockets, or something is there already.
+    """
+    with short_address(path) as address:
+        before = os.umask(0o177)
+        try:
+            server.bind(address)
+        finally:
+            os.umask(before)
+
+
 @contextmanager
 def connected(path: Path, timeout_s: float) -> Iterator[socket.socket]:
     """Give a connection to a socket; it is closed behind.

@@ -7,6 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from foundation.catalogue import Catalogue
 from foundation.kind import Kind
 from foundation.purpose import Purpose
 from foundation.settings import Moment, Settings, load_settings
@@ -49,9 +50,10 @@ class Test(Settings):
 
 
 class SpecimenFile(Settings):
-    """A specimen file: ``[specimen]`` and, for imports, ``[test]``."""
+    """A specimen file: ``[specimen]``; ``[catalogue]`` if it has no spring model; ``[test]`` for imports."""
 
     specimen: Specimen
+    catalogue: Catalogue | None = None
     test: Test = Test()
 
 

@@ -29,12 +29,15 @@ class CyclePrediction:
         Area of the loop.
     damping : float
         Absorbed by stored energy; 0 where nothing is stored.
+    lower_force_kN : float
+        Force at the lower turning point.
     """
 
     peak_force_kN: float
     stored_energy_J: float
     absorbed_energy_J: float
     damping: float
+    lower_force_kN: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class StaticPrediction(CyclePrediction):
         Stroke at which it turns.
     """
 
-    end_stroke_mm: float
+    end_stroke_mm: float = 0.0
 
 
 def predict_harmonic(
@@ -86,7 +89,8 @@ def predict_harmonic(
     gain = ends[1] - ends[0]
     band = band_history(model.tables, stroke, ends[0] / (1.0 - gain) if gain < 1.0 else 0.5)
     lag = _settled_lag(model, time, stroke)
-    return CyclePrediction(*_energies(stroke, force_history(model, stroke, band, lag, temperature_C)))
+    force = force_history(model, stroke, band, lag, temperature_C)
+    return CyclePrediction(*_energies(stroke, force), lower_force_kN=float(force[0]))
 
 
 def predict_static(
@@ -133,6 +137,23 @@ def predict_static(
     return StaticPrediction(*_energies(stroke, force), end_stroke_mm=end)
 
 
+def predict_forces(model: SpringModel, time_s: Floats, stroke_mm: Floats, temperature_C: float) -> Floats:
+    """Predict the force [kN] along a path of strokes from rest at one temperature, shape (n,).
+
+    Parameters
+    ----------
+    model : SpringModel
+        The spring, without overstress and on its unloading curve before the first instant.
+    time_s, stroke_mm : NDArray, shape (n,)
+        Instants [s], not falling, and the strokes there [mm]; linear between them.
+    temperature_C : float
+        Temperature of the spring.
+    """
+    x = np.clip(stroke_mm, 0.0, model.tables.end_mm)
+    lags = lag_histories(model.viscous, time_s, x)
+    return force_history(model, stroke_mm, band_history(model.tables, stroke_mm), lags, temperature_C)
+
+
 def heat_step(
     heat: HeatBalance, start_C: float, ambient_C: float, power_W: float, duration_s: float
 ) -> float:
@@ -165,9 +186,7 @@ def _settled_lag(model: SpringModel, time_s: Floats, stroke_mm: Floats) -> Float
 
 def _static_force(model: SpringModel, stroke: Floats, speed: float, temperature_C: float) -> Floats:
     time = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(stroke)))]) / speed
-    x = np.clip(stroke, 0.0, model.tables.end_mm)
-    lags = lag_histories(model.viscous, time, x)
-    return force_history(model, stroke, band_history(model.tables, stroke), lags, temperature_C)
+    return predict_forces(model, time, stroke, temperature_C)
 
 
 def _energies(stroke: Floats, force: Floats) -> tuple[float, float, float, float]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,28 +13,17 @@ from pydantic import BeforeValidator, Field
 from foundation.canonical import file_hash
 from foundation.settings import Settings, parse_settings, read_text
 from protocols.guard_table import GuardTable
-from protocols.kinds import KINDS, Positive, Step, as_tuple
+from protocols.kinds import KINDS, Positive, RepeatStep, Step, as_tuple, checked_kind
 from protocols.kinds import CoolDownStep as CoolDownStep  # noqa: PLC0414 - part of the schema
 from protocols.kinds import HarmonicStep as HarmonicStep  # noqa: PLC0414
 from protocols.kinds import HoldStep as HoldStep  # noqa: PLC0414
 from protocols.kinds import StaticStep as StaticStep  # noqa: PLC0414
 from protocols.kinds import SweepStep as SweepStep  # noqa: PLC0414
 from protocols.limits import TestLimits
+from protocols.stroke_table import StrokeTable
+from protocols.zero_table import ZeroTable
 
-
-def _known_kind(value: object) -> object:
-    """Refuse a step without kind, or with an unknown one, before its keys are looked at."""
-    if isinstance(value, dict):
-        if "kind" not in value:
-            raise ValueError(f"this step has no kind; give kind = one of {', '.join(KINDS)}")
-        if value["kind"] not in KINDS:
-            near = difflib.get_close_matches(str(value["kind"]), KINDS, n=1, cutoff=0.4)
-            hint = f"did you mean “{near[0]}”?" if near else f"use one of {', '.join(KINDS)}"
-            raise ValueError(f"unknown kind of step “{value['kind']}”; {hint}")
-    return value
-
-
-_TaggedStep = Annotated[Annotated[Step, Field(discriminator="kind")], BeforeValidator(_known_kind)]
+_TaggedStep = Annotated[Annotated[Step, Field(discriminator="kind")], BeforeValidator(checked_kind(KINDS))]
 
 
 class CampaignFacts(Settings):
@@ -83,8 +72,10 @@ class CampaignFile(Settings):
     campaign: CampaignFacts
     limits: TestLimits = TestLimits()
     guards: GuardTable = GuardTable()
+    zero: ZeroTable = ZeroTable()
     conditions: Conditions = Conditions()
     motion: MotionSettings = MotionSettings()
+    stroke: StrokeTable = StrokeTable()
     plan: PlanSettings = PlanSettings()
     step: Annotated[tuple[_TaggedStep, ...], BeforeValidator(as_tuple), Field(min_length=1)]
 
@@ -97,6 +88,8 @@ class Campaign:
     content: CampaignFile
     sha256: str
     step_lines: tuple[int | None, ...]
+    nested_lines: tuple[tuple[int | None, ...], ...] = ()
+    """Lines of each step's ``[[step.step]]``."""
 
     @property
     def id(self) -> str:
@@ -118,23 +111,51 @@ class Campaign:
         """Path of the specimen file."""
         return self.path.parent / self.content.campaign.specimen
 
-    def place(self, number: int) -> str:
-        """Return where ``[[step]]`` ``number`` (from 1) stands in the file, for messages."""
-        line = self.step_lines[number - 1]
-        return f"[[step]] {number}" if line is None else f"line {line}: [[step]] {number}"
+    def place(self, number: int, nested: int | None = None) -> str:
+        """Return where ``[[step]]`` ``number`` (from 1) stands in the file, for messages.
+
+        Parameters
+        ----------
+        number : int
+            From 1.
+        nested : int, optional
+            Which of its ``[[step.step]]`` is meant, from 1.
+        """
+        line, name = self.step_lines[number - 1], f"[[step]] {number}"
+        if nested is not None:
+            line, name = self.nested_lines[number - 1][nested - 1], f"{name}, [[step.step]] {nested}"
+        return name if line is None else f"line {line}: {name}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the campaign's facts for run files and ``plan --json``."""
         return self.content.campaign.model_dump(mode="json") | {"file": self.path.name, "sha256": self.sha256}
 
 
-_STEP_HEADER = re.compile(r"^\s*\[\[\s*step\s*\]\]")
+_STEP_HEADER = re.compile(r"^\s*\[\[\s*step\s*(\.\s*step\s*)?\]\]")
 
 
-def _step_lines(text: str, count: int) -> tuple[int | None, ...]:
-    """Return the line of each ``[[step]]``, or None for all where they are written some other way."""
-    lines = [number for number, line in enumerate(text.splitlines(), start=1) if _STEP_HEADER.match(line)]
-    return tuple(lines) if len(lines) == count else (None,) * count
+def _step_lines(
+    text: str, steps: Sequence[Step]
+) -> tuple[tuple[int | None, ...], tuple[tuple[int | None, ...], ...]]:
+    """Return the line of each step and of each one in it; None where they are written some other way."""
+    lines: list[int] = []
+    inner: list[list[int]] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not (header := _STEP_HEADER.match(line)):
+            continue
+        if header[1] is None:
+            lines.append(number)
+            inner.append([])
+        elif inner:
+            inner[-1].append(number)
+    counts = [len(step.step) if isinstance(step, RepeatStep) else 0 for step in steps]
+    if len(lines) != len(steps):
+        return (None,) * len(steps), tuple((None,) * count for count in counts)
+    nested = tuple(
+        tuple(found) if len(found) == count else (None,) * count
+        for found, count in zip(inner, counts, strict=True)
+    )
+    return tuple(lines), nested
 
 
 def load_campaign(path: Path) -> Campaign:
@@ -147,4 +168,4 @@ def load_campaign(path: Path) -> Campaign:
     """
     text = read_text(path)
     content = parse_settings(text, CampaignFile, path)
-    return Campaign(path, content, file_hash(path), _step_lines(text, len(content.step)))
+    return Campaign(path, content, file_hash(path), *_step_lines(text, content.step))

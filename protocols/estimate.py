@@ -11,12 +11,13 @@ from foundation.canonical import content_hash
 from foundation.durations import duration_text
 from foundation.kind import Kind
 from foundation.purpose import Purpose
-from protocols.admissible import cool_down_note
 from protocols.campaign import Campaign
 from protocols.expansion import Request, motions_of
+from protocols.first_cycle import peak_force
 from protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
+    ForceCyclesStep,
     HarmonicPiece,
     HarmonicStep,
     HoldStep,
@@ -24,9 +25,11 @@ from protocols.kinds import (
     MotionStep,
     SingleStep,
     StaticStep,
+    WarmUpStep,
 )
-from protocols.prediction import Temperatures, force_at, peak_force
+from protocols.prediction import Temperatures, force_at
 from protocols.steps import (
+    ForceCycles,
     Harmonic,
     Motion,
     PlannedStep,
@@ -36,6 +39,7 @@ from protocols.steps import (
     Steadiness,
     motion_dict,
 )
+from protocols.temperature_limits import limits_of
 from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
 
 HASH_VERSION = 1
@@ -61,6 +65,21 @@ class DataRate:
     def of_run(self, duration_s: float) -> int:
         """Return the bytes of one run of ``duration_s``."""
         return round(self.bytes_per_s * duration_s + self.bytes_per_run)
+
+
+SENSOR_STEP_K = 0.0625
+"""What a DS18B20 tells apart at 12 bit [K]."""
+_REACHED_K = 0.01
+"""A wait is found to a millionth of its time; so near its end it has come there [K]."""
+
+
+@dataclass(frozen=True)
+class OffBand:
+    """A step that is expected to begin beside its band: its number, and the sensor by then [°C]."""
+
+    index: int
+    request: Request
+    sensor_C: float
 
 
 @dataclass(frozen=True)
@@ -90,9 +109,11 @@ def _shape(step: SingleStep) -> _Shape:  # noqa: PLR0911 - one for each kind
                 proof_load=step.proof_load,
                 purpose=step.purpose,
             )
-        case ConditioningStep():
+        case ConditioningStep() | WarmUpStep():
             shape = _shape(step.as_step())
             return shape if step.record else replace(shape, run_kind=None)
+        case ForceCyclesStep():
+            return _Shape("static", peak_speed_mm_per_s=step.speed_mm_per_s)
         case InnerLoopsStep():
             return _Shape(
                 "harmonic", frequency_Hz=step.frequency_Hz, peak_speed_mm_per_s=step.peak_speed_mm_per_s
@@ -117,6 +138,10 @@ class Estimator:
         self._hashing = hashing
         self._seen: Counter[str] = Counter()
         self.notes: list[str] = []
+        self.too_cold: list[OffBand] = []
+        """Steps that are expected to begin below their band of temperatures."""
+        self.never_cool: list[OffBand] = []
+        """Steps that are expected to begin above a band that ends below the air."""
 
     def steps(
         self, requests: Sequence[Request], start: Temperatures | None = None
@@ -130,34 +155,50 @@ class Estimator:
         start : Temperatures, optional
             Of the specimen at the start; by the campaign's ``[conditions]`` if not given.
         """
-        around = self._around
         start_C = self._campaign.content.conditions.start_C()
         now = start or Temperatures(start_C, start_C)
         planned = []
         for index, request in enumerate(requests, start=1):
+            around = replace(self._around, test=limits_of(request.step, self._around.test))
             motions = motions_of(request.step, self._campaign.content.motion, around.limits)
-            walk = Walker(around, now).walk(motions)
-            planned.append(self._step(index, request, motions, walk, now.mass_C))
+            walker = Walker(around, now, compensate=request.compensate)
+            wait_s = walker.cool_into(request.step.start_band())
+            begins = walker.now
+            self._note_beginning(index, request, wait_s, begins)
+            warmth = request.step.warmth() if isinstance(request.step, WarmUpStep) else None
+            heating = None if warmth is None else walker.heating(motions)
+            walk = walker.walk(motions, warmth, heating)
+            step = self._step(index, request, motions, walk, begins.mass_C, wait_s)
+            planned.append(replace(step, heating=heating))
+            if isinstance(request.step, WarmUpStep):
+                self._note_warming(request.step, planned[-1], walk)
             now = walk.end
             if walk.ended:  # the next starts when the specimen has cooled; if it cannot, at the air's
-                wait_s = walk.stops[-1].wait_s
-                rest_s = LONGEST_WAIT_S if wait_s is None else wait_s
+                cools_s = walk.stops[-1].wait_s
+                rest_s = LONGEST_WAIT_S if cools_s is None else cools_s
                 now = around.predictor.temperatures_after(now, around.ambient_C, 0.0, rest_s)
         return tuple(planned)
 
     def _step(
-        self, index: int, request: Request, motions: tuple[Motion, ...], walk: Walk, start_C: float
+        self,
+        index: int,
+        request: Request,
+        motions: tuple[Motion, ...],
+        walk: Walk,
+        start_C: float,
+        wait_s: float,
     ) -> PlannedStep:
         shape = _shape(request.step)
-        duration_s = sum(estimate.duration_s for estimate in walk.estimates)
+        moves_s = sum(estimate.duration_s for estimate in walk.estimates)
         self._note(index, request, walk)
-        cyclic = [motion.cycles for motion in motions if isinstance(motion, Harmonic | StaticCycles)]
+        kinds = Harmonic | StaticCycles | ForceCycles
+        cyclic = [motion.cycles for motion in motions if isinstance(motion, kinds)]
         return PlannedStep(
             index=index,
             name=request.name,
             kind=request.step.kind,
             run_kind=shape.run_kind,
-            place=self._campaign.place(request.number),
+            place=self._campaign.place(request.number, request.nested),
             motions=motions,
             estimates=walk.estimates,
             prestress_mm=shape.prestress_mm,
@@ -165,59 +206,144 @@ class Estimator:
             frequency_Hz=shape.frequency_Hz,
             peak_speed_mm_per_s=shape.peak_speed_mm_per_s,
             cycles=sum(cyclic) if cyclic else None,
-            expected_peak_force_kN=self._peak_force(motions, start_C),
+            expected_peak_force_kN=self._peak_force(motions, start_C, compensate=request.compensate),
             expected_heat_J=walk.heat_J,
             start_temperature_C=start_C,
             end_temperature_C=walk.end.mass_C,
             max_temperature_C=walk.highest.mass_C,
             sensor_end_temperature_C=walk.end.sensor_C,
             sensor_max_temperature_C=walk.highest.sensor_C,
-            duration_s=duration_s,
+            duration_s=wait_s + moves_s,
             expected_duration_s=walk.expected_duration_s,
-            disk_bytes=0 if shape.run_kind is None else self._rate.of_run(duration_s),
+            disk_bytes=0 if shape.run_kind is None else self._rate.of_run(moves_s),
             stops=walk.stops,
-            plan_hash=self._hash(motions, shape),
+            plan_hash=self._hash(request, motions, shape),
             proof_load=shape.proof_load,
             steady=shape.steady,
             pause=request.pause,
             purpose=shape.purpose,
+            compensate=request.compensate,
+            warmth=request.step.warmth() if isinstance(request.step, WarmUpStep) else None,
+            expected_cycles=walk.cycles if isinstance(request.step, WarmUpStep) else None,
+            start_band=request.step.start_band(),
+            wait_s=wait_s,
+            asked=request.step.asked(),
+            temperature_stop_C=request.step.temperature_stop_C,
+            temperature_resume_C=request.step.temperature_resume_C,
         )
 
-    def _peak_force(self, motions: Sequence[Motion], temperature_C: float) -> float | None:
+    def _peak_force(
+        self, motions: Sequence[Motion], temperature_C: float, *, compensate: bool
+    ) -> float | None:
         """Return the greatest force that a motion is expected to bring, None if none compresses."""
-        predictor = self._around.predictor
+        predictor, give = self._around.predictor.bounding(), self._around.give_mm_per_kN
+        taken = 0.0 if compensate else give
         ramp_speed = self._campaign.content.motion.ramp_speed_mm_per_s
         forces = []
         for motion in motions:
+            if predictor.known_to_mm == 0.0 and not isinstance(motion, StaticCycles | RampToForce):
+                continue  # only what turns at a force is known to bring no more
             match motion:
                 case Harmonic(mean_mm=mean, amplitude_mm=amplitude, frequency_Hz=frequency):
-                    forces.append(
-                        peak_force(predictor, mean, amplitude, frequency, ramp_speed, temperature_C)
-                    )
+                    force = peak_force(
+                        predictor, mean, amplitude, frequency, ramp_speed, temperature_C,
+                        give_mm_per_kN=give, compensated=compensate,
+                    )  # fmt: skip
+                    forces.append(force)
                 case (
                     StaticCycles(force_limit_kN=force, stroke_limit_mm=stroke)
                     | RampToForce(force_kN=force, stroke_limit_mm=stroke)
+                    | ForceCycles(force_max_kN=force, stroke_limit_mm=stroke)
                 ):
-                    cycle = predictor.static(force, stroke, motion.speed_mm_per_s, temperature_C)
+                    cycle = predictor.static(force, stroke, motion.speed_mm_per_s, temperature_C, taken)
                     forces.append(cycle.peak_force_kN)
                 case RampTo(target_mm=target):
-                    forces.append(force_at(predictor, target, motion.speed_mm_per_s, temperature_C))
+                    forces.append(force_at(predictor, target, motion.speed_mm_per_s, temperature_C, taken))
         return max(forces) if forces else None
 
-    def _hash(self, motions: Sequence[Motion], shape: _Shape) -> str:
+    def _hash(self, request: Request, motions: Sequence[Motion], shape: _Shape) -> str:
+        step = request.step
         content = self._hashing | {"motions": [motion_dict(motion) for motion in motions]}
+        if step.temperature_stop_C is not None:
+            content |= {"temperature_stop_C": step.temperature_stop_C}
+        if isinstance(step, WarmUpStep):
+            content |= {"warmth": asdict(step.warmth())}
+        if band := step.start_band():
+            content |= {"start_temperature_C": [band.low_C, band.high_C]}
         if shape.proof_load is not None:  # else as ever: hashes of recorded runs must stay
             content |= {"proof_load": shape.proof_load}
         if shape.steady is not None:
             content |= {"steady": asdict(shape.steady)}
+        if not request.compensate:
+            content |= {"compensate": False}
         same = content_hash(content)
         self._seen[same] += 1
         return content_hash({"content": same, "occurrence": self._seen[same]})
 
+    def _note_beginning(self, index: int, request: Request, wait_s: float, begins: Temperatures) -> None:
+        """Say what is expected of a step that begins in a band of temperatures."""
+        band = request.step.start_band()
+        if band is None:
+            return
+        step = f"step {index} “{request.name}”"
+        if begins.sensor_C > band.high_C + _REACHED_K and band.high_C < self._around.ambient_C:
+            self.never_cool.append(OffBand(index, request, begins.sensor_C))
+        elif begins.sensor_C > band.high_C + _REACHED_K:
+            self.notes.append(
+                f"{step}: cooling to {band.high_C:g} °C ({band.text()}) is not expected within "
+                f"start_timeout_s = {band.timeout_s:g}: it would give up at {begins.sensor_C:.1f} °C"
+            )
+        elif wait_s > 0.0:
+            self.notes.append(
+                f"{step}: waits about {duration_text(wait_s)} until the specimen is at or below "
+                f"{band.high_C:g} °C ({band.text()})"
+            )
+        elif begins.sensor_C < band.low_C - _REACHED_K:
+            self.too_cold.append(OffBand(index, request, begins.sensor_C))
+            if not band.refuses_cold:
+                self.notes.append(
+                    f"{step}: {begins.sensor_C:.1f} °C expected at its start, below {band.text()}; it is run "
+                    "all the same (too_cold = “run”)"
+                )
+
+    def _note_warming(self, step: WarmUpStep, planned: PlannedStep, walk: Walk) -> None:
+        """Say how long warming up should take, or that the model does not see it end."""
+        name, warmth = f"step {planned.index} “{planned.name}”", step.warmth()
+        reached_C, heating = walk.end.sensor_C, planned.heating
+        if not self._around.predictor.knows_heat:
+            self.notes.append(
+                f"{name}: nobody states the specimen's heat: how many cycles it takes to "
+                f"{warmth.low_C:g} … {warmth.high_C:g} °C is not known; at most {step.max_cycles}"
+            )
+        elif walk.highest.sensor_C < warmth.low_C - _REACHED_K and reached_C < warmth.low_C - _REACHED_K:
+            self.notes.append(
+                f"{name}: by the model the sensor only comes to {reached_C:.1f} °C in {walk.cycles:.0f} "
+                f"cycles, not to {warmth.low_C:g} °C; cycle with more amplitude or faster, or raise "
+                "max_cycles"
+            )
+        elif sum(one.duration_s for one in walk.estimates) > step.timeout_s:
+            self.notes.append(f"{name}: takes longer by the model than timeout_s = {step.timeout_s:g}")
+        elif walk.cycles > 0.0:
+            self.notes.append(
+                f"{name}: about {walk.cycles:.0f} cycles and {duration_text(walk.expected_duration_s)} to "
+                f"{warmth.low_C:g} … {warmth.high_C:g} °C, by the model, with the rest in which the sensor "
+                "becomes even with the spring"
+            )
+        if warmth.band_K < SENSOR_STEP_K:
+            self.notes.append(
+                f"{name}: band_K = {warmth.band_K:g} is less than the sensors tell apart (steps of "
+                f"{SENSOR_STEP_K:g} K): a reading may never lie in {warmth.low_C:g} … {warmth.high_C:g} °C"
+            )
+        if heating is not None and heating.least_K is not None and heating.least_K > 2.0 * warmth.band_K:
+            self.notes.append(
+                f"{name}: the shortest go of cycles heats by {heating.least_K:.2f} K, more than the band of "
+                f"{2.0 * warmth.band_K:g} K is wide: it overshoots and waits to cool; cycle more gently"
+            )
+
     def _note(self, index: int, request: Request, walk: Walk) -> None:
-        test = self._around.test
+        test = limits_of(request.step, self._around.test)
         if isinstance(request.step, CoolDownStep):
-            note = cool_down_note(request.step, self._around.ambient_C)
+            note = _cool_down_note(request.step, self._around.ambient_C)
             if note and walk.estimates[0].duration_s > 0.0:
                 self.notes.append(f"step {index} “{request.name}”: {note}")
         for stop in walk.stops:
@@ -240,3 +366,13 @@ class Estimator:
                     "wait-and-continue": f"{cooling}, then the cycles left are run",
                 }[test.on_temperature_stop]
             self.notes.append(text)
+
+
+def _cool_down_note(step: CoolDownStep, ambient_C: float) -> str | None:
+    """Return a warning for a cool-down that the air is too warm for, None if it can end."""
+    if step.temperature_C > ambient_C:
+        return None
+    return (
+        f"cooling to {step.temperature_C:g} °C cannot end in air of {ambient_C:g} °C (conditions.ambient_C): "
+        f"it would give up after {step.timeout_s:g} s"
+    )

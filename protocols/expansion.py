@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 from protocols.campaign import Campaign, MotionSettings
 from protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
+    ForceCyclesStep,
     HarmonicPiece,
     HarmonicStep,
     HoldPiece,
@@ -19,12 +20,26 @@ from protocols.kinds import (
     MotionStep,
     RampPiece,
     ReleasePiece,
+    RepeatStep,
     SingleStep,
     StaticStep,
     SweepStep,
+    TouchStep,
+    WarmUpStep,
 )
 from protocols.limits import Envelope
-from protocols.steps import Harmonic, Hold, Motion, RampTo, RampToForce, Release, StaticCycles, WaitUntilCool
+from protocols.steps import (
+    ForceCycles,
+    Harmonic,
+    Hold,
+    Motion,
+    RampTo,
+    RampToForce,
+    Release,
+    StaticCycles,
+    TouchOff,
+    WaitUntilCool,
+)
 
 APPROACH_SHARE = 0.9
 """So much of the force of a hold is reached at the ramp's speed, the rest at the approach speed: what comes
@@ -38,7 +53,9 @@ class Request:
     """One step of the plan before it is judged: what is asked, its name, and the ``[[step]]`` it is from.
 
     ``may_be_left_out`` is true for a combination of a sweep with ``beyond_limits = "leave-out"``; ``stays``
-    for a step that the planner must not move; ``pause`` for a wait that the planner has put in.
+    for a step that the planner must not move; ``pause`` for a wait that the planner has put in. ``nested`` is
+    the ``[[step.step]]`` of a repetition. ``compensate`` says whose strokes are asked for: the specimen's, or
+    (False) the piston's.
     """
 
     step: SingleStep
@@ -47,6 +64,8 @@ class Request:
     may_be_left_out: bool = False
     stays: bool = True
     pause: bool = False
+    nested: int | None = None
+    compensate: bool = True
 
 
 def _harmonic_name(step: HarmonicStep) -> str:
@@ -70,11 +89,18 @@ def _own_name(step: SingleStep) -> str:  # noqa: PLR0911 - one for each kind
         return f"hold at {where}"
     if isinstance(step, ConditioningStep):
         return f"conditioning: {_own_name(step.as_step())}"
+    if isinstance(step, WarmUpStep):
+        return f"warm up to {step.temperature_C:g} °C"
+    if isinstance(step, ForceCyclesStep):
+        forces = f"{step.force_min_kN:g} … {step.force_max_kN:g} kN"
+        return f"{step.cycles} × {forces} at {step.speed_mm_per_s:g} mm/s"
     if isinstance(step, InnerLoopsStep):
         means = f"{step.mean_mm[0]:g} … {step.mean_mm[-1]:g}" if len(step.mean_mm) > 1 else step.mean_mm[0]
         return f"inner loops about {means} mm"
     if isinstance(step, MotionStep):
         return f"motion of {len(step.piece)} pieces"
+    if isinstance(step, TouchStep):
+        return "touch off first contact"
     return f"cool down to {step.temperature_C:g} °C"
 
 
@@ -93,6 +119,8 @@ def expand_sweep(sweep: SweepStep, heat_of: HeatOf) -> tuple[HarmonicStep, ...]:
             frequency_Hz=rate if frequencies else None,
             peak_speed_mm_per_s=None if frequencies else rate,
             **({"cycles": cycles} if sweep.until_steady is None else {"until_steady": sweep.until_steady}),
+            **sweep.temperatures(),
+            compensate=sweep.compensate,
         )
         for prestress, amplitude, (rate, cycles) in product(
             sweep.prestress_mm, sweep.amplitude_mm, zip(sweep.rates(), sweep.cycle_counts(), strict=True)
@@ -111,16 +139,49 @@ def expand(campaign: Campaign, heat_of: HeatOf) -> tuple[Request, ...]:
     """Return every single step of a campaign in the order in which it is to be run."""
     requests: list[Request] = []
     for number, step in enumerate(campaign.content.step, start=1):
-        if isinstance(step, SweepStep):
-            prefix = f"{step.name}: " if step.name else ""
-            leave_out = step.beyond_limits == "leave-out"
-            requests += [
-                Request(single, prefix + _harmonic_name(single), number, leave_out, step.stays())
-                for single in expand_sweep(step, heat_of)
-            ]
+        if isinstance(step, RepeatStep):
+            requests += _repeated(step, number, heat_of)
         else:
-            requests.append(Request(step, step.name or _own_name(step), number, stays=step.stays()))
-    return tuple(requests)
+            requests += _requests(step, number, heat_of)
+    return tuple(_with_strokes(request, campaign) for request in requests)
+
+
+def _with_strokes(request: Request, campaign: Campaign) -> Request:
+    """Return a request that says whose strokes it asks for: as the step does, else as the campaign does."""
+    own = request.step.compensate
+    return replace(request, compensate=campaign.content.stroke.compensate if own is None else own)
+
+
+def _requests(step: SingleStep | SweepStep, number: int, heat_of: HeatOf) -> list[Request]:
+    if isinstance(step, SweepStep):
+        prefix = f"{step.name}: " if step.name else ""
+        leave_out = step.beyond_limits == "leave-out"
+        return [
+            Request(single, prefix + _harmonic_name(single), number, leave_out, step.stays())
+            for single in expand_sweep(step, heat_of)
+        ]
+    return [Request(step, step.name or _own_name(step), number, stays=step.stays())]
+
+
+def _repeated(repeat: RepeatStep, number: int, heat_of: HeatOf) -> list[Request]:
+    """Return the steps of a repetition, each with its turn in its name; at random each turn is drawn anew."""
+    found: list[Request] = []
+    prefix = f"{repeat.name}: " if repeat.name else ""
+    for turn in range(1, repeat.times + 1):
+        for nested, step in enumerate(repeat.step, start=1):
+            drawn = step
+            if isinstance(step, SweepStep) and step.seed is not None:
+                drawn = step.model_copy(update={"seed": step.seed + turn - 1})
+            found += [
+                replace(
+                    one,
+                    name=f"{prefix}{one.name} ({turn} of {repeat.times})",
+                    nested=nested,
+                    stays=one.stays or repeat.keeps_order(),
+                )
+                for one in _requests(drawn, number, heat_of)
+            ]
+    return found
 
 
 def motions_of(  # noqa: PLR0911 - one for each kind
@@ -138,18 +199,33 @@ def motions_of(  # noqa: PLR0911 - one for each kind
             return (ramp, _sine(step), release)
         case ConditioningStep():
             return motions_of(step.as_step(), motion, limits)
+        case WarmUpStep():
+            soak = (Hold(step.soak_s),) if step.soak_s > 0.0 else ()
+            return (*motions_of(step.as_step(), motion, limits), *soak)
         case InnerLoopsStep():
             return (*_loops(step, motion), release)
+        case ForceCyclesStep():
+            return (_between_forces(step, limits), release)
         case MotionStep():
             return _composed(step, release, limits)
         case CoolDownStep():
             return (WaitUntilCool(step.temperature_C, step.timeout_s),)
+        case TouchStep():
+            return (TouchOff(step.touch_force_kN, step.speed_mm_per_s),)
     return _held(step, motion, release, limits)
 
 
 def _sine(step: HarmonicStep) -> Harmonic:
     frequency, _ = step.rate()
     return Harmonic(step.prestress_mm, step.amplitude_mm, frequency, step.most_cycles())
+
+
+def _between_forces(step: ForceCyclesStep, limits: Envelope) -> ForceCycles:
+    limit_mm = limits.stroke.value if step.stroke_limit_mm is None else step.stroke_limit_mm
+    return ForceCycles(
+        step.force_min_kN, step.force_max_kN, limit_mm, step.speed_mm_per_s, step.cycles,
+        step.tolerance_percent,
+    )  # fmt: skip
 
 
 def _held(step: HoldStep, motion: MotionSettings, release: Release, limits: Envelope) -> tuple[Motion, ...]:

@@ -54,8 +54,10 @@ class GuardTable(Settings):
     """No value of the amplifier for so long [s of the wall]."""
     gap_stop_s: Positive = 0.5
     """A longer gap in the samples left the guards blind."""
+    missed_cycles_max_per_min: int = Field(default=60, ge=0)
+    """So many cycles of its loop the controller may miss in a minute: 60 are 0.1 % of 1 kHz."""
     lag_stop_s: Positive = 10.0
-    """The reader may be behind the stand for so long [s of the wall]; a tenth of it is noted."""
+    """Samples may come late for so long [s of the wall]; a tenth of it is noted."""
     disk_stop_s: Positive = 10.0
     """What was written may wait for the disk so long [s]; a fifth of it is noted."""
     agreement_kN: Positive = 6.0

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from foundation.errors import BadInput
-from protocols.prediction import CycleEstimate, Predictor, StaticEstimate, Temperatures
+from protocols.forwarding import ForwardingPredictor
+from protocols.prediction import Predictor, Temperatures
 
 SENSOR_DOUBT_K = 0.3
 """Standard uncertainty of a measured rise [K]: resolution and place of the sensor."""
@@ -91,7 +92,7 @@ class HeatScale:
 
 
 @dataclass(frozen=True)
-class LearnedPredictor:
+class LearnedPredictor(ForwardingPredictor):
     """A predictor whose heat law is scaled; forces and energies stay.
 
     ``C dT/dt = h P − c λ (T − T_0)`` is the law of a spring with C/h as capacity and λ c/h as loss. The
@@ -101,17 +102,10 @@ class LearnedPredictor:
     model: Predictor
     scale: HeatScale
 
-    def harmonic(
-        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
-    ) -> CycleEstimate:
-        """Return the settled harmonic cycle of the model."""
-        return self.model.harmonic(prestress_mm, amplitude_mm, frequency_Hz, temperature_C)
-
-    def static(
-        self, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float, temperature_C: float
-    ) -> StaticEstimate:
-        """Return the slow cycle of the model."""
-        return self.model.static(force_limit_kN, stroke_limit_mm, speed_mm_per_s, temperature_C)
+    @property
+    def asked(self) -> Predictor:
+        """The model as it is."""
+        return self.model
 
     def temperatures_after(
         self,

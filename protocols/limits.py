@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from foundation.force_speed import ForceSpeed, curve_problem
 from foundation.settings import Settings
 from foundation.specimen import Specimen
 
@@ -23,28 +24,94 @@ TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
+class Machine:
+    """What the machine takes of a motion: it gives way under force, and is slower under force.
+
+    Parameters
+    ----------
+    stiffness_kN_per_mm : float or None
+        Frame, load cell and fixture in series; None: not known, taken for rigid.
+    force_speed : ForceSpeed or None
+        Greatest speed at a force; None: not known, the speed limit holds at any force.
+    """
+
+    stiffness_kN_per_mm: float | None = None
+    force_speed: ForceSpeed | None = None
+
+    @property
+    def give_mm_per_kN(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """By how much it gives way under 1 kN [mm/kN]; 0 where it is taken for rigid."""
+        return 0.0 if self.stiffness_kN_per_mm is None else 1.0 / self.stiffness_kN_per_mm
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what is known of it by the stand file's names, as JSON-ready data."""
+        known: dict[str, Any] = {}
+        if self.stiffness_kN_per_mm is not None:
+            known["machine_stiffness_kN_per_mm"] = self.stiffness_kN_per_mm
+        if self.force_speed is not None:
+            known["force_speed"] = [list(pair) for pair in self.force_speed.points]
+        return known
+
+
+RIGID = Machine()
+"""A machine of which nothing is known."""
+
+
+@dataclass(frozen=True)
 class StandLimits:
     """What the stand can do, from its stand file; all positive.
+
+    Parameters
+    ----------
+    force_max_kN, stroke_max_mm, frequency_max_Hz, speed_max_mm_per_s : float
+        Its limits; the stroke is the piston's travel.
+    machine_stiffness_kN_per_mm : float or None
+        As :class:`Machine`.
+    force_speed : sequence of (float, float) or None
+        Pairs of force [kN] and greatest speed there [mm/s].
 
     Raises
     ------
     ValueError
-        If a limit is not positive.
+        If a limit is not positive, or the pairs are no curve.
     """
 
     force_max_kN: float
     stroke_max_mm: float
     frequency_max_Hz: float
     speed_max_mm_per_s: float
+    machine_stiffness_kN_per_mm: float | None = None
+    force_speed: tuple[tuple[float, float], ...] | None = None
 
     def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
+        for name, value in (self.hashed() | self._stiffness()).items():
             if not value > 0.0:
                 raise ValueError(f"{name} of the stand must be positive, got {value}")
+        if self.force_speed is not None and (problem := curve_problem(self.force_speed)):
+            raise ValueError(f"force_speed of the stand: {problem}")
 
-    def as_dict(self) -> dict[str, float]:
-        """Return the limits by name, as floats (so that 600 and 600.0 hash alike)."""
-        return {name: float(value) for name, value in asdict(self).items()}
+    def _stiffness(self) -> dict[str, float]:
+        stiffness = self.machine_stiffness_kN_per_mm
+        return {} if stiffness is None else {"machine_stiffness_kN_per_mm": float(stiffness)}
+
+    @property
+    def machine(self) -> Machine:
+        """What the machine takes of a motion."""
+        curve = None if self.force_speed is None else ForceSpeed(self.force_speed)
+        return Machine(self.machine_stiffness_kN_per_mm, curve)
+
+    def hashed(self) -> dict[str, float]:
+        """Return what bears on a recorded result, as floats (so that 600 and 600.0 hash alike).
+
+        What the machine takes of a motion does not: it is what a plan reckons with, and a better value of it
+        makes no other test of a step that was run.
+        """
+        names = ("force_max_kN", "stroke_max_mm", "frequency_max_Hz", "speed_max_mm_per_s")
+        return {name: float(getattr(self, name)) for name in names}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the limits by name, and what is known of the machine."""
+        return {**self.hashed(), **self.machine.as_dict()}
 
 
 class TestLimits(Settings):
@@ -106,7 +173,10 @@ class Bound:
 
 @dataclass(frozen=True)
 class Envelope:
-    """The narrowest limits of stand, campaign and specimen, and the guards' trips that follow from them."""
+    """The narrowest limits of stand, campaign and specimen, and the guards' trips that follow from them.
+
+    ``stroke`` bounds the specimen's, ``travel`` the piston's.
+    """
 
     force: Bound
     stroke: Bound
@@ -114,6 +184,8 @@ class Envelope:
     speed: Bound
     force_trip_kN: float
     stroke_trip_mm: float
+    travel: Bound
+    machine: Machine = RIGID
 
     def as_dict(self) -> dict[str, Any]:
         """Return the limits by name, each with value and source, for ``plan --json``."""
@@ -121,7 +193,8 @@ class Envelope:
         facts: dict[str, Any] = {
             bound.name: {"value": bound.value, "source": bound.source} for bound in bounds
         }
-        return facts | {"force_trip_kN": self.force_trip_kN, "stroke_trip_mm": self.stroke_trip_mm}
+        trips = {"force_trip_kN": self.force_trip_kN, "stroke_trip_mm": self.stroke_trip_mm}
+        return facts | trips | self.machine.as_dict()
 
 
 def _narrowest(name: str, unit: str, candidates: list[tuple[float | None, str]]) -> Bound:
@@ -171,4 +244,6 @@ def envelope(stand: StandLimits, test: TestLimits, specimen: Specimen) -> Envelo
         ),
         force_trip_kN=test.force_trip_kN or FORCE_TRIP_FACTOR * force.value,
         stroke_trip_mm=test.stroke_trip_mm or stroke.value + STROKE_TRIP_MARGIN_MM,
+        travel=Bound("stroke_max_mm", float(stand.stroke_max_mm), "mm", stand_text),
+        machine=stand.machine,
     )

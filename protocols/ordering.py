@@ -16,9 +16,11 @@ from typing import Any
 from foundation.durations import duration_text
 from protocols.campaign import Campaign
 from protocols.expansion import Request, motions_of
-from protocols.kinds import CoolDownStep, HoldStep
+from protocols.kinds import CoolDownStep, HoldStep, WarmUpStep
+from protocols.limits import TestLimits
 from protocols.prediction import Temperatures
-from protocols.steps import Harmonic, Hold, Motion, RampTo, Release, WaitUntilCool
+from protocols.steps import Harmonic, Hold, Motion, RampTo, Release, StartBand, WaitUntilCool, Warmth
+from protocols.temperature_limits import limits_of
 from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker, cooling_time_s
 
 EXACT_ORDERS = 5040
@@ -77,11 +79,16 @@ class Ordering:
 
 @dataclass(frozen=True)
 class Job:
-    """One step to be put in order: its motions, and whether it must stay where it is."""
+    """One step to be put in order: its motions, whether it must stay where it is, whose strokes it has."""
 
     motions: tuple[Motion, ...]
     stays: bool
     nominal_s: float = 0.0
+    band: StartBand | None = None
+    test: TestLimits | None = None
+    """The limits with its own temperatures; None: the campaign's."""
+    compensate: bool = True
+    warmth: Warmth | None = None
 
     @property
     def cools(self) -> bool:
@@ -164,9 +171,12 @@ class Course:
         """Return what a job absorbs [J]."""
         return self._walk(number, now, cautious=False).heat_J
 
-    def _stays_cool(self, end: Temperatures) -> bool:
+    def _test(self, number: int) -> TestLimits:
+        return self.jobs[number].test or self.around.test
+
+    def _stays_cool(self, number: int, end: Temperatures) -> bool:
         """Return whether the sensor, which lags behind, stays below the limit in a rest after a job, too."""
-        stop_C = self.around.test.temperature_stop_C - self.margin_C
+        stop_C = self._test(number).temperature_stop_C - self.margin_C
         if end.mass_C < stop_C:
             return True
         return all(self.rested(end, rest_s).sensor_C < stop_C for rest_s in _AFTERWARDS_S)
@@ -174,12 +184,15 @@ class Course:
     def _walk(self, number: int, now: Temperatures, *, cautious: bool) -> Walk:
         key = (number, _rounded(now), cautious)
         if key not in self._walks:
-            around = self.around
+            test = self._test(number)
             if cautious:
-                stop_C = around.test.temperature_stop_C - self.margin_C
+                stop_C = test.temperature_stop_C - self.margin_C
                 changed = {"temperature_stop_C": stop_C, "on_temperature_stop": "stop"}
-                around = replace(around, test=around.test.model_copy(update=changed))
-            self._walks[key] = Walker(around, key[1]).walk(self.jobs[number].motions)
+                test = test.model_copy(update=changed)
+            job = self.jobs[number]
+            walker = Walker(replace(self.around, test=test), key[1], compensate=job.compensate)
+            walker.cool_into(job.band)
+            self._walks[key] = walker.walk(job.motions, job.warmth)
         return self._walks[key]
 
     def _find_pause(self, number: int, now: Temperatures) -> float:
@@ -193,7 +206,7 @@ class Course:
 
         def passes(wait_s: float) -> bool:
             walk = self._walk(number, self.rested(now, wait_s), cautious=True)
-            return not walk.stops and self._stays_cool(walk.end)
+            return not walk.stops and self._stays_cool(number, walk.end)
 
         if passes(least_s):
             return least_s
@@ -383,7 +396,11 @@ def course_of(requests: Sequence[Request], campaign: Campaign, around: Surroundi
     settings, jobs = campaign.content.plan, []
     for request in requests:
         motions = motions_of(request.step, campaign.content.motion, around.limits)
-        jobs.append(Job(motions, request.stays, _least_s(motions)))
+        step = request.step
+        limits = limits_of(step, around.test)
+        band = step.start_band()
+        warmth = step.warmth() if isinstance(step, WarmUpStep) else None
+        jobs.append(Job(motions, request.stays, _least_s(motions), band, limits, request.compensate, warmth))
     return Course(around, jobs, settings.margin_C, settings.start_max_C)
 
 

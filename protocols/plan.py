@@ -5,31 +5,39 @@ Dry run, progress and execution read the same list of steps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from foundation.durations import duration_text
 from foundation.errors import BadInput
 from foundation.specimen import Specimen
-from protocols.admissible import Breach, Judge
+from protocols.admissible import Breach, Judge, shows_the_curve
+from protocols.asked import asked_text
 from protocols.campaign import Campaign, HarmonicStep
+from protocols.coarse import CoarsePredictor
+from protocols.commanded import Sine
 from protocols.estimate import HASH_VERSION, Estimator
 from protocols.estimate import DataRate as DataRate  # noqa: PLC0414 - part of the plan's interface
 from protocols.expansion import Request, expand
 from protocols.learning import HeatScale, LearnedPredictor
 from protocols.limits import Envelope, StandLimits, TemperaturePolicy, envelope
 from protocols.ordering import Ordering, put_in_order
-from protocols.prediction import CoarsePredictor, Predictor, Temperatures
+from protocols.prediction import Predictor, Temperatures
+from protocols.start_warmth import demand_right_warmth
 from protocols.steps import Hold, PlannedStep, WaitUntilCool
+from protocols.temperature_limits import temperature_trouble
 from protocols.thermal import LONGEST_WAIT_S, Surroundings
 
 SCHEMA = "bufferstand/plan/1"
 HEADER = (
-    "step", "name", "prestress mm", "amplitude mm", "frequency Hz", "peak speed mm/s", "cycles",
+    "step", "name", "prestress mm", "amplitude mm", "specimen mm", "piston mm", "frequency Hz",
+    "peak speed mm/s", "cycles",
     "peak force kN", "heat kJ", "spring °C", "sensor °C", "duration", "disk MB",
 )  # fmt: skip
-"""Column heads of :meth:`Plan.rows`; temperatures are those at the step's end."""
+"""Column heads of :meth:`Plan.rows`; temperatures are those at the step's end. The piston's sine is shown
+where the specimen's is asked for, and the specimen's where the piston's is, if the machine gives way."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,10 @@ class Plan:
         What the order "soonest" gains; None where the steps are in the given order.
     requests : tuple of Request
         What each step was made of, one for each, so that what is left can be planned anew.
+    basis : tuple of str
+        Where forces and heat come from, if not from a spring model.
+    knows_heat : bool
+        Whether temperatures are predicted; else they are those at the start, and are not shown.
     """
 
     campaign: Campaign
@@ -64,6 +76,8 @@ class Plan:
     notes: tuple[str, ...]
     ordering: Ordering | None = None
     requests: tuple[Request, ...] = ()
+    basis: tuple[str, ...] = ()
+    knows_heat: bool = True
 
     @property
     def duration_s(self) -> float:
@@ -105,25 +119,46 @@ class Plan:
                 "ambient_C": self.campaign.content.conditions.ambient_C,
                 "specimen_C": self.campaign.content.conditions.start_C(),
             },
-            "steps": [step.as_dict() for step in self.steps],
+            "steps": [self._step_dict(step) for step in self.steps],
             "totals": {
                 "steps": len(self.steps),
                 "duration_s": self.duration_s,
                 "expected_duration_s": self.expected_duration_s,
                 "heat_J": self.heat_J,
-                "max_temperature_C": self.max_temperature_C,
+                "max_temperature_C": self.max_temperature_C if self.knows_heat else None,
                 "disk_bytes": self.disk_bytes,
             },
             "ordering": None if self.ordering is None else self.ordering.as_dict(),
+            "assumptions": list(self.assumptions),
             "notes": list(self.notes),
         }
 
+    def _step_dict(self, step: PlannedStep) -> dict[str, Any]:
+        content = step.as_dict()
+        return content if self.knows_heat else content | dict.fromkeys(_TEMPERATURES)
+
     def rows(self) -> list[tuple[str, ...]]:
         """Return one row of text for each step, in the columns of :data:`HEADER`; empty where it has none."""
-        return [_row(step) for step in self.steps]
+        return [_row(step, knows_heat=self.knows_heat) for step in self.steps]
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the plan takes for granted because no file states it."""
+        if self.limits.machine.stiffness_kN_per_mm is not None:
+            return self.basis
+        rigid = (
+            "the machine is taken for rigid: strokes, forces and heat come out too high where it gives way "
+            "(machine_stiffness_kN_per_mm in [limits] of the stand file is not stated)"
+        )
+        return (*self.basis, rigid)
 
 
-def _row(step: PlannedStep) -> tuple[str, ...]:
+_TEMPERATURES = (
+    "end_temperature_C", "max_temperature_C", "sensor_end_temperature_C", "sensor_max_temperature_C",
+)  # fmt: skip
+
+
+def _row(step: PlannedStep, *, knows_heat: bool) -> tuple[str, ...]:
     def number(value: float | None, form: str) -> str:
         return "" if value is None else format(value, form)
 
@@ -132,21 +167,40 @@ def _row(step: PlannedStep) -> tuple[str, ...]:
         step.name,
         number(step.prestress_mm, "g"),
         number(step.amplitude_mm, "g"),
+        *_sines(step),
         number(step.frequency_Hz, ".3g"),
         number(step.peak_speed_mm_per_s, ".4g"),
         _cycles_text(step),
         number(step.expected_peak_force_kN, ".0f"),
-        f"{step.expected_heat_J / 1000.0:.1f}",
-        f"{step.end_temperature_C:.1f}",
-        f"{step.sensor_end_temperature_C:.1f}" + (" (stop)" if step.stops else ""),
+        f"{step.expected_heat_J / 1000.0:.1f}" if knows_heat or step.expected_heat_J > 0.0 else "not known",
+        f"{step.end_temperature_C:.1f}" if knows_heat else "not known",
+        _sensor_text(step) if knows_heat else "not known",
         duration_text(step.duration_s),
         f"{step.disk_bytes / 1e6:.1f}",
     )
 
 
+def _sines(step: PlannedStep) -> tuple[str, str]:
+    """Return the sine that is not asked for, in its place: the specimen's, or the piston's."""
+    turns = step.turns
+    if turns is None or step.amplitude_mm is None or turns.piston_upper_mm == turns.upper_mm:
+        return "", ""
+    if step.compensate:
+        piston = Sine.between(turns.piston_lower_mm, turns.piston_upper_mm)
+        return "", f"{piston.mean_mm:.1f} ± {piston.amplitude_mm:.1f}"
+    specimen = Sine.between(turns.lower_mm, turns.upper_mm)
+    return f"{specimen.mean_mm:.1f} ± {specimen.amplitude_mm:.1f}", ""
+
+
+def _sensor_text(step: PlannedStep) -> str:
+    return f"{step.sensor_end_temperature_C:.1f}" + (" (stop)" if step.stops else "")
+
+
 def _cycles_text(step: PlannedStep) -> str:
     if step.cycles is None:
         return ""
+    if step.expected_cycles is not None:
+        return f"≈ {step.expected_cycles:.0f}"
     return str(step.cycles) if step.steady is None else f"{step.steady.min_cycles}…{step.cycles}"
 
 
@@ -158,6 +212,7 @@ def make_plan(
     *,
     rate: DataRate | None = None,
     heating: HeatScale | None = None,
+    over: Sequence[Mapping[str, Any]] = (),
 ) -> Plan:
     """Expand, judge and estimate every step of a campaign.
 
@@ -175,6 +230,9 @@ def make_plan(
         What recording costs on disk.
     heating : HeatScale, optional
         What was learned of the specimen's heating from steps already run.
+    over : sequence of mapping
+        Steps of an earlier plan that are complete, as data: limits that were made stricter since do not
+        refuse them.
 
     Returns
     -------
@@ -189,7 +247,7 @@ def make_plan(
     bounds = envelope(limits, campaign.limits, specimen)
     conditions = campaign.content.conditions
     ramp_speed = campaign.content.motion.ramp_speed_mm_per_s
-    judge = Judge(bounds, predictor, ramp_speed, min(conditions.ambient_C, conditions.start_C()))
+    judge = Judge(bounds, predictor.bounding(), ramp_speed, min(conditions.ambient_C, conditions.start_C()))
     if found := judge.motion_breach(campaign.content.motion):
         raise BadInput(found.problem, file=campaign.path, place="[motion]", remedy=found.remedy())
 
@@ -198,12 +256,12 @@ def make_plan(
         cycle = predictor.harmonic(step.prestress_mm, step.amplitude_mm, frequency, conditions.start_C())
         return step.most_cycles() * cycle.absorbed_energy_J
 
-    requests, notes = _admitted(campaign, expand(campaign, heat_of), judge)
+    requests, notes, done = _admitted(campaign, expand(campaign, heat_of), judge, over)
     thermal = predictor if heating is None else LearnedPredictor(predictor, heating)
     hashing = {
         "version": HASH_VERSION,
         "specimen": specimen.model_dump(mode="json"),
-        "stand_limits": limits.as_dict(),
+        "stand_limits": limits.hashed(),
         "limits": campaign.limits.hashed(),
     }
 
@@ -220,6 +278,11 @@ def make_plan(
     final = estimator(thermal)
     chosen = tuple(requests) if put is None else put.chosen
     steps = final.steps(chosen)
+    cold, warm = (
+        [one for one in off if not any(one.request is request for request in done)]
+        for off in (final.too_cold, final.never_cool)
+    )
+    demand_right_warmth(campaign, cold, warm)
     ordering = None
     if put is not None:
         ordering = Ordering(
@@ -230,7 +293,18 @@ def make_plan(
             chosen_s=_with_waits_s(steps),
             pauses_s=sum(step.duration_s for step in steps if _only_waits(step)),
         )
-    return Plan(campaign, specimen, limits, bounds, steps, (*notes, *final.notes), ordering, chosen)
+    return Plan(
+        campaign,
+        specimen,
+        limits,
+        bounds,
+        steps,
+        (*notes, *final.notes),
+        ordering,
+        chosen,
+        predictor.assumptions,
+        predictor.knows_heat,
+    )
 
 
 def expected_total_s(steps: Sequence[PlannedStep], policy: TemperaturePolicy) -> float:
@@ -269,19 +343,45 @@ def _with_waits_s(steps: Sequence[PlannedStep]) -> float:
     return total_s
 
 
+def _over(requests: Sequence[Request], over: Sequence[Mapping[str, Any]]) -> list[Request]:
+    """Return the requests that ask for what steps that are over asked for, each of these once."""
+    left = Counter(asked_text(step.get("asked"), compensate=step.get("compensate")) for step in over)
+    found = []
+    for request in requests:
+        text = asked_text(request.step.asked(), compensate=request.compensate)
+        if left[text] > 0:
+            left[text] -= 1
+            found.append(request)
+    return found
+
+
 def _admitted(
-    campaign: Campaign, requests: Sequence[Request], judge: Judge
-) -> tuple[list[Request], list[str]]:
-    """Return the requests that keep every limit, with notes on those left out as the user allowed."""
+    campaign: Campaign, requests: Sequence[Request], judge: Judge, over: Sequence[Mapping[str, Any]]
+) -> tuple[list[Request], list[str], list[Request]]:
+    """Return the requests that keep every limit, notes on those left out as the user allowed, those over."""
+    done = _over(requests, over)
+    for request in requests:
+        if any(request is one for one in done):
+            continue
+        if trouble := temperature_trouble(request.step, campaign.limits):
+            problem, remedy = trouble
+            place = campaign.place(request.number, request.nested)
+            raise BadInput(f"“{request.name}”: {problem}", file=campaign.path, place=place, remedy=remedy)
     admitted: list[Request] = []
     notes: list[str] = []
     refused: list[tuple[int, Request, Breach]] = []
+    stroke_done = False
     for position, request in enumerate(requests, start=1):
-        found = judge.breach(request.step)
+        found = judge.of(request, stroke_done=stroke_done).breach(request.step)
+        stroke_done = stroke_done or shows_the_curve(request.step)
         if found is None:
             admitted.append(request)
+        elif any(request is one for one in done):
+            admitted.append(request)
+            notes.append(f"step {position} “{request.name}” is complete, under other limits: {found.problem}")
         elif request.may_be_left_out:
-            notes.append(f"left out: “{request.name}” ({campaign.place(request.number)}): {found.problem}")
+            place = campaign.place(request.number, request.nested)
+            notes.append(f"left out: “{request.name}” ({place}): {found.problem}")
         else:
             refused.append((position, request, found))
     if refused:
@@ -290,11 +390,11 @@ def _admitted(
         raise BadInput(
             f"step {position} “{request.name}”: {found.problem}{others}",
             file=campaign.path,
-            place=campaign.place(request.number),
+            place=campaign.place(request.number, request.nested),
             remedy=found.remedy(),
         )
     if not admitted:
         raise BadInput(
             "every step was left out as beyond the limits", file=campaign.path, remedy="check the limits"
         )
-    return admitted, notes
+    return admitted, notes, done

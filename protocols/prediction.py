@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from model.prediction import heat_step, predict_harmonic, predict_static
+import numpy as np
+from numpy.typing import NDArray
+
+from model.prediction import CyclePrediction, heat_step, predict_forces, predict_harmonic, predict_static
 from model.spring import HeatBalance, SpringModel
+from protocols.commanded import Sine, piston_mm, stroke_behind, stroke_sine
+
+Floats = NDArray[np.float64]
 
 _INSULATED_S = 1e9
 """Time constant [s] that stands for a perfectly insulated spring: 30 years."""
@@ -25,6 +31,20 @@ class CycleEstimate(Protocol):
     @property
     def absorbed_energy_J(self) -> float:  # noqa: N802 - the unit keeps its capital
         """Energy turned into heat in one cycle [J]."""
+        ...
+
+
+class HarmonicEstimate(CycleEstimate, Protocol):
+    """What one settled harmonic cycle is expected to do."""
+
+    @property
+    def lower_force_kN(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """Force at the lower turning point [kN]."""
+        ...
+
+    @property
+    def stroke(self) -> Sine:
+        """What the specimen does, where it is the piston that was told to make a sine."""
         ...
 
 
@@ -46,18 +66,60 @@ class Temperatures:
 
 
 class Predictor(Protocol):
-    """The spring model as the planner sees it."""
+    """The specimen as the planner sees it.
+
+    Strokes are the specimen's. Where a machine that gives way (``give_mm_per_kN``, 1 / k) is between it and
+    what is told to move, they are the piston's, and the specimen's follow from the forces.
+    """
+
+    @property
+    def known_to_mm(self) -> float:
+        """To which stroke forces are known [mm]; 0: none is, infinite: to any."""
+        ...
+
+    @property
+    def knows_heat(self) -> bool:
+        """Whether temperatures can be predicted."""
+        ...
+
+    @property
+    def sensor_lag_s(self) -> float | None:
+        """By how much a sensor on the specimen lags behind its spring [s]; None: not known."""
+        ...
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the user should know of where the figures come from; nothing for a spring model."""
+        ...
+
+    def bounding(self) -> Predictor:
+        """Return the same specimen with the greatest forces that it may have: by it limits are judged."""
+        ...
 
     def harmonic(
-        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
-    ) -> CycleEstimate:
+        self,
+        prestress_mm: float,
+        amplitude_mm: float,
+        frequency_Hz: float,
+        temperature_C: float,
+        give_mm_per_kN: float = 0.0,
+    ) -> HarmonicEstimate:
         """Return the settled harmonic cycle."""
         ...
 
     def static(
-        self, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float, temperature_C: float
+        self,
+        force_limit_kN: float,
+        stroke_limit_mm: float,
+        speed_mm_per_s: float,
+        temperature_C: float,
+        give_mm_per_kN: float = 0.0,
     ) -> StaticEstimate:
         """Return the cycle from zero to whichever limit comes first, and back."""
+        ...
+
+    def forces(self, time_s: Floats, stroke_mm: Floats, temperature_C: float) -> Floats:
+        """Return the force [kN] along a path of the specimen's strokes from rest, shape (n,)."""
         ...
 
     def temperatures_after(
@@ -80,28 +142,22 @@ class Predictor(Protocol):
 _UNLIMITED_KN = 1e9
 
 
-def force_at(predictor: Predictor, stroke_mm: float, speed_mm_per_s: float, temperature_C: float) -> float:
-    """Return the force [kN] of a first compression to a stroke at constant speed; 0 at no stroke."""
+def force_at(
+    predictor: Predictor,
+    stroke_mm: float,
+    speed_mm_per_s: float,
+    temperature_C: float,
+    give_mm_per_kN: float = 0.0,
+) -> float:
+    """Return the force [kN] of a first compression to a stroke at constant speed; 0 at no stroke.
+
+    With ``give_mm_per_kN`` it is the piston that goes there.
+    """
     if stroke_mm <= 0.0:
         return 0.0
-    return predictor.static(_UNLIMITED_KN, stroke_mm, speed_mm_per_s, temperature_C).peak_force_kN
-
-
-def peak_force(
-    predictor: Predictor,
-    prestress_mm: float,
-    amplitude_mm: float,
-    frequency_Hz: float,
-    ramp_speed_mm_per_s: float,
-    temperature_C: float,
-) -> float:
-    """Return the greatest force [kN] that a harmonic step can bring.
-
-    The settled loop alone would say too little: it drops below the loading branch, on which the ramp and
-    the first cycles still run (94 ± 1 mm: 463 kN settled, 605 kN simulated, 620 kN by this bound).
-    """
-    settled = predictor.harmonic(prestress_mm, amplitude_mm, frequency_Hz, temperature_C).peak_force_kN
-    return max(settled, force_at(predictor, prestress_mm + amplitude_mm, ramp_speed_mm_per_s, temperature_C))
+    return predictor.static(
+        _UNLIMITED_KN, stroke_mm, speed_mm_per_s, temperature_C, give_mm_per_kN
+    ).peak_force_kN
 
 
 def sensor_after(
@@ -133,22 +189,84 @@ def sensor_after(
 
 
 @dataclass(frozen=True)
+class HarmonicCycle:
+    """A settled harmonic cycle; see :class:`HarmonicEstimate`."""
+
+    peak_force_kN: float
+    lower_force_kN: float
+    absorbed_energy_J: float
+    stroke: Sine
+
+
+@dataclass(frozen=True)
+class StaticCycle:
+    """A slow cycle; see :class:`StaticEstimate`."""
+
+    peak_force_kN: float
+    absorbed_energy_J: float
+    end_stroke_mm: float
+
+
+@dataclass(frozen=True)
 class ModelPredictor:
     """The identified spring model, asked as :class:`Predictor`."""
 
     model: SpringModel
+    known_to_mm: float = math.inf
+    knows_heat: bool = True
+    assumptions: tuple[str, ...] = ()
+
+    @property
+    def sensor_lag_s(self) -> float:
+        """By how much the sensor lags behind the spring [s]."""
+        return self.model.heat.sensor_lag_s
+
+    def bounding(self) -> Predictor:
+        """Return itself: a model says the most that its spring gives at a temperature."""
+        return self
 
     def harmonic(
-        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
-    ) -> CycleEstimate:
+        self,
+        prestress_mm: float,
+        amplitude_mm: float,
+        frequency_Hz: float,
+        temperature_C: float,
+        give_mm_per_kN: float = 0.0,
+    ) -> HarmonicCycle:
         """Return the settled harmonic cycle (:func:`model.prediction.predict_harmonic`)."""
-        return predict_harmonic(self.model, prestress_mm, amplitude_mm, frequency_Hz, temperature_C)
+
+        def cycle(stroke: Sine) -> CyclePrediction:
+            return predict_harmonic(
+                self.model, stroke.mean_mm, stroke.amplitude_mm, frequency_Hz, temperature_C
+            )
+
+        def turning_forces(stroke: Sine) -> tuple[float, float]:
+            found = cycle(stroke)
+            return found.lower_force_kN, found.peak_force_kN
+
+        stroke = stroke_sine(Sine(prestress_mm, amplitude_mm), turning_forces, give_mm_per_kN)
+        found = cycle(stroke)
+        return HarmonicCycle(found.peak_force_kN, found.lower_force_kN, found.absorbed_energy_J, stroke)
 
     def static(
-        self, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float, temperature_C: float
-    ) -> StaticEstimate:
+        self,
+        force_limit_kN: float,
+        stroke_limit_mm: float,
+        speed_mm_per_s: float,
+        temperature_C: float,
+        give_mm_per_kN: float = 0.0,
+    ) -> StaticCycle:
         """Return the slow cycle (:func:`model.prediction.predict_static`)."""
-        return predict_static(self.model, force_limit_kN, stroke_limit_mm, speed_mm_per_s, temperature_C)
+
+        def to(stroke_mm: float) -> StaticCycle:
+            found = predict_static(self.model, force_limit_kN, stroke_mm, speed_mm_per_s, temperature_C)
+            return StaticCycle(found.peak_force_kN, found.absorbed_energy_J, found.end_stroke_mm)
+
+        return static_behind(to, stroke_limit_mm, give_mm_per_kN)
+
+    def forces(self, time_s: Floats, stroke_mm: Floats, temperature_C: float) -> Floats:
+        """Return the forces along a path (:func:`model.prediction.predict_forces`)."""
+        return predict_forces(self.model, time_s, stroke_mm, temperature_C)
 
     def temperatures_after(
         self,
@@ -174,82 +292,24 @@ class ModelPredictor:
         )
 
 
-@dataclass
-class CoarsePredictor:
-    """A predictor that is asked at every eighth kelvin only and interpolates between, for the planner.
-
-    What a cycle absorbs is smooth in temperature, so that this errs by far less than the model itself.
+def static_behind(
+    to: Callable[[float], StaticCycle], position_limit_mm: float, give_mm_per_kN: float
+) -> StaticCycle:
+    """Return the slow cycle of a specimen whose piston turns at a position, or at the force limit before it.
 
     Parameters
     ----------
-    fine : Predictor
-        Who knows.
-    step_C : float
-        Distance of the temperatures at which it is asked [K].
+    to : callable
+        The cycle to a stroke of the specimen [mm], or to its force limit, whichever comes first.
+    position_limit_mm : float
+        Where the piston turns [mm].
+    give_mm_per_kN : float
+        1 / k of the machine; 0 for a rigid one.
     """
-
-    fine: Predictor
-    step_C: float = 8.0
-    _known: dict[tuple[float, ...], _Cycle] = field(default_factory=dict)
-
-    def harmonic(
-        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
-    ) -> CycleEstimate:
-        """Return the settled harmonic cycle."""
-
-        def ask(at_C: float) -> _Cycle:
-            cycle = self.fine.harmonic(prestress_mm, amplitude_mm, frequency_Hz, at_C)
-            return _Cycle(cycle.peak_force_kN, cycle.absorbed_energy_J, 0.0)
-
-        return self._between((prestress_mm, amplitude_mm, frequency_Hz), ask, temperature_C)
-
-    def static(
-        self, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float, temperature_C: float
-    ) -> StaticEstimate:
-        """Return the slow cycle."""
-
-        def ask(at_C: float) -> _Cycle:
-            cycle = self.fine.static(force_limit_kN, stroke_limit_mm, speed_mm_per_s, at_C)
-            return _Cycle(cycle.peak_force_kN, cycle.absorbed_energy_J, cycle.end_stroke_mm)
-
-        return self._between((force_limit_kN, stroke_limit_mm, speed_mm_per_s, 0.0), ask, temperature_C)
-
-    def temperatures_after(
-        self,
-        start: Temperatures,
-        ambient_C: float,
-        power_W: float,
-        duration_s: float,
-        *,
-        heating: float = 1.0,
-        cooling: float = 1.0,
-    ) -> Temperatures:
-        """Return the temperatures, as exact as they are."""
-        return self.fine.temperatures_after(
-            start, ambient_C, power_W, duration_s, heating=heating, cooling=cooling
-        )
-
-    def _between(
-        self, what: tuple[float, ...], ask: Callable[[float], _Cycle], temperature_C: float
-    ) -> _Cycle:
-        low_C = math.floor(temperature_C / self.step_C) * self.step_C
-        ends = []
-        for at_C in (low_C, low_C + self.step_C):
-            key = (*what, at_C)
-            if key not in self._known:
-                self._known[key] = ask(at_C)
-            ends.append(self._known[key])
-        share = (temperature_C - low_C) / self.step_C
-        low, high = ends
-        return _Cycle(
-            low.peak_force_kN + share * (high.peak_force_kN - low.peak_force_kN),
-            low.absorbed_energy_J + share * (high.absorbed_energy_J - low.absorbed_energy_J),
-            low.end_stroke_mm + share * (high.end_stroke_mm - low.end_stroke_mm),
-        )
-
-
-@dataclass(frozen=True)
-class _Cycle:
-    peak_force_kN: float
-    absorbed_energy_J: float
-    end_stroke_mm: float
+    whole = to(position_limit_mm)
+    if give_mm_per_kN == 0.0:
+        return whole
+    if piston_mm(whole.end_stroke_mm, whole.peak_force_kN, give_mm_per_kN) <= position_limit_mm:
+        return whole  # the force limit comes first, machine or not
+    end_mm = stroke_behind(position_limit_mm, lambda stroke_mm: to(stroke_mm).peak_force_kN, give_mm_per_kN)
+    return to(end_mm) if end_mm > 0.0 else StaticCycle(0.0, 0.0, 0.0)

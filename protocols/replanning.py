@@ -10,12 +10,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from protocols.coarse import CoarsePredictor
 from protocols.estimate import DataRate, Estimator
 from protocols.expansion import Request
 from protocols.learning import HeatScale, LearnedPredictor
 from protocols.ordering import course_of, soonest, with_pauses
 from protocols.plan import Plan
-from protocols.prediction import CoarsePredictor, Predictor, Temperatures
+from protocols.prediction import Predictor, Temperatures
 from protocols.steps import PlannedStep
 from protocols.thermal import Surroundings
 
@@ -41,6 +42,10 @@ class Replanner:
             step.plan_hash: request for step, request in zip(plan.steps, plan.requests, strict=True)
         }
         self._ordered_by = HeatScale()
+
+    def know(self, predictor: Predictor) -> None:
+        """Plan what is left with another predictor: of a specimen that has become known."""
+        self._coarse = CoarsePredictor(predictor)
 
     @property
     def predictor(self) -> Predictor:

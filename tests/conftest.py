@@ -25,10 +25,19 @@ settings.load_profile("bufferstand")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--long", action="store_true", help="also run the long studies")
-    parser.addoption("--hardware", metavar="STAND.toml", help="also run the contract suite on a real stand")
+    parser.addoption(
+        "--hardware", metavar="STAND.toml", help="run the contracts on this real stand, and no other test"
+    )
+    parser.addoption("--yes-move", metavar="STAND", help="its id: confirm every motion of it beforehand")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption(
+        "--hardware"
+    ):  # its operator is to be asked at once, not after minutes of simulations
+        others = [item for item in items if not item.get_closest_marker("hardware")]
+        items[:] = [item for item in items if item.get_closest_marker("hardware")]
+        config.hook.pytest_deselected(items=others)
     for mark, option in (("long", "--long"), ("hardware", "--hardware")):
         if not config.getoption(option):
             skip = pytest.mark.skip(reason=f"needs {option}")

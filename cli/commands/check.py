@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, write_json
+from cli.options import EXISTING, FILE, FiniteRange, write_json
 from drivers.check_verdict import WATCH_S, Verdict
 from foundation.clock import WallClock
 from foundation.errors import ExitStatus
@@ -31,7 +31,7 @@ _WIDE = 200
 @click.option(
     "--watch",
     metavar="SECONDS",
-    type=click.FloatRange(min=0.0, max=3600.0),
+    type=FiniteRange(min=0.0, max=3600.0),
     default=WATCH_S,
     show_default=True,
     help="How long rate and clock of the controller are watched.",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import FILE, FOLDER, write_json
+from cli.options import FILE, FOLDER, FiniteRange, write_json
 from cli.samples import sample
 from foundation.durations import duration_text
 from foundation.errors import BadInput, ExitStatus
@@ -34,7 +34,7 @@ What next
 @click.option("--out", metavar="DIR", type=FOLDER, help="Folder for everything (default demo-output/<time>).")
 @click.option(
     "--speed",
-    type=click.FloatRange(min=0.1, max=50.0),
+    type=FiniteRange(min=0.1, max=50.0),
     default=SPEED,
     help=f"Stand time in multiples of real time (default {SPEED:g}).",
 )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cli.options import EXISTING, FOLDER
+from cli.options import EXISTING, FOLDER, FiniteRange
 from foundation.errors import BadInput
 
 
@@ -15,7 +15,7 @@ from foundation.errors import BadInput
 )
 @click.argument("stand", metavar="STAND.toml", type=EXISTING)
 @click.argument("faults", metavar="[TARGET=KIND[@START[:END]][,KEY=VALUE]…]…", nargs=-1)
-@click.option("--for", "for_s", metavar="SECONDS", type=click.FloatRange(min=0.001), help="Of stand time.")
+@click.option("--for", "for_s", metavar="SECONDS", type=FiniteRange(min=0.001), help="Of stand time.")
 @click.option("--clear", is_flag=True, help="Take faults away: all, or those of the targets named.")
 @click.option("--list", "show", is_flag=True, help="Show the faults that were given, and the stand time.")
 @click.option("--wires", metavar="DIR", type=FOLDER, help="As simulate-stand was given it.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FOLDER, show_table, warn
+from cli.options import EXISTING, FOLDER, FiniteFloat, show_table, warn
 from foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
@@ -25,13 +25,17 @@ if TYPE_CHECKING:
 @click.option("--out", metavar="DIR", type=FOLDER, help="Write pictures as the paper's Figs 10 to 12.")
 @click.option("--format", "kind", type=click.Choice(["png", "svg"]), default="png", show_default=True)
 @click.option(
-    "--ambient", "ambient_C", metavar="C", type=float, help="Of the air (default the run's own sensor)."
+    "--ambient",
+    "ambient_C",
+    metavar="C",
+    type=FiniteFloat(),
+    help="Of the air (default the run's own sensor).",
 )
 @click.option(
     "--temperature",
     "temperature_C",
     metavar="C",
-    type=float,
+    type=FiniteFloat(),
     help="Of the spring at every run's start (default its sensor's).",
 )
 @click.option("--isothermal", is_flag=True, help="Keep that temperature, as the paper's Fig. 10 does.")

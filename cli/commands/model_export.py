@@ -7,7 +7,7 @@ from typing import get_args
 
 import click
 
-from cli.options import EXISTING, FILE, FOLDER, warn
+from cli.options import EXISTING, FILE, FOLDER, FiniteFloat, warn
 from foundation.errors import BadInput
 from model.export.choices import Positive, Units
 
@@ -32,12 +32,20 @@ from model.export.choices import Positive, Units
     help="FMU: units of stroke, stroke rate and force.",
 )
 @click.option(
-    "--temperature", "temperatures", metavar="°C", type=float, multiple=True, help="Of a table; repeatable."
+    "--temperature",
+    "temperatures",
+    metavar="°C",
+    type=FiniteFloat(),
+    multiple=True,
+    help="Of a table; repeatable.",
 )
 @click.option(
-    "--initial-temperature", metavar="°C", type=float, help="FMU: spring at the start. [default: T_ref]"
+    "--initial-temperature",
+    metavar="°C",
+    type=FiniteFloat(),
+    help="FMU: spring at the start. [default: T_ref]",
 )
-@click.option("--ambient", metavar="°C", type=float, help="FMU: surroundings. [default: T_ref]")
+@click.option("--ambient", metavar="°C", type=FiniteFloat(), help="FMU: surroundings. [default: T_ref]")
 def command(
     model: Path,
     fmu: Path | None,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, warn
+from cli.options import EXISTING, FILE, FiniteFloat, warn
 from foundation.errors import BadInput, ExitStatus
 from foundation.text_file import write_text
 
@@ -30,14 +30,24 @@ _COLUMNS = "time [s],stroke [mm],force [kN],temperature_1 [°C],bulk_temperature
 @click.option(
     "--run", "run_file", metavar="FILE", type=EXISTING, help="The stroke of a run file, or of a CSV table."
 )
-@click.option("--prestress", "prestress_mm", metavar="MM", type=float, help="Mean stroke of a sine.")
-@click.option("--amplitude", "amplitude_mm", metavar="MM", type=float, help="Half its range.")
-@click.option("--frequency", "frequency_Hz", metavar="HZ", type=float, help="Its frequency.")
+@click.option("--prestress", "prestress_mm", metavar="MM", type=FiniteFloat(), help="Mean stroke of a sine.")
+@click.option("--amplitude", "amplitude_mm", metavar="MM", type=FiniteFloat(), help="Half its range.")
+@click.option("--frequency", "frequency_Hz", metavar="HZ", type=FiniteFloat(), help="Its frequency.")
 @click.option("--cycles", type=click.IntRange(1, 100_000), default=5, show_default=True, help="How many.")
 @click.option(
-    "--temperature", "temperature_C", metavar="C", type=float, help="Of the spring at the start (default 25)."
+    "--temperature",
+    "temperature_C",
+    metavar="C",
+    type=FiniteFloat(),
+    help="Of the spring at the start (default 25).",
 )
-@click.option("--ambient", "ambient_C", metavar="C", type=float, help="Of the air (default as the spring).")
+@click.option(
+    "--ambient",
+    "ambient_C",
+    metavar="C",
+    type=FiniteFloat(),
+    help="Of the air (default as the spring).",
+)
 @click.option("--isothermal", is_flag=True, help="Keep the temperature.")
 @click.option("--out", metavar="FILE.csv", type=FILE, help="Table that `bufferstand import` reads.")
 @click.option("--picture", metavar="FILE.png|.svg", type=FILE, help="Stroke, loop, energy and temperature.")

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, monitor_option
+from cli.arming import yes_move_option
+from cli.options import EXISTING, FiniteRange, edits_options, monitor_option
 from foundation.errors import BadInput
 
 if TYPE_CHECKING:
+    from cli.edits import Choice
     from daq.monitor.process import Address
 
 
@@ -19,21 +21,33 @@ if TYPE_CHECKING:
 @click.option("--simulate", is_flag=True, help="On a simulated stand, started for this campaign.")
 @click.option(
     "--speed",
-    type=click.FloatRange(min=0.01, max=100.0),
+    type=FiniteRange(min=0.01, max=100.0),
     default=1.0,
     help="Stand time in multiples of real time, for a simulated stand (default 1).",
 )
 @monitor_option
-def command(folder: Path, simulate: bool, speed: float, monitor: Address | None) -> int:
+@yes_move_option("specimen")
+@edits_options
+def command(
+    folder: Path,
+    simulate: bool,
+    speed: float,
+    monitor: Address | None,
+    yes_move: str | None,
+    choice: Choice | None,
+) -> int:
     """Go on with a stopped, crashed or too hot campaign; DIR is its folder.
 
     Steps that are complete are not repeated. After a temperature stop the specimen must have cooled to the
-    resume temperature of the campaign file.
+    resume temperature of the campaign file. If the campaign's files were edited since they were taken, it
+    shows the differences and asks whether to go on with them.
     """
-    from cli.campaigns import prepare
-    from cli.commands.run import finish
-    from cli.running import perform
+    from cli.commands.plan import show_what_is_learned
+    from cli.commands.run import finish, nothing_left
+    from cli.edits import going_on
+    from cli.running import consent_to_move, perform
     from daq.folder import load_record
+    from daq.starting import left_to_do
 
     record = load_record(folder)
     if record is None:
@@ -42,6 +56,20 @@ def command(folder: Path, simulate: bool, speed: float, monitor: Address | None)
             file=folder,
             remedy="give the --out folder of a run",
         )
-    devices_from = Path(record.stand_folder) if record.stand_folder else None
-    prepared = prepare(folder / record.campaign_file, devices_from=devices_from)
-    return finish(perform(prepared, folder, simulate=simulate, speed=speed, monitor=monitor), folder)
+    going = going_on(folder, record, choice)
+    if record.status == "complete" and not left_to_do(going.prepared.plan, record, folder):
+        return nothing_left(record, folder)
+    show_what_is_learned(going.prepared.plan, folder, record)
+    consent = consent_to_move(
+        going.prepared, folder, record, simulate=simulate, speed=speed, yes_move=yes_move
+    )
+    outcome = perform(
+        going.prepared,
+        folder,
+        simulate=simulate,
+        speed=speed,
+        monitor=monitor,
+        consent=consent,
+        edits=going.edits,
+    )
+    return finish(outcome, folder)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, monitor_option, out_option
+from cli.arming import yes_move_option
+from cli.options import EXISTING, FiniteRange, monitor_option, out_option
 from foundation.errors import BadInput
 
 if TYPE_CHECKING:
+    from daq.folder import CampaignRecord
     from daq.monitor.process import Address
     from daq.runner import CampaignOutcome
 
@@ -24,26 +27,50 @@ if TYPE_CHECKING:
 @click.option("--simulate", is_flag=True, help="On a simulated stand, started for this campaign.")
 @click.option(
     "--speed",
-    type=click.FloatRange(min=0.01, max=100.0),
+    type=FiniteRange(min=0.01, max=100.0),
     default=1.0,
     help="Stand time in multiples of real time, for a simulated stand (default 1).",
 )
 @monitor_option
-def command(campaign: Path, out: Path, simulate: bool, speed: float, monitor: Address | None) -> int:
+@yes_move_option("specimen")
+def command(
+    campaign: Path, out: Path, simulate: bool, speed: float, monitor: Address | None, yes_move: str | None
+) -> int:
     """Run a campaign with live progress; record one HDF5 file a run.
+
+    On a real stand it shows what will move and asks for the specimen's id first.
 
     Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3
     when a limit or the operator stopped it, 4 on a fault of a device.
     """
     from cli.campaigns import prepare
-    from cli.running import perform
+    from cli.running import consent_to_move, perform
     from daq.folder import load_record
 
     prepared = prepare(campaign)
-    if load_record(out) is not None:
-        raise BadInput("this folder holds a campaign already", file=out, remedy="resume it or choose another")
-    outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor)
+    record = load_record(out)
+    if record is not None:
+        _check_begun_anew(record, out)
+    consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
+    outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent)
     return finish(outcome, out)
+
+
+def _check_begun_anew(record: CampaignRecord, out: Path) -> None:
+    """Say that a start which recorded nothing is begun anew; refuse a folder that holds a campaign."""
+    if not record.recorded_nothing(out):
+        over = sum(step.over for step in record.steps)
+        raise BadInput(
+            f"this folder holds a campaign already ({over} of {len(record.steps)} steps complete)",
+            file=out,
+            remedy=f"go on with it (bufferstand resume {quote(str(out))}), or choose another folder",
+        )
+    why = f": {record.reason}" if record.reason else ""
+    click.echo(
+        f"the start before recorded nothing ({record.status}{why}): "
+        "it begins anew with the files as they are now",
+        err=True,
+    )
 
 
 def finish(outcome: CampaignOutcome, out: Path) -> int:
@@ -52,11 +79,14 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
 
     kept = f"{len(outcome.runs)} run file{'' if len(outcome.runs) == 1 else 's'} in {out / 'runs'}"
     if outcome.status == "complete":
-        click.echo(f"campaign complete: {kept}; next: bufferstand report {out} --out {out / 'report'}")
+        report = quote(str(out / "report"))
+        click.echo(f"campaign complete: {kept}; next: bufferstand report {quote(str(out))} --out {report}")
         if outcome.exit_status:
             click.echo(f"bufferstand: {outcome.reason}", err=True)
         if rows := read_as_run(out):
-            click.echo(f"{totals(rows).sentence()}; step by step: bufferstand plan … --against {out}")
+            click.echo(
+                f"{totals(rows).sentence()}; step by step: bufferstand plan … --against {quote(str(out))}"
+            )
     else:
         safe = outcome.safe_stop.line if outcome.safe_stop is not None else "the stand was not touched"
         told = (
@@ -64,5 +94,25 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
             if outcome.reason.startswith(outcome.status)
             else f"{outcome.status}: {outcome.reason}"
         )
-        click.echo(f"bufferstand: {told}; {safe}; {kept}", err=True)
+        click.echo(f"bufferstand: {told}; {safe}; {kept}; {_next(out)}", err=True)
     return int(outcome.exit_status)
+
+
+def nothing_left(record: CampaignRecord, out: Path) -> int:
+    """Say that a campaign is complete and that no device was touched; return the exit status."""
+    skipped = sum(step.status == "skipped" for step in record.steps)
+    count, total = len(record.steps) - skipped, len(record.steps)
+    steps = f"{count} of {total} step{'s' * (total > 1)} complete" + f", {skipped} skipped" * (skipped > 0)
+    report = f"bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))}"
+    click.echo(f"nothing is left to do ({steps}), and nothing was touched; next: {report}")
+    return 0
+
+
+def _next(out: Path) -> str:
+    """Return what to do after a campaign that did not complete."""
+    from daq.folder import load_record
+
+    record = load_record(out)
+    if record is not None and record.recorded_nothing(out):
+        return "nothing is recorded: give the same command again when it is mended"
+    return f"go on with it: bufferstand resume {quote(str(out))}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, FOLDER
+from cli.options import EXISTING, FILE, FOLDER, FiniteRange
 
 if TYPE_CHECKING:
     from drivers.simulated.server import Served
@@ -15,12 +15,17 @@ if TYPE_CHECKING:
 
 @click.command("simulate-stand", epilog="Example:  bufferstand simulate-stand sample_runs/stand.toml")
 @click.argument("stand", metavar="STAND.toml", type=EXISTING)
-@click.option("--speed", type=click.FloatRange(min=0.01, max=100.0), default=1.0, help="Times real time.")
+@click.option("--speed", type=FiniteRange(min=0.01, max=100.0), default=1.0, help="Times real time.")
 @click.option("--port", type=click.IntRange(0, 65535), help="TCP port instead of the stand file's; 0: free.")
 @click.option("--model", metavar="MODEL.toml", type=EXISTING, help="Spring model of the specimen in it.")
 @click.option("--wires", metavar="DIR", type=FOLDER, help="Folder for the serial device and the 1-Wire tree.")
 @click.option("--endpoints", metavar="FILE", type=FILE, help="Write there where it can be reached (JSON).")
 @click.option("--truth", metavar="FILE", type=FILE, help="Write there at the end what really happened.")
+@click.option(
+    "--wait-for-reader",
+    is_flag=True,
+    help="Wait for whoever reads the samples, at any speed; above 1 it always does.",
+)
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help="e.g. temperature_1=silent@30:60")
 @click.option("--faults", "schedule", metavar="FAULTS.toml", type=EXISTING, help="Schedule of faults.")
 def command(
@@ -33,6 +38,7 @@ def command(
     truth: Path | None,
     faults: tuple[str, ...],
     schedule: Path | None,
+    wait_for_reader: bool,
 ) -> None:
     """Serve the simulated stand on loopback until Ctrl-C: Modbus, serial devices, a 1-Wire folder.
 
@@ -51,6 +57,7 @@ def command(
         truth=truth,
         faults=(*scheduled, *(parse_fault(text) for text in faults)),
         fault_seed=seed,
+        wait_for_reader=wait_for_reader,
     )
 
     def ready(served: Served) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cli.options import EXISTING, show_table, warn, write_json
+from cli.options import EXISTING, FiniteFloat, show_table, warn, write_json
 from evaluation.choices import REFERENCE_LOSS
 from foundation.errors import ExitStatus
 
@@ -27,7 +27,7 @@ _DRAWS = 100
 @click.option(
     "--reference-loss",
     metavar="NUMBER",
-    type=float,
+    type=FiniteFloat(),
     default=REFERENCE_LOSS,
     show_default=True,
     help="Largest loss factor that the reference may have; counts where all runs have one frequency.",

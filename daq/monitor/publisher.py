@@ -9,7 +9,6 @@ it sends is read.
 from __future__ import annotations
 
 import json
-import os
 import socket
 import time
 from collections import deque
@@ -25,7 +24,7 @@ from daq.monitor.rows import RowBuffer, finite
 from daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
 from daq.progress import Progress
 from daq.scaling import ScaledBlock
-from foundation.line_socket import short_address
+from foundation.line_socket import bind_for_oneself
 
 LIVE_NAME = "live"
 """Name of the socket in the campaign's folder."""
@@ -258,12 +257,7 @@ def publishing(folder: Path, say: Callable[[str], object]) -> Iterator[Publisher
     bound = False
     try:
         path.unlink(missing_ok=True)
-        with short_address(path) as address:
-            before = os.umask(0o177)  # nobody else may even connect
-            try:
-                server.bind(address)
-            finally:
-                os.umask(before)
+        bind_for_oneself(server, path)
         server.listen(LISTENERS)
         server.setblocking(False)
         bound = True

@@ -27,6 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--fault", action="append", default=[], help="e.g. temperature_1=silent@30:60")
     parser.add_argument("--faults", type=Path, help="schedule of faults (TOML)")
     parser.add_argument("--with-parent", action="store_true", help="end when standard input ends")
+    parser.add_argument("--wait-for-reader", action="store_true", help="at speeds up to 1, too")
     given = parser.parse_args(arguments)
 
     def ready(served: Served) -> None:
@@ -46,6 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
             faults=(*faults, *(parse_fault(text) for text in given.fault)),
             fault_seed=seed,
             with_parent=given.with_parent,
+            wait_for_reader=given.wait_for_reader,
         )
         serve(given.stand, options, ready=ready)
     except BadInput as error:

@@ -35,6 +35,7 @@ class Code(IntEnum):
     HARMONIC = 3
     STATIC = 4
     RELEASE = 5
+    ADJUST = 6
 
 
 KNOWN_CODES = frozenset(int(code) for code in Code)
@@ -84,6 +85,8 @@ class Capabilities:
         Speed of the release that follows a fault.
     retract_max_mm : float
         How far the piston may be sent clear of the specimen.
+    adjusts : bool
+        Whether it can change a running sine (edition 3 of the ring profile).
     """
 
     force_max_kN: float = 600.0
@@ -94,6 +97,7 @@ class Capabilities:
     stroke_trip_mm: float = 1.0
     fallback_speed_mm_per_s: float = 20.0
     retract_max_mm: float = 50.0
+    adjusts: bool = True
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ limits or by the watchdog, which runs on wall time and leads to zero force with 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from drivers.interfaces import EndReason, MotionState
 from drivers.simulated.commands import (
@@ -141,7 +141,10 @@ class Controller:
         self._armed = None
         if self.reject is Reject.ACCEPTED:
             self._executed = command
-            self._start(self._motion_of(command))
+            if command.code == Code.ADJUST and isinstance(self._motion, Harmonic):
+                self._motion.adjust(command.mean_mm, command.amplitude_mm)
+            else:
+                self._start(self._motion_of(command))
         return self.reject
 
     def set_force_limit(self, limit_kN: float) -> bool:
@@ -303,33 +306,42 @@ class Controller:
                 return Release(sequence, at, step)
 
     def _deceleration_mm(self) -> float:
-        """Change of the command's rate per sample that stops a harmonic within its own range.
-
-        A sine never needs more than ``A ω²``, and stopping with it from any phase stays inside ``mean ± A``:
-        ``sin φ + cos² φ / 2 <= 1``. Other motions stop at once, as they start.
+        """Change of the command's rate per sample with which a hold begins: other motions than a sine stop at
+        once, as they start.
         """
-        command = self._executed
-        if self.state is not MotionState.WAVEFORM or command is None or command.code != Code.HARMONIC:
-            return 0.0
-        omega = 2.0 * math.pi * command.frequency_Hz
-        return command.amplitude_mm * omega**2 * self._dt_s**2
+        return self._motion.deceleration_mm() if isinstance(self._motion, Harmonic) else 0.0
 
     # --- judging ------------------------------------------------------------------------------------
 
     def _judge(self, command: Command) -> Reject:
-        if command.code not in KNOWN_CODES:
+        if command.code not in KNOWN_CODES or (command.code == Code.ADJUST and not self.capabilities.adjusts):
             return Reject.UNKNOWN_COMMAND
         operational = self.valve_on and self.fault is Fault.NONE and self._control_word & QUICK_STOP_OFF
         if not operational or command.sequence == 0:
             return Reject.WRONG_STATE
+        if command.code == Code.ADJUST:
+            return self._judge_adjusting(command)
         if not in_range(command, self.capabilities, self._force_limit_kN, self._stroke_limit_mm):
             return Reject.OUT_OF_RANGE
+        return Reject.ACCEPTED if self._ready_for(command) else Reject.WRONG_STATE
+
+    def _ready_for(self, command: Command) -> bool:
+        """Return whether a motion may begin: nothing moves, and it stands where it must."""
         if command.code in {Code.RAMP, Code.HARMONIC, Code.STATIC} and self._running:
-            return Reject.WRONG_STATE  # a motion in progress is ended by hold or release only
-        away_from_mean = abs(self.command_mm - command.mean_mm) > AT_MEAN_MM
-        away_from_zero = abs(self.command_mm) > AT_ZERO_MM
-        if (command.code == Code.HARMONIC and away_from_mean) or (
-            command.code == Code.STATIC and away_from_zero
-        ):
+            return False  # a motion in progress is ended by hold or release only
+        if command.code == Code.HARMONIC:
+            return abs(self.command_mm - command.mean_mm) <= AT_MEAN_MM
+        return command.code != Code.STATIC or abs(self.command_mm) <= AT_ZERO_MM
+
+    def _judge_adjusting(self, command: Command) -> Reject:
+        """Judge a change of the running sine: as a sine, and by the speed on the way."""
+        motion = self._motion
+        if not (self._running and isinstance(motion, Harmonic) and motion.adjustable):
             return Reject.WRONG_STATE
+        mean_mm, amplitude_mm = command.mean_mm, command.amplitude_mm
+        as_sine = replace(command, code=int(Code.HARMONIC), frequency_Hz=motion.frequency_Hz, cycles=1)
+        speed = motion.peak_speed_mm_per_s(mean_mm, amplitude_mm)
+        fits = in_range(as_sine, self.capabilities, self._force_limit_kN, self._stroke_limit_mm)
+        if not fits or speed > self.capabilities.speed_max_mm_per_s * (1.0 + FLOAT32_SLACK):
+            return Reject.OUT_OF_RANGE
         return Reject.ACCEPTED

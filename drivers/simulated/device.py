@@ -14,12 +14,17 @@ from drivers.simulated.amplifier_form import AmplifierForm, amplifier_form, ampl
 from drivers.simulated.commands import Capabilities, Fault
 from drivers.simulated.controller import Controller
 from drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
+from drivers.simulated.imperfections.drift import Drift
+from drivers.simulated.imperfections.latency import Latency
+from drivers.simulated.imperfections.missed import MissedCycles
+from drivers.simulated.imperfections.wander import Wander
 from drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
 from drivers.simulated.ring import SampleRing
 from drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
 from drivers.simulated.settings import SimulationSettings
+from drivers.simulated.thermometer import Thermometer
 from drivers.simulated.truth import Truth
-from drivers.stand_file import SensorSettings, StandFile
+from drivers.stand_file import StandFile
 
 RATE_HZ = 1000.0
 """Samples a second of the controller's own clock."""
@@ -27,11 +32,10 @@ SLICE = 200
 """Most samples that are advanced before wall time and thermometers are looked at again."""
 DWELL = 100
 """Most samples that are bridged by one step while nothing moves."""
-CONVERSION_S = 0.75
-"""Time that a DS18B20 takes at 12 bit [s]."""
 
 _US = 1_000_000
-_KEPT_READINGS = 4096
+_PERIOD_US = round(_US / RATE_HZ)
+_MISSED_SEED = 0x6D697373
 _KEPT_FRAMES = 65536
 
 
@@ -41,35 +45,6 @@ class Frames:
 
     time_s: NDArray[np.float64]
     counts: NDArray[Any]
-
-
-class Thermometer:
-    """One DS18B20: converts for ``CONVERSION_S``, again and again.
-
-    Parameters
-    ----------
-    settings : SensorSettings
-    noise_C : float
-        Standard deviation [°C].
-    seed : numpy.random.SeedSequence
-    """
-
-    def __init__(self, settings: SensorSettings, noise_C: float, seed: np.random.SeedSequence) -> None:
-        self.settings = settings
-        self._noise_C = noise_C
-        self._random = np.random.Generator(np.random.PCG64(seed))
-        self._next_s = 0.0
-        self.readings: deque[tuple[float, int]] = deque(maxlen=_KEPT_READINGS)
-        self.conversions = 0
-
-    def look(self, now_s: float, temperature_C: float) -> None:
-        """Finish the conversions that are due at stand time ``now_s`` [s]."""
-        while self._next_s <= now_s:
-            felt = temperature_C + self._noise_C * float(self._random.standard_normal())
-            counts = round(min(125.0, max(-55.0, felt)) * 16.0)
-            self.readings.append((self._next_s, counts))
-            self.conversions += 1
-            self._next_s += CONVERSION_S
 
 
 class SimulatedDevice:
@@ -114,38 +89,52 @@ class SimulatedDevice:
         self.wall_s = wall_s
         self.faults = FaultSchedule(faults, fault_seed)
         self._jumps: list[tuple[int, int]] = []
+        self._gaps: list[int] = []
         self._held: dict[str, float] = {}
         self._clock_rate = 1.0 + settings.clock_drift_ppm * 1e-6
         self.period_s = 1.0 / (RATE_HZ * self._clock_rate)
-        limits = stand_file.limits
+        limits, profile = stand_file.limits, stand_file.profile()
         self.controller = Controller(
             Capabilities(
                 limits.force_max_kN,
                 limits.stroke_max_mm,
                 limits.speed_max_mm_per_s,
                 limits.frequency_max_Hz,
+                adjusts=profile.adjusts(profile.version),
             ),
             1.0 / RATE_HZ,
             wall_s,
         )
         self.actuator = Actuator(
             ActuatorFacts(
-                settings.actuator_bandwidth_Hz, settings.actuator_damping, limits.speed_max_mm_per_s
+                settings.actuator_bandwidth_Hz,
+                settings.actuator_damping,
+                limits.speed_max_mm_per_s,
+                servo_lag_s=settings.servo_lag_s,
+                reversal_s=settings.reversal_s,
+                force_speed=settings.force_speed or limits.force_speed or (),
             ),
             self.period_s,
+            settings.piston_start_mm,
         )
+        self.controller.position_mm = self.controller.command_mm = settings.piston_start_mm
         self.contact = Contact(spring, settings.frame_stiffness_kN_per_mm, self.period_s)
         self._delay = Delay(settings.force_delay_s, self.period_s, settings.force_low_pass_Hz)
         self.measured_force_kN = 0.0
         self.measured_stroke_mm = 0.0
         self.time_s = 0.0
         self.ring = SampleRing()
+        self.latency = Latency(settings.reply_latency_s, settings.reply_jitter_s, settings.seed)
+        """How long requests to the controller and its replies are on their way."""
+        # A seed of its own: transducers draw the same noise with and without missed cycles.
+        seed = np.random.SeedSequence((settings.seed, _MISSED_SEED))
+        self._missed = MissedCycles(settings.missed_cycles_per_h, RATE_HZ, seed)
         self._make_transducers(stand_file, settings)
 
     def _make_transducers(self, stand_file: StandFile, settings: SimulationSettings) -> None:
         channels = {channel.name: channel for channel in stand_file.controller.channel}
         sensors = stand_file.temperature.sensor if stand_file.temperature is not None else ()
-        seeds = np.random.SeedSequence(settings.seed).spawn(2 + len(sensors))
+        seeds = np.random.SeedSequence(settings.seed).spawn(3 + len(sensors))
         stroke = settings.stroke_noise_mm
         i4, u2, i2 = (-(1 << 31), (1 << 31) - 1), (0, 65535), (-32768, 32767)
         self._converters = Converters(
@@ -159,6 +148,14 @@ class SimulatedDevice:
             seeds[0],
         )
         self._wires = WirePair(settings.wire_linearity_mm, settings.wire_tilt)
+        self._drift = Drift.of(settings)
+        wires = (settings.stroke_flicker_mm, settings.stroke_hum_mm)
+        self._wander = Wander(
+            (settings.force_flicker_kN, wires[0], wires[0]),
+            (settings.force_hum_kN, wires[1], wires[1]),
+            self.period_s,
+            seeds[-1],
+        )
         self._amplifier: tuple[Resampler, Converters] | None = None
         self.amplifier_form: AmplifierForm | None = None
         self.frames: deque[Frames] = deque(maxlen=_KEPT_FRAMES)
@@ -173,7 +170,7 @@ class SimulatedDevice:
             )
         self.thermometers = tuple(
             Thermometer(sensor, settings.temperature_noise_C, seed)
-            for sensor, seed in zip(sensors, seeds[2:], strict=True)
+            for sensor, seed in zip(sensors, seeds[2:-1], strict=True)
         )
         self._look_at_thermometers()
 
@@ -187,14 +184,14 @@ class SimulatedDevice:
         time_s : float
             Stand time [s].
         most : int, optional
-            Most samples to advance; what is left follows with a later call, nothing is dropped.
+            Most periods to advance; what is left follows with a later call, nothing is dropped.
 
         Returns
         -------
         int
-            Samples that are left to advance.
+            Periods that are left to advance.
         """
-        due = int(time_s / self.period_s + 1e-6) - self.ring.total
+        due = int(time_s / self.period_s + 1e-6) - self.ring.periods
         count = due if most is None else min(due, most)
         if count > 0:
             self.advance(count)
@@ -202,25 +199,31 @@ class SimulatedDevice:
             self._fail_when_due()
             self.controller.look_at_watchdog()
         left = max(0, due - max(count, 0))
-        self.time_s = max(self.time_s, self.ring.total * self.period_s if left else time_s)
+        self.time_s = max(self.time_s, self.ring.periods * self.period_s if left else time_s)
         return left
 
     def advance(self, count: int) -> None:
-        """Advance by ``count`` samples."""
+        """Advance by ``count`` periods of the controller's clock: each has a sample, or was missed."""
         while count > 0:
             self._fail_when_due()
             self.controller.look_at_watchdog()
-            undisturbed = min(count, self._samples_to_next_fault())
-            still = min(undisturbed, DWELL, self._still_samples())
-            if still > 1:
-                self._dwell(still)
-                count -= still
-            else:
-                some = min(undisturbed, SLICE)
-                self._move(some)
-                count -= some
-            self.time_s = self.ring.total * self.period_s
+            count -= self._advance_some(count)
+            self.time_s = self.ring.periods * self.period_s
             self._look_at_thermometers()
+
+    def _advance_some(self, count: int) -> int:
+        """Advance by at most ``count`` periods in which one thing happens; return how many they were."""
+        undisturbed = min(count, self._samples_to_next_fault(), self._missed.next - self.ring.periods)
+        if undisturbed == 0:
+            self._miss_cycle()
+            return 1
+        still = min(undisturbed, DWELL, self._still_samples())
+        if still > 1:
+            self._dwell(still)
+            return still
+        some = min(undisturbed, SLICE)
+        self._move(some)
+        return some
 
     def tick_us(self, time_s: float) -> int:
         """Return the controller's clock, 32 bits, at a stand time [µs]."""
@@ -229,10 +232,15 @@ class SimulatedDevice:
 
     def time_us(self, sequence: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the controller's time stamps of samples without wrapping [µs], same shape."""
-        stamps: NDArray[np.int64] = self.settings.tick_start_us + (sequence + 1) * round(_US / RATE_HZ)
+        stamps: NDArray[np.int64] = self.settings.tick_start_us + self._periods_of(sequence) * _PERIOD_US
         for first, jump_us in self._jumps:
             stamps += np.where(sequence >= first, jump_us, 0)
         return stamps
+
+    def _periods_of(self, sequence: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the periods that had passed when samples were taken, same shape."""
+        passed: NDArray[np.int64] = sequence + 1
+        return passed + np.searchsorted(self._gaps, sequence, side="right") if self._gaps else passed
 
     @property
     def heartbeat(self) -> int:
@@ -246,7 +254,7 @@ class SimulatedDevice:
         change_s = self.faults.next_change_s(self.time_s)
         if change_s == FOREVER_S:
             return SLICE
-        return max(1, round(change_s / self.period_s) - self.ring.total)
+        return max(1, round(change_s / self.period_s) - self.ring.periods)
 
     def _fail_when_due(self) -> None:
         """Let the faults of an instant happen."""
@@ -291,16 +299,16 @@ class SimulatedDevice:
     def _move(self, count: int) -> None:
         """Advance sample by sample."""
         controller, actuator, contact, delay = self.controller, self.actuator, self.contact, self._delay
-        spring = self.spring
+        spring, gap_mm = self.spring, self.settings.gap_mm
         force_kN, position_mm = self.measured_force_kN, actuator.position_mm
         rows: list[tuple[float, ...]] = []
         for _ in range(count):
             command_mm = controller.step(force_kN, position_mm)
             if controller.valve_on:
-                position_mm = actuator.follow(command_mm)
+                position_mm = actuator.follow(command_mm, contact.force_kN)
             else:
                 position_mm = actuator.leak(contact.force_kN)
-            true_kN = contact.push(position_mm)
+            true_kN = contact.push(position_mm - gap_mm)
             force_kN = delay.push(true_kN)
             rows.append(
                 (
@@ -317,6 +325,18 @@ class SimulatedDevice:
         self.measured_force_kN = force_kN
         self._publish(np.array(rows))
 
+    def _miss_cycle(self) -> None:
+        """Let a period pass in which the controller does nothing: no sample, the command stays as it is."""
+        controller, actuator, contact = self.controller, self.actuator, self.contact
+        if controller.valve_on:
+            position_mm = actuator.follow(controller.command_mm, contact.force_kN)
+        else:
+            position_mm = actuator.leak(contact.force_kN)
+        self.measured_force_kN = self._delay.push(contact.push(position_mm - self.settings.gap_mm))
+        self.ring.missed += 1
+        self._gaps.append(self.ring.total)
+        self._missed.draw()
+
     def _dwell(self, count: int) -> None:
         """Bridge samples in which neither command nor piston moves: only force and temperature relax."""
         contact, spring, controller = self.contact, self.spring, self.controller
@@ -332,7 +352,7 @@ class SimulatedDevice:
                 spring.heat_J,
             )
         )
-        true_kN = contact.push(self.actuator.position_mm, count)
+        true_kN = contact.push(self.actuator.position_mm - self.settings.gap_mm, count)
         self._delay.settle(true_kN)
         controller.skip(count - 1)
         self.measured_force_kN = true_kN
@@ -361,9 +381,12 @@ class SimulatedDevice:
         samples = np.empty((count, 6))
         samples[:, 0] = time_us % (1 << 32)
         felt = samples[:, 1:]
+        made_s = np.asarray(self._periods_of(sequence) * self.period_s, dtype=np.float64)
         felt[:, 0] = table[:, 0]
         felt[:, 1:3] = self._wires.feel(table[:, 1])
         felt[:, 3:] = table[:, 2:4]
+        self._drift.feel(made_s, felt[:, :3])
+        self._wander.add(made_s, felt[:, :3])
         samples[:, 1:] = self._converters.counts(felt)
         if self.faults.faults:
             self._break_transducers(samples[:, 1:])
@@ -372,15 +395,18 @@ class SimulatedDevice:
         self.measured_stroke_mm = 0.5 * (last[1].item() + last[2].item())
         if self._amplifier is not None:
             resampler, converters = self._amplifier
-            due_s, value = resampler.take((sequence + 1) * self.period_s, table[:, 4])
+            second = table[:, 4:5].copy()
+            self._drift.feel(made_s, second)
+            due_s, value = resampler.take(made_s, second[:, 0])
             if due_s.size:
                 counts = converters.counts(value[:, np.newaxis])[:, 0]
                 whole = self.amplifier_form is None or self.amplifier_form.whole
                 self.frames.append(Frames(due_s, counts.astype(np.int64) if whole else counts))
         if self.truth is not None:
-            truth = np.empty((count, 7))
+            truth = np.empty((count, 9))
             truth[:, 0] = sequence
             truth[:, 1] = time_us
             truth[:, 2] = table[:, 1]
-            truth[:, 3:] = table[:, 4:]
+            truth[:, 3:7] = table[:, 4:]
+            truth[:, 7:] = table[:, 2:4]
             self.truth.add(truth)

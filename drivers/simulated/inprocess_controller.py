@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.cia402 import FAULT_RESET, RESET_FORCE_MAX_KN, SWITCH_OFF
 from drivers.interfaces import (
     CommandRejected,
     ControllerStatus,
@@ -18,18 +20,17 @@ from drivers.interfaces import (
     SampleBlock,
     StreamFacts,
 )
-from drivers.modbus_link import EXCEPTION_TEXTS
-from drivers.simulated.commands import Code, Command, Fault, Reject
+from drivers.missed_cycles import missed_cycles, parted
+from drivers.simulated.commands import Code, Command, Reject
 from drivers.simulated.controller import Controller as Machine
 from drivers.simulated.device import RATE_HZ, SimulatedDevice
+from drivers.simulated.inprocess_link import InProcessLink
 from drivers.simulated.virtual_clock import VirtualClock
 from drivers.stand_file import StandFile
 
 BLOCK = 1000
 """Most samples of one block."""
 
-_LOSING = ("drop", "corrupt", "reorder", "delay", "request-drop", "request-corrupt")
-"""Faults of frames after which the driver of a real controller asks once more."""
 _FIELDS = {
     **{name: name for name in ("state", "fault_code", "done_sequence", "end_reason", "cycles_done")},
     **{name: name for name in ("heartbeat", "watchdog_trips")},
@@ -56,20 +57,27 @@ class InProcessController:
         For channels and timeout.
     clock : VirtualClock
         That moves the device.
+    block : int
+        Most samples of one block.
     """
 
     facts: StreamFacts
 
-    def __init__(self, device: SimulatedDevice, stand_file: StandFile, clock: VirtualClock) -> None:
+    def __init__(
+        self, device: SimulatedDevice, stand_file: StandFile, clock: VirtualClock, block: int = BLOCK
+    ) -> None:
         self._device = device
         self._clock = clock
-        self._timeout_s = stand_file.controller.timeout_s
+        self._link = InProcessLink(device, clock, stand_file.controller.timeout_s)
+        self._block = block
         self._next = 0
+        self._parts: deque[SampleBlock] = deque()
         self._feeds = 0
-        self._events: list[str] = []
         self._stuck: dict[str, Any] = {}
         self._nan_said = False
         self._last_us: int | None = None
+        self.can_adjust = device.controller.capabilities.adjusts
+        """Whether it can change a running sine."""
         self._identity = Identity(
             device="simulated controller",
             address="in process",
@@ -93,12 +101,12 @@ class InProcessController:
         DeviceFault
             If the link is lost (a simulated fault).
         """
-        self._reach()
-        return self._identity
+        with self._link.asking():
+            return self._identity
 
     def skip_backlog(self) -> None:
         """Go on near the newest sample."""
-        self._next = max(self._next, self._device.ring.total - BLOCK)
+        self._next = max(self._next, self._device.ring.total - self._block)
 
     def read_block(self) -> SampleBlock | None:
         """Get the next samples (None where there are none yet).
@@ -108,20 +116,32 @@ class InProcessController:
         DeviceFault
             If the link is lost.
         """
-        self._reach()
-        first, columns = self._device.ring.window(self._next, BLOCK)
+        if self._parts:
+            return self._parts.popleft()
+        with self._link.asking():
+            first, columns = self._device.ring.window(self._next, self._block)
         ticks = columns.pop("tick")
         if ticks.size == 0:
             return None
         lost = first - self._next
         if lost:
-            self._events.append(f"{lost} samples lost before sequence {first}: the ring was read too late")
+            self._link.events.append(
+                f"{lost} samples lost before sequence {first}: the ring was read too late"
+            )
         self._next = first + ticks.size
         # Here the sequence is known without wrapping, and so is the time.
         sequence = np.arange(first, self._next, dtype=np.int64)
         time_us = self._device.time_us(sequence)
-        self._demand_even(time_us, lost)
-        return SampleBlock("controller", first, time_us, columns, lost, self._clock.now_s())
+        missed = self._missed(time_us, lost)
+        block = SampleBlock(
+            "controller", first, time_us, columns, lost, self._clock.now_s(), more=ticks.size == self._block
+        )
+        head, *rest = parted(block, missed)
+        self._parts.extend(rest)
+        return head
+
+    def delivery(self) -> None:
+        """Return nothing: there is no wire."""
 
     def status(self) -> ControllerStatus:
         """Get one consistent snapshot.
@@ -131,9 +151,8 @@ class InProcessController:
         DeviceFault
             If the link is lost.
         """
-        self._reach()
-        controller = self._device.controller
-        return self._with_faults(self._shown(controller))
+        with self._link.asking():
+            return self._with_faults(self._shown(self._device.controller))
 
     def _with_faults(self, status: ControllerStatus) -> ControllerStatus:
         """Let registers be stuck, or no numbers, by a simulated fault."""
@@ -150,7 +169,7 @@ class InProcessController:
             name = nan.name("register")
             wrong[_FIELDS.get(name, "force_kN")] = math.nan
             if not self._nan_said:
-                self._events.append(
+                self._link.events.append(
                     f"register {name} of the controller holds nan, which is no number; "
                     "look at its transducer and at the controller's own messages"
                 )
@@ -181,9 +200,9 @@ class InProcessController:
         DeviceFault
             If the link is lost.
         """
-        self._reach()
-        self._feeds += 1
-        self._device.controller.watchdog.feed(self._feeds & 0xFFFF)
+        with self._link.asking():
+            self._feeds += 1
+            self._device.controller.watchdog.feed(self._feeds & 0xFFFF)
 
     def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:
         """Set the device's own limits and watchdog, reset a latched fault, switch the actuator on.
@@ -195,9 +214,10 @@ class InProcessController:
         DeviceFault
             If the link is lost.
         """
-        self._reach()
         controller = self._device.controller
-        if not (controller.set_force_limit(force_limit_kN) and controller.set_stroke_limit(stroke_limit_mm)):
+        with self._link.asking():
+            kept = controller.set_force_limit(force_limit_kN) and controller.set_stroke_limit(stroke_limit_mm)
+        if not kept:
             raise CommandRejected(
                 f"the controller refused limits of {force_limit_kN:g} kN and {stroke_limit_mm:g} mm: "
                 f"the stand has {controller.capabilities.force_max_kN:g} kN and "
@@ -205,11 +225,35 @@ class InProcessController:
             )
         controller.watchdog.set_time(watchdog_ms)
         self.feed_watchdog()
-        if controller.fault is not Fault.NONE:
-            self._events.append(f"fault {int(controller.fault)} of the controller was reset")
-            controller.control(0x0000)
-            controller.control(0x0080)
+        self.reset_fault()
         controller.control(0x000F)
+
+    def reset_fault(self) -> None:
+        """Reset a latched fault, where there is one; the valve stays off.
+
+        Raises
+        ------
+        DeviceFault
+            If the valve is still on or force is left, or the link is lost.
+        """
+        controller, force_kN = self._device.controller, self._device.measured_force_kN
+        with self._link.asking():
+            code = int(controller.fault)
+            if not code:
+                return
+            if controller.valve_on or not abs(force_kN) <= RESET_FORCE_MAX_KN:
+                valve = "on" if controller.valve_on else "off"
+                raise DeviceFault(
+                    f"the simulated controller: fault {code} was not reset: the force is {force_kN:.1f} kN, "
+                    f"the valve {valve}; unload the specimen and start again"
+                )
+            controller.control(SWITCH_OFF)
+            controller.control(FAULT_RESET)
+            controller.control(SWITCH_OFF)
+        self._link.events.append(f"fault {code} of the controller was reset")
+
+    stops_at_once = True
+    """There is no wire."""
 
     def start_hold(self) -> int:
         """Stop where it stands and hold; get the motion's sequence number.
@@ -249,6 +293,17 @@ class InProcessController:
             cycles=cycles,
         )
 
+    def adjust_harmonic(self, *, mean_mm: float, amplitude_mm: float) -> None:
+        """Bring the running sine to another mean and amplitude over one cycle.
+
+        Raises
+        ------
+        CommandRejected, DeviceFault
+            If the controller refuses; if the link is lost.
+        """
+        text = f"adjusting to {mean_mm:g} ± {amplitude_mm:g} mm"
+        self._give(text, Code.ADJUST, mean_mm=mean_mm, amplitude_mm=amplitude_mm)
+
     def start_static(
         self,
         *,
@@ -275,7 +330,10 @@ class InProcessController:
             pause_s=pause_s,
         )
 
-    def start_release(self, *, speed_mm_per_s: float) -> int:
+    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+        """Do nothing: a release takes one call as it is."""
+
+    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:  # noqa: ARG002 - no wire
         """Ramp to zero force; get the motion's sequence number.
 
         Raises
@@ -293,71 +351,42 @@ class InProcessController:
         DeviceFault
             If the link is lost.
         """
-        self._reach()
-        self._device.controller.control(0x0000)
+        with self._link.asking():
+            self._device.controller.control(0x0000)
 
     def events(self) -> Sequence[str]:
         """Get (and forget) what happened since the last call."""
-        kept, self._events = self._events, []
+        kept, self._link.events = self._link.events, []
         return kept
 
     def close(self) -> None:
         """Let go: nothing to do."""
 
-    def _reach(self) -> None:
-        """Fail as a real link does: after its timeout, during which the stand goes on."""
-        faults, now_s = self._device.faults, self._clock.now_s
-        if faults.find("controller", "lost", now_s()):
-            self._clock.sleep(2.0 * self._timeout_s)
-            raise DeviceFault(
-                "the simulated controller does not answer: its link is lost (a simulated fault); "
-                "look at the faults that were given"
-            )
-        if fault := faults.strikes("controller", "exception", now_s()):
-            code = int(fault.number("code"))
-            raise DeviceFault(
-                f"the simulated controller refused with Modbus exception {code} "
-                f"({EXCEPTION_TEXTS.get(code, 'unknown')}); look at the faults that were given"
-            )
-        for attempt in (1, 2):
-            struck = next((kind for kind in _LOSING if self._loses(kind)), None)
-            if struck is None:
-                return
-            self._clock.sleep(self._timeout_s)
-            further = "sent once more on a new connection" if attempt == 1 else "given up"
-            self._events.append(f"no true reply ({struck}, a simulated fault); connection closed, {further}")
-        raise DeviceFault(
-            "the simulated controller: no true reply, twice; look at the faults that were given"
-        )
-
-    def _loses(self, kind: str) -> bool:
-        """Return whether a fault of that kind keeps a reply from coming in time."""
-        fault = self._device.faults.strikes("controller", kind, self._clock.now_s())
-        if fault is not None and kind == "delay" and fault.number("delay_s") <= self._timeout_s:
-            self._clock.sleep(fault.number("delay_s"))
-            return False
-        return fault is not None
-
-    def _demand_even(self, time_us: NDArray[np.int64], lost: int) -> None:
-        """Refuse samples whose clock does not step by the sample period, as the driver of a ring does."""
+    def _missed(self, time_us: NDArray[np.int64], lost: int) -> list[tuple[int, int]]:
+        """Return where cycles were missed; refuse a clock that jumps, as the driver of a ring does."""
         period_us = 1e6 / RATE_HZ
-        steps = (time_us[1:] - time_us[:-1]).astype(np.float64)
-        if self._last_us is not None:
-            steps = np.append(int(time_us[0]) - self._last_us - lost * period_us, steps)
+        last_us = int(time_us[0]) - period_us * (lost + 1) if self._last_us is None else self._last_us
+        steps = np.diff(time_us, prepend=last_us + lost * period_us)
         self._last_us = int(time_us[-1])
-        bad = steps[np.abs(steps - period_us) > 0.5 * period_us]
-        if bad.size:
-            raise DeviceFault(
-                "the simulated controller: two blocks of samples running cannot be true: the tick steps by "
-                f"{bad[0]:.0f} µs, {period_us:g} µs would be right; look at the faults that were given"
-            )
+        missed: list[tuple[int, int]] = []
+        for row in np.flatnonzero(np.abs(steps - period_us) > 0.5 * period_us):
+            cycles = missed_cycles(float(steps[row]), period_us)
+            if cycles is None:
+                raise DeviceFault(
+                    "the simulated controller: two blocks of samples running cannot be true: the tick steps "
+                    f"by {steps[row]:.0f} µs, {period_us:g} µs would be right; look at the faults that were "
+                    "given"
+                )
+            missed.append((int(row), cycles))
+        return missed
 
     def _give(self, text: str, code: Code, **parameters: float) -> int:
-        self._reach()
         controller = self._device.controller
         sequence = controller.echo_sequence % 0xFFFF + 1  # 0 means “none yet”
         command = Command(sequence, int(code), **parameters)  # type: ignore[arg-type]
-        for verdict in (controller.arm(command), controller.execute(sequence)):
+        with self._link.asking():
+            verdicts = (controller.arm(command), controller.execute(sequence))
+        for verdict in verdicts:
             if verdict is not Reject.ACCEPTED:
                 raise CommandRejected(f"the simulated controller rejected {text}: {_REASONS[verdict]}")
         return sequence

@@ -10,7 +10,8 @@ import numpy as np
 from drivers.ds18b20 import FAULT_TEXTS, ReadingFault
 from drivers.interfaces import SampleBlock, SensorFault, StreamFacts
 from drivers.serial_amplifier import resync_text, with_saturation
-from drivers.simulated.device import Frames, SimulatedDevice, Thermometer
+from drivers.simulated.device import Frames, SimulatedDevice
+from drivers.simulated.thermometer import Thermometer
 from drivers.simulated.virtual_clock import VirtualClock
 from drivers.stand_file import StandFile
 from foundation.plausibility import Watch

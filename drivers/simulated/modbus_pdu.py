@@ -15,6 +15,7 @@ from typing import Protocol
 from drivers.modbus_link import Table
 from drivers.profile import MAX_READ
 from drivers.simulated.faults_wire import FrameTrouble
+from drivers.simulated.pace import Link
 
 READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_SEVERAL, EXCHANGE = 3, 4, 6, 16, 23
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, NOT_THERE = 1, 2, 3, 0x0B
@@ -87,6 +88,10 @@ class Responder:
         Whether the link is cut at present: then nothing is heard, done or answered.
     trouble : FrameTrouble, optional
         What happens to the replies on their way, and with which exceptions requests are answered.
+    read_write : bool
+        Whether function 23 is known.
+    way_s : callable, optional
+        How long the next request or reply is on its way [s of the wall]; no time without it.
     """
 
     def __init__(
@@ -95,11 +100,17 @@ class Responder:
         catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
         trouble: FrameTrouble | None = None,
+        read_write: bool = True,
+        way_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
+        self.way_s = way_s
+        self._read_write = read_write
         self._bank = bank
         self._catch_up = catch_up
         self.cut = cut
         self.trouble = trouble
+        self.asker: Link | None = None
+        """The link of the last request that was answered."""
         self._needs_present = lru_cache(_REMEMBERED)(self._judge)
 
     def answer(self, request: bytes) -> bytes | None:
@@ -138,7 +149,7 @@ class Responder:
                 return _Request("holding", range(0), range(address, address + 1), (value,))
             case 16 if self._bank.writable:
                 return _Request("holding", range(0), *_writing(data, MOST_WRITTEN[function]))
-            case 23 if self._bank.writable:
+            case 23 if self._bank.writable and self._read_write:
                 return _Request("holding", _reading(data[:4]), *_writing(data[4:], MOST_WRITTEN[function]))
             case _:
                 raise RefusedError(ILLEGAL_FUNCTION)

@@ -11,10 +11,12 @@ import asyncio
 import os
 import tty
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from pymodbus.framer.rtu import FramerRTU
 
+from drivers.simulated.imperfections.latency import Way
 from drivers.simulated.modbus_pdu import EXCHANGE, WRITE_SEVERAL, Responder
 from foundation.errors import BadInput
 
@@ -42,9 +44,15 @@ class RtuStandServer:
         self._responder = responder
         self._device_id = device_id
         self._received = b""
+        self._coming, self._going = Way(responder.way_s), Way(responder.way_s)
         self._heard_s = 0.0
         self._link: Path | None = None
         self._ends: tuple[int, int] | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Always: on a line nobody can be seen to leave."""
+        return True
 
     def start(self, link: Path, place: str = "controller.serial") -> None:
         """Make the line and listen on it.
@@ -115,10 +123,18 @@ class RtuStandServer:
             return
         if frame[0] not in (self._device_id, _BROADCAST):
             return
+        self._coming.send(partial(self._answer, frame))
+
+    def _answer(self, frame: bytes) -> None:
+        """Do a request that has arrived, and send the reply."""
         reply = self._responder.answer(frame[1:-2])
+        self._responder.asker = self
         if reply is not None and frame[0] != _BROADCAST:
             answer = frame[:1] + reply
-            self._responder.deliver(answer + FramerRTU.compute_CRC(answer).to_bytes(2, "big"), self._write)
+            self._responder.deliver(answer + FramerRTU.compute_CRC(answer).to_bytes(2, "big"), self._send)
+
+    def _send(self, data: bytes) -> None:
+        self._going.send(partial(self._write, data))
 
     def _write(self, data: bytes) -> None:
         if self._ends is not None:

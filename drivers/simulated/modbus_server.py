@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import asyncio
 import struct
+from functools import partial
 from typing import cast
 
+from drivers.simulated.imperfections.latency import Way
 from drivers.simulated.modbus_pdu import NOT_THERE, Responder
 from foundation.errors import BadInput
 
@@ -85,6 +87,12 @@ class _Connection(asyncio.Protocol):
         self._connections = connections
         self._transport: asyncio.Transport | None = None
         self._received = b""
+        self._coming, self._going = Way(responder.way_s), Way(responder.way_s)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the client still has it open."""
+        return self._transport is not None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Keep the connection."""
@@ -112,16 +120,22 @@ class _Connection(asyncio.Protocol):
             if len(self._received) < end:
                 return
             request, self._received = self._responder.hear(self._received[HEADER:end]), self._received[end:]
-            if request is None:
-                continue
-            if unit == self._device_id:
-                reply = self._responder.answer(request)
-            else:
-                reply = bytes((request[0] | 0x80, NOT_THERE))
-            if reply is not None:
-                self._responder.deliver(
-                    struct.pack(">HHHB", transaction, 0, len(reply) + 1, unit) + reply, self._write
-                )
+            if request is not None:
+                self._coming.send(partial(self._answer, transaction, unit, request))
+
+    def _answer(self, transaction: int, unit: int, request: bytes) -> None:
+        """Do a request that has arrived, and send the reply."""
+        if unit == self._device_id:
+            reply = self._responder.answer(request)
+            self._responder.asker = self
+        else:
+            reply = bytes((request[0] | 0x80, NOT_THERE))
+        if reply is not None:
+            head = struct.pack(">HHHB", transaction, 0, len(reply) + 1, unit)
+            self._responder.deliver(head + reply, self._send)
+
+    def _send(self, data: bytes) -> None:
+        self._going.send(partial(self._write, data))
 
     def _write(self, data: bytes) -> None:
         if self._transport is not None and not self._transport.is_closing():

@@ -118,6 +118,9 @@ class Ramp(Motion):
 class Harmonic(Motion):
     """Sine about a mean: one cycle of growing amplitude in, ``cycles`` at full amplitude, one out.
 
+    Mean and amplitude can be changed meanwhile (:meth:`adjust`): both go over in one cycle by half a cosine,
+    so that neither the command nor its rate jumps.
+
     Parameters
     ----------
     sequence : int
@@ -141,30 +144,74 @@ class Harmonic(Motion):
         dt_s: float,
     ) -> None:
         super().__init__(sequence, MotionState.WAVEFORM, mean_mm)
-        self._mean_mm = mean_mm
-        self._amplitude_mm = amplitude_mm
+        self.frequency_Hz = frequency_Hz
+        self._before = self._after = (mean_mm, amplitude_mm)
+        self._adjusted_at: float | None = None
         self._cycles = cycles
+        self._dt_s = dt_s
         self._cycles_per_sample = frequency_Hz * dt_s
         self._samples = 0
+
+    @property
+    def adjustable(self) -> bool:
+        """Whether :meth:`adjust` may be called: full amplitude, none under way, a full cycle left for it."""
+        phase = self._samples * self._cycles_per_sample
+        return 1.0 <= phase <= self._cycles and self._adjusted_at is None
+
+    def adjust(self, mean_mm: float, amplitude_mm: float) -> None:
+        """Go over to another mean and amplitude [mm] within one cycle from now on."""
+        self._before, self._after = self._after, (mean_mm, amplitude_mm)
+        self._adjusted_at = self._samples * self._cycles_per_sample
+
+    def peak_speed_mm_per_s(self, mean_mm: float, amplitude_mm: float) -> float:
+        """Return a bound of the command's speed while it goes over to another mean and amplitude [mm/s].
+
+        d/dt (m + A sin φ) <= |m'| + |A'| + ω A, and half a cosine over a cycle changes at most π/2 f times
+        what it bridges.
+        """
+        mean, amplitude = self._after
+        bridged = abs(mean_mm - mean) + abs(amplitude_mm - amplitude)
+        return math.pi * self.frequency_Hz * (2.0 * max(amplitude, amplitude_mm) + 0.5 * bridged)
+
+    def deceleration_mm(self) -> float:
+        """Return the change of the command's rate per sample that stops it within its own range [mm].
+
+        A sine never needs more than ``A ω²``, and stopping with it from any phase stays inside ``mean ± A``:
+        ``sin φ + cos² φ / 2 <= 1``.
+        """
+        amplitude_mm = max(self._before[1], self._after[1])
+        return amplitude_mm * (2.0 * math.pi * self.frequency_Hz * self._dt_s) ** 2
+
+    def _present(self, phase: float) -> tuple[float, float]:
+        """Return mean and amplitude at a phase [mm]."""
+        if self._adjusted_at is None:
+            return self._after
+        done = phase - self._adjusted_at
+        if done >= 1.0:
+            self._adjusted_at = None
+            return self._after
+        share = 0.5 * (1.0 - math.cos(math.pi * done))
+        (mean, amplitude), (new_mean, new_amplitude) = self._before, self._after
+        return mean + share * (new_mean - mean), amplitude + share * (new_amplitude - amplitude)
 
     def advance(self, force_kN: float, position_mm: float) -> float:  # noqa: ARG002 - a Motion's signature
         """Return the next command [mm]."""
         self._samples += 1
         phase = self._samples * self._cycles_per_sample
         last = self._cycles + 2.0
+        mean, amplitude = self._present(phase)
         if phase >= last:
             self.cycles_done = self._cycles
-            if abs(position_mm - self._mean_mm) < SETTLED_MM:
+            if abs(position_mm - mean) < SETTLED_MM:
                 self.end = EndReason.REACHED
-            self.command_mm = self._mean_mm
+            self.command_mm = mean
             return self.command_mm
-        amplitude = self._amplitude_mm
         edge = min(phase, last - phase)
         if edge < 1.0:
             # Half a cosine: amplitude and its rate join without a kink, and the envelope never exceeds 1.
             amplitude *= 0.5 * (1.0 - math.cos(math.pi * edge))
         self.cycles_done = min(self._cycles, max(0, int(phase) - 1))
-        self.command_mm = self._mean_mm + amplitude * math.sin(2.0 * math.pi * phase)
+        self.command_mm = mean + amplitude * math.sin(2.0 * math.pi * phase)
         return self.command_mm
 
 

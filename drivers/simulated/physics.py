@@ -2,11 +2,19 @@
 
 Positions and strokes in mm, forces in kN, compression positive; position 0 is first contact. The piston
 pushes the specimen through force transducer and frame, which give way: ``stroke = position − F / k_frame``.
+
+The valve: its flow, and with it the speed against a load, falls as the load takes the pressure
+(``force_speed``; a load that pushes back does not slow the way out). Its spool crosses an overlap at every
+reversal, in which the piston stands (``reversal_s``), and the loop follows a moving command late
+(``servo_lag_s``, first order: at a frequency ``f`` the amplitude falls by ``1 / √(1 + (2π f T)²)`` and lags
+by ``atan 2π f T``).
 """
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,6 +23,8 @@ from scipy.linalg import expm
 
 TOUCH_MM = 1e-6
 """Stroke that stands for “in contact, not yet compressed” [mm]: the spring's force there is its preload."""
+STILL_MM = 1e-9
+"""A move within a step that needs no flow [mm]."""
 
 
 class Spring(Protocol):
@@ -63,12 +73,21 @@ class ActuatorFacts:
         What the valve lets through.
     leak_mm_per_s_kN : float
         Creep of the cylinder under load while the valve is off: internal leakage relieves the force.
+    servo_lag_s : float
+        How much later the loop follows a command that moves evenly, beside its own second order.
+    reversal_s : float
+        Time for which the piston stands when it turns: the spool crosses its overlap.
+    force_speed : tuple of (float, float)
+        Pairs of force [kN] and greatest speed against it [mm/s], straight between; empty for no such limit.
     """
 
     bandwidth_Hz: float = 15.0
     damping: float = 0.8
     speed_max_mm_per_s: float = 800.0
     leak_mm_per_s_kN: float = 0.02
+    servo_lag_s: float = 0.0
+    reversal_s: float = 0.0
+    force_speed: tuple[tuple[float, float], ...] = ()
 
 
 class Actuator:
@@ -79,9 +98,11 @@ class Actuator:
     facts : ActuatorFacts
     dt_s : float
         Step [s].
+    start_mm : float
+        Where it stands at first [mm].
     """
 
-    def __init__(self, facts: ActuatorFacts, dt_s: float) -> None:
+    def __init__(self, facts: ActuatorFacts, dt_s: float, start_mm: float = 0.0) -> None:
         damping = facts.damping
         # −3 dB frequency of a second-order low pass, solved for the natural frequency
         ratio = math.sqrt(1.0 - 2.0 * damping**2 + math.sqrt(4.0 * damping**4 - 4.0 * damping**2 + 2.0))
@@ -95,33 +116,86 @@ class Actuator:
         self._dt_s = dt_s
         self._reach_mm = facts.speed_max_mm_per_s * dt_s
         self._leak_mm = facts.leak_mm_per_s_kN * dt_s
-        self.position_mm = 0.0
+        self._lag_gain = 1.0 if facts.servo_lag_s <= 0.0 else -math.expm1(-dt_s / facts.servo_lag_s)
+        self._followed_mm = start_mm
+        self._overlap = round(facts.reversal_s / dt_s)
+        self._crossed = 0
+        self._direction = 0.0
+        self._curve = _Reach(facts.force_speed, dt_s) if facts.force_speed else None
+        self.position_mm = start_mm
         self.speed_mm_per_s = 0.0
 
-    def follow(self, command_mm: float) -> float:
-        """Move for one step towards the command; return the new position [mm]."""
+    def follow(self, command_mm: float, force_kN: float = 0.0) -> float:
+        """Move for one step towards the command, against a force [kN]; return the new position [mm]."""
+        if self._lag_gain < 1.0:
+            self._followed_mm += self._lag_gain * (command_mm - self._followed_mm)
+            command_mm = self._followed_mm
         error = self.position_mm - command_mm
         speed = self.speed_mm_per_s
         position = command_mm + self._a * error + self._b * speed
         move = position - self.position_mm
-        if -self._reach_mm <= move <= self._reach_mm:
+        if self._overlap and self._crosses(move):
+            self.speed_mm_per_s = 0.0
+            return self.position_mm
+        reach = self._reach_mm
+        if move > 0.0 and self._curve is not None:
+            reach = min(reach, self._curve.at(force_kN))
+        if -self._reach_mm <= move <= reach:
             self.speed_mm_per_s = self._c * error + self._d * speed
         else:
-            move = math.copysign(self._reach_mm, move)
+            move = reach if move > 0.0 else -self._reach_mm
             position = self.position_mm + move
             self.speed_mm_per_s = move / self._dt_s
         self.position_mm = position
         return position
 
+    def _crosses(self, move: float) -> bool:
+        """Return whether the spool is still in its overlap on the way to a move in the other direction."""
+        if move * self._direction > 0.0 or abs(move) < STILL_MM:
+            self._crossed = 0
+            return False
+        self._crossed += 1
+        if self._crossed <= self._overlap:
+            return True
+        self._direction, self._crossed = math.copysign(1.0, move), 0
+        return False
+
     def leak(self, force_kN: float, steps: int = 1) -> float:
         """Creep back for ``steps`` steps with the valve off; return the new position [mm]."""
         self.speed_mm_per_s = 0.0
         self.position_mm -= self._leak_mm * steps * force_kN
+        self._followed_mm = self.position_mm
         return self.position_mm
 
     def rests_at(self, command_mm: float) -> bool:
         """Return whether the piston stands on the command, to within what no sensor could tell."""
-        return abs(self.position_mm - command_mm) < 1e-6 and abs(self.speed_mm_per_s) < 1e-4
+        followed = self._lag_gain == 1.0 or abs(self._followed_mm - command_mm) < 1e-6
+        return followed and abs(self.position_mm - command_mm) < 1e-6 and abs(self.speed_mm_per_s) < 1e-4
+
+
+class _Reach:
+    """The way that the piston can go against a force within one step.
+
+    Parameters
+    ----------
+    force_speed : sequence of (float, float)
+        Force [kN], rising, and greatest speed there [mm/s].
+    dt_s : float
+        Step [s].
+    """
+
+    def __init__(self, force_speed: Sequence[tuple[float, float]], dt_s: float) -> None:
+        self._forces = [force for force, _ in force_speed]
+        self._ways = [speed * dt_s for _, speed in force_speed]
+
+    def at(self, force_kN: float) -> float:
+        """Return the greatest way [mm] against a force; beyond the curve its ends hold."""
+        after = bisect_right(self._forces, force_kN)
+        if after == 0 or after == len(self._forces):
+            return self._ways[min(after, len(self._forces) - 1)]
+        low, high = self._forces[after - 1], self._forces[after]
+        share = (force_kN - low) / (high - low)
+        return self._ways[after - 1] + share * (self._ways[after] - self._ways[after - 1])
 
 
 class Contact:

@@ -17,10 +17,10 @@ from types import TracebackType
 from drivers.simulated.server import Served
 from foundation.errors import BadInput, DeviceFault, ExitStatus
 
-READY_S = 30.0
-"""Longest wait for a stand to come up [s of the wall]."""
-STOP_S = 15.0
-"""Longest wait for a stand to end when asked [s of the wall]."""
+READY_S = 120.0
+"""Longest wait for a stand to come up [s of the wall]; on a busy machine that takes many times as long."""
+STOP_S = 60.0
+"""Longest wait for a stand to end when asked [s of the wall]: it may have a long truth to write."""
 MEMORY = Path("/dev/shm")
 """File system in memory, where the system has one."""
 
@@ -121,6 +121,7 @@ def start_process(
     truth: Path | None = None,
     faults: Sequence[str] = (),
     fault_file: Path | None = None,
+    wait_for_reader: bool = False,
 ) -> SimulatedStandProcess:
     """Start a simulated stand and wait until it can be reached.
 
@@ -141,6 +142,8 @@ def start_process(
         As ``--fault`` takes them.
     fault_file : Path, optional
         Schedule of faults (TOML).
+    wait_for_reader : bool
+        Let it wait for whoever reads its ring; above a speed of 1 it always does.
 
     Raises
     ------
@@ -160,6 +163,8 @@ def start_process(
             arguments += [option, str(path.absolute())]
     for fault in faults:
         arguments += ["--fault", fault]
+    if wait_for_reader:
+        arguments.append("--wait-for-reader")
     home = str(Path(__file__).parents[2])
     inherited = os.environ.get("PYTHONPATH")
     environment = {**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{inherited}" if inherited else home}

@@ -79,6 +79,7 @@ class RegisterBank:
         }
         self._window = None if profile.window is None else _WindowBank(device, profile, profile.window)
         self._raw = () if profile.poll is None else tuple(f"raw_{name}" for name in SAMPLED)
+        self._unpolled = set(self._raw)
         size = max(r.address + r.words for r in profile.registers.values())
         if profile.window is not None:
             size = max(size, profile.window.address + profile.window.registers)
@@ -145,8 +146,10 @@ class RegisterBank:
         status = self._status
         if status.table == table and address < status.address + status.words and end > status.address:
             self._latch_status()
-        if self.is_momentary(range(address, end), table):
+        if polled := self._momentary(range(address, end), table):
             self._latch_raw()
+            self._unpolled = (self._unpolled - polled) or set(self._raw)
+            self._device.ring.poll(whole=len(self._unpolled) == len(self._raw))
         if self._profile.has("writer") and address <= self._profile.find("writer").address < end:
             self._store("writer", self._writer.number)
         window = self._window
@@ -187,7 +190,11 @@ class RegisterBank:
 
     def is_momentary(self, addresses: range, table: Table) -> bool:
         """Return whether a read wants the converters' present values: those must not be of earlier."""
-        return any(register.address in addresses for register in self._raw_registers(table))
+        return bool(self._momentary(addresses, table))
+
+    def _momentary(self, addresses: range, table: Table) -> set[str]:
+        """Return the converters whose registers begin at these addresses."""
+        return {name for name, register in self._raw_registers(table) if register.address in addresses}
 
     # --- writes -------------------------------------------------------------------------------------
 
@@ -310,8 +317,8 @@ class RegisterBank:
         order = place.word_order or self._status.word_order
         words[place.offset :] = encode_value(crc_of(words[: place.offset]), place.kind, order)
 
-    def _raw_registers(self, table: Table) -> list[Register]:
-        return [r for name in self._raw if (r := self._profile.find(name)).table == table]
+    def _raw_registers(self, table: Table) -> list[tuple[str, Register]]:
+        return [(name, r) for name in self._raw if (r := self._profile.find(name)).table == table]
 
     def _latch_raw(self) -> None:
         """Lay the newest sample out: what a controller without a ring shows of its converters."""

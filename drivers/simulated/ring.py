@@ -35,9 +35,13 @@ class SampleRing:
         self._capacity = capacity
         self._table = np.zeros((capacity, len(COLUMNS)), dtype=np.int64)
         self.total = 0
+        self.missed = 0
+        """Periods of its clock in which the controller took no sample."""
         self.overruns = 0
         self.acknowledged = 0
         self.acknowledgements = 0
+        self.polling = False
+        """Whether a poll has begun that wants further converters of this instant."""
         self._forgotten = 0
 
     @property
@@ -49,6 +53,11 @@ class SampleRing:
     def oldest(self) -> int:
         """Absolute sequence number of the oldest sample still held."""
         return max(self._forgotten, self.total - self._capacity)
+
+    @property
+    def periods(self) -> int:
+        """Periods of the controller's clock that have passed: with a sample, or missed."""
+        return self.total + self.missed
 
     def forget(self, keep: int) -> None:
         """Hold only the newest ``keep`` samples, as if the others had been overwritten."""
@@ -70,6 +79,17 @@ class SampleRing:
     def acknowledge(self, acknowledged: int) -> None:
         """Note which sample (32 bits of its sequence number) a reader wants next, of those that there are."""
         self.acknowledged = min(max(self.absolute(acknowledged), self.oldest), self.total)
+        self.acknowledgements += 1
+
+    def poll(self, *, whole: bool) -> None:
+        """Note that a reader without a window has seen the newest sample.
+
+        Parameters
+        ----------
+        whole : bool
+            All of its channels; else those that are missing are to be of the same instant.
+        """
+        self.acknowledged, self.polling = self.total, not whole
         self.acknowledgements += 1
 
     def absolute(self, acknowledged: int) -> int:

@@ -9,11 +9,12 @@ from pathlib import Path
 
 from drivers.ds2480b import rom_bytes
 from drivers.simulated.amplifier_devices import amplifier_device
-from drivers.simulated.device import CONVERSION_S, SimulatedDevice, Thermometer
+from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
 from drivers.simulated.faults_wire import FrameTrouble
 from drivers.simulated.onewire import FAULT_STATES, OneWireBus, OneWireSensor
 from drivers.simulated.serial_pty import AmplifierPty
+from drivers.simulated.thermometer import CONVERSION_S, Thermometer
 from drivers.simulated.w1_tree import W1Tree
 from drivers.stand_file import Endpoints, StandFile
 

@@ -185,7 +185,7 @@ class WirePair:
         self._gain = np.array([1.0 + tilt, 1.0 - tilt])
 
     def feel(self, stroke_mm: FloatArray) -> FloatArray:
-        """Return what the wires feel of a true stroke of shape (n,): shape (n, 2), 0 at 0."""
+        """Return what the wires feel of a true stroke of shape (n,): shape (n, 2)."""
         stroke = stroke_mm[:, np.newaxis]
         deviation = np.sin(self._per_mm * stroke + self._phase) - self._start
         felt: FloatArray = stroke * self._gain + self._linearity_mm * deviation

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import selectors
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -29,16 +30,25 @@ from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.pace import Pace
 from drivers.simulated.register_bank import RegisterBank
 from drivers.simulated.sensor_wires import SensorWires
+from drivers.simulated.stand_clock import ShownTime
 from drivers.simulated.truth import Truth
+from drivers.simulated.waiting import NAME, WIRES, WaitingSign
 from foundation.clock import Clock, WallClock
 from foundation.errors import BadInput
 
 TICK_S = 0.005
 """Wall time between two looks of the background task [s]."""
+LEAST_TICK_S = 0.0003
+TICKS_A_POLL = 0.25
+"""A stand that is polled is looked at so often in the time between two polls, within these bounds."""
 SLOW_WIRES_S = 0.02
 """Time between two services of serial line and temperature files [s of the wall]; USB adapters do alike."""
 FRESH_S = 0.0025
-"""Age of the newest sample that a reading request is content with [s of the wall]."""
+"""Age of the newest sample that a reading request is content with [s of the wall] …"""
+FRESH_STAND_S = 0.05
+"""… and at most [s of stand time]: a fast stand must not make its reader wait for the next look."""
+SHOWN = "time"
+"""Name of the file, in the folder of the wires, in which a stand shows its time."""
 CATCH_UP = 100
 """Most samples made up at once (some milliseconds), by a request or between requests."""
 TURNS = 5
@@ -69,6 +79,8 @@ class Served:
         Of the amplifier, where it is on Modbus TCP.
     amplifier_tcp_port : int or None
         Its port.
+    time_file : str or None
+        Where it shows its time (:class:`drivers.simulated.stand_clock.StandClock`), absolute.
     """
 
     host: str
@@ -82,6 +94,7 @@ class Served:
     faults_socket: str | None = None
     amplifier_host: str | None = None
     amplifier_tcp_port: int | None = None
+    time_file: str | None = None
 
     def endpoints(self) -> stands.Endpoints:
         """Return what :func:`drivers.stand_file.with_endpoints` needs to reach it."""
@@ -119,6 +132,8 @@ class Options:
         By which the frames are picked that a fault strikes.
     with_parent : bool
         End when standard input ends, so that no server outlives its starter.
+    wait_for_reader : bool
+        Let the stand wait for whoever reads its ring; above a speed of 1 it always does.
     """
 
     model: Path | None = None
@@ -129,6 +144,7 @@ class Options:
     faults: tuple[ScheduledFault, ...] = ()
     fault_seed: int = 0
     with_parent: bool = False
+    wait_for_reader: bool = False
 
 
 class StandServer:
@@ -151,25 +167,50 @@ class StandServer:
         self._file = stand_file
         self._options = options
         self._truth = None if options.truth is None else Truth()
+        self._pace = Pace(clock, options.speed, waits=options.wait_for_reader or options.speed > 1.0)
         self.device: SimulatedDevice = make_device(
             stand_file,
-            clock.wall_s,
+            self._pace.lived_s,
             model=options.model,
             truth=self._truth,
             faults=options.faults,
             fault_seed=options.fault_seed,
         )
-        self._pace = Pace(clock, options.speed, self.device.ring, self.device.period_s)
         profile = stand_file.profile()
         bank = RegisterBank(self.device, profile, self._pace.now_s)
         device_id = stand_file.controller.device_id
         trouble = FrameTrouble(self.device.faults, "controller", lambda: self.device.time_s)
-        responder = Responder(bank, self.catch_up, self._cut, trouble)
+        latency = self.device.latency
+        responder = Responder(
+            bank,
+            self._before_request,
+            self._cut,
+            trouble,
+            profile.read_write,
+            lambda: latency.way_s() / options.speed,
+        )
+        self._pace.watch(
+            self.device.ring,
+            self.device.period_s,
+            1 if profile.window is None else profile.ring.samples_per_block,
+            lambda: responder.asker,
+        )
+        self._asked = asyncio.Event()
+        self._tick_s = TICK_S
+        self._holds = self._pace.waits and profile.poll is not None
+        if profile.poll is not None:
+            every_s = 1.0 / profile.poll.rate_Hz
+            self._pace.expect_polls(every_s, lambda: latency.way_s() + latency.way_s())
+            self._tick_s = max(LEAST_TICK_S, min(TICK_S, TICKS_A_POLL * every_s / options.speed))
         self._modbus = ModbusStandServer(responder, device_id)
         self._line = RtuStandServer(responder, device_id)
         self._sensors: SensorWires | None = None
         self._amplifier = self._make_amplifier()
-        folder = stand_file.folder / "wires" if options.wires is None else options.wires
+        folder = stand_file.folder / WIRES if options.wires is None else options.wires
+        self._sign_file = (folder / NAME).absolute()
+        self._sign: WaitingSign | None = None
+        self._time_file = (folder / SHOWN).absolute()
+        self._shown: ShownTime | None = None
         self._control = FaultControl(
             (folder / SOCKET).absolute(),
             self.device.faults,
@@ -211,6 +252,7 @@ class StandServer:
 
     async def _open(self) -> Served:
         wires, file = self._options.wires, self._file
+        self._shown = self._show_time()
         self._sensors = SensorWires(file, self.device, wires)
         for descriptor in self._sensors.descriptors():
             asyncio.get_running_loop().add_reader(descriptor, self._serve_slow_wires)
@@ -223,6 +265,8 @@ class StandServer:
         else:
             host, port, line = "", 0, line.absolute()
             self._line.start(line)
+        if self._pace.waits:
+            self._sign = WaitingSign(self._sign_file, f"{host}:{port}" if line is None else str(line))
         return Served(
             host=host,
             port=port,
@@ -235,7 +279,14 @@ class StandServer:
             faults_socket=str(self._control.path),
             amplifier_host=ends.amplifier_host,
             amplifier_tcp_port=ends.amplifier_tcp_port,
+            time_file=str(self._time_file),
         )
+
+    def _show_time(self) -> ShownTime:
+        try:
+            return ShownTime(self._time_file)
+        except OSError as error:
+            raise BadInput(f"cannot be made: {error.strerror}", file=self._time_file) from None
 
     async def _listen(self) -> tuple[str, int]:
         """Open the TCP port; return where it is."""
@@ -283,9 +334,13 @@ class StandServer:
             if left:
                 for _ in range(TURNS):
                     await asyncio.sleep(0)
+            elif self._holds:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._asked.wait(), self._tick_s)
+                self._asked.clear()
             else:
                 with suppress(TimeoutError):
-                    await asyncio.wait_for(stop.wait(), TICK_S)
+                    await asyncio.wait_for(stop.wait(), self._tick_s)
 
     def _serve_slow_wires(self) -> None:
         if self._sensors is not None:
@@ -299,11 +354,16 @@ class StandServer:
         BadInput
             If the truth cannot be written.
         """
+        if self._sign is not None:
+            self._sign.close()
         await self._modbus.stop()
         self._line.stop()
         if self._amplifier is not None:
             await self._amplifier.stop()
         await self._control.stop()
+        shown, self._shown = self._shown, None
+        if shown is not None:
+            shown.close()
         sensors, self._sensors = self._sensors, None
         if sensors is not None:
             for descriptor in sensors.descriptors():
@@ -315,6 +375,17 @@ class StandServer:
             except OSError as error:
                 raise BadInput(f"cannot be written: {error.strerror}", file=self._options.truth) from None
             self._truth = None
+
+    def _before_request(self, acting: bool) -> None:
+        """Bring the stand up to the present for a request.
+
+        One that waits for who polls it stands still instead: the instant that it shows is the one at which
+        its converters are read, and whoever stamps by it stamps right.
+        """
+        if self._holds:
+            self._asked.set()
+        else:
+            self.catch_up(acting)
 
     def catch_up(self, acting: bool = True) -> int:
         """Advance towards the present by one slice; a mere reader is content with what is 2 ms old.
@@ -330,9 +401,16 @@ class StandServer:
             Samples that are left to advance.
         """
         now_s = self._pace.now_s()
-        if not acting and now_s - self.device.time_s < FRESH_S * self._options.speed:
-            return 0
-        return self.device.advance_to(now_s, CATCH_UP)
+        if self._holds and self._shown is not None:
+            # First, so that who stamps while it moves has the time at which it will be read.
+            self._shown.show(min(now_s, self.device.time_s + CATCH_UP * self.device.period_s))
+        fresh_s = min(FRESH_S * self._options.speed, FRESH_STAND_S)
+        left = 0
+        if acting or now_s - self.device.time_s >= fresh_s:
+            left = self.device.advance_to(now_s, CATCH_UP)
+        if self._shown is not None:
+            self._shown.show(self.device.time_s)
+        return left
 
 
 def serve(
@@ -376,7 +454,13 @@ def serve(
         finally:
             await server.close()
 
-    asyncio.run(main())
+    with asyncio.Runner(loop_factory=_quick_loop) as runner:
+        runner.run(main())
+
+
+def _quick_loop() -> asyncio.SelectorEventLoop:
+    """Return an event loop that waits for parts of a millisecond, as epoll does not: replies take such."""
+    return asyncio.SelectorEventLoop(selectors.SelectSelector())
 
 
 def write_endpoints(served: Served, path: Path) -> None:

@@ -3,12 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from drivers.stand_file import StandFile
 from foundation.errors import BadInput
+from foundation.force_speed import curve_problem
 from foundation.settings import Settings
+
+
+def _demand_curve(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    if problem := curve_problem(points):
+        raise ValueError(problem)
+    return points
+
+
+def _as_tuples(value: object) -> object:
+    """Let pairs be written as lists, as TOML has them."""
+    return tuple(_as_tuples(part) for part in value) if isinstance(value, list) else value
+
+
+_Pair = Annotated[tuple[float, float], BeforeValidator(_as_tuples)]
+_Curve = Annotated[
+    tuple[tuple[float, float], ...],
+    BeforeValidator(_as_tuples),
+    AfterValidator(_demand_curve),
+]
 
 
 class SimulationSettings(Settings):
@@ -33,9 +54,56 @@ class SimulationSettings(Settings):
     """Amplitude of the draw wires' smooth deviation from the straight line [mm]."""
     wire_tilt: float = Field(default=0.001, ge=0.0, le=0.1)
     """Half the relative difference between the two draw wires."""
+    wire_zero_mm: _Pair = (0.0, 0.0)
+    """What the two draw wires read with the specimen unloaded [mm]: nobody has set their zero."""
+    force_zero_kN: float = Field(default=0.0, ge=-50.0, le=50.0)
+    """What the samples of the force and the amplifier read with nothing on the transducer [kN]; what the
+    controller itself acts on has a tare of its own."""
+    gap_mm: float = Field(default=0.0, ge=-20.0, le=50.0)
+    """How far the specimen stands clear of the plate with the piston at its zero; the draw wires hang on the
+    specimen and do not move in the gap. Below 0 the piston presses the specimen at its zero already."""
+    piston_start_mm: float = Field(default=0.0, ge=-50.0, le=0.0)
+    """Where the piston stands when the stand is switched on: retracted, for a specimen to be mounted."""
     frame_stiffness_kN_per_mm: float = Field(default=150.0, ge=100.0)
     actuator_bandwidth_Hz: float = Field(default=15.0, ge=3.0, le=100.0)
     actuator_damping: float = Field(default=0.8, ge=0.4, lt=1.0)
+    force_speed: _Curve | None = None
+    """True force–speed curve: pairs of force [kN] and greatest speed against it [mm/s]; that
+    of the table limits if left out, and no such limit where there is none."""
+    servo_lag_s: float = Field(default=0.0, ge=0.0, le=0.1)
+    """How much later the position loop follows a command that moves evenly, beside its second order [s]."""
+    reversal_s: float = Field(default=0.0, ge=0.0, le=0.2)
+    """For so long the piston stands when it turns, while the valve's spool crosses its overlap [s]."""
+    force_flicker_kN: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of a noise of the force that is not white: 1/f from 0.05 to 5 Hz."""
+    stroke_flicker_mm: float = Field(default=0.0, ge=0.0)
+    """The same of each draw wire."""
+    force_hum_kN: float = Field(default=0.0, ge=0.0)
+    """Amplitude of the mains hum (50 Hz) on the force."""
+    stroke_hum_mm: float = Field(default=0.0, ge=0.0)
+    """The same on both draw wires."""
+    force_drift_kN_per_h: float = Field(default=0.0, ge=-10.0, le=10.0)
+    """How the zero of the force transducer, on both its amplifiers, drifts."""
+    force_zero_kN_per_K: float = Field(default=0.0, ge=-1.0, le=1.0)
+    """How that zero follows the transducer's temperature."""
+    force_gain_per_K: float = Field(default=0.0, ge=-1e-3, le=1e-3)
+    """Relative change of the force transducer's gain with its temperature."""
+    wire_zero_mm_per_K: _Pair = (0.0, 0.0)
+    """How the zeros of the two draw wires follow their temperature."""
+    wire_gain_per_K: float = Field(default=0.0, ge=-1e-3, le=1e-3)
+    """Relative change of both draw wires' gain with their temperature."""
+    wire_drift_mm_per_h: _Pair = (0.0, 0.0)
+    """How the zeros of the two draw wires drift."""
+    warm_up_K: float = Field(default=0.0, ge=-40.0, le=40.0)
+    """By how much the transducers become warmer than they were when the stand was switched on …"""
+    warm_up_s: float = Field(default=3600.0, gt=0.0)
+    """… with this time constant [s]."""
+    reply_latency_s: float = Field(default=0.0, ge=0.0, le=0.1)
+    """Least time from a request to the controller to its reply [s of the stand]."""
+    reply_jitter_s: float = Field(default=0.0, ge=0.0, le=0.1)
+    """Mean of what comes on top of it, exponentially distributed on each way [s of the stand]."""
+    missed_cycles_per_h: float = Field(default=0.0, ge=0.0, le=36000.0)
+    """How many cycles of its loop the controller misses in an hour, at any time."""
     clock_drift_ppm: float = Field(default=20.0, ge=-1000.0, le=1000.0)
     """How much faster than the stand's time the controller's clock runs."""
     tick_start_us: int = Field(default=0, ge=0, lt=1 << 32)

@@ -7,8 +7,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-COLUMNS = ("sequence", "time_us", "stroke_mm", "force_kN", "temperature_C", "work_J", "heat_J")
-"""Columns of the truth: absolute sequence, device time [µs] without wrapping, and the true state."""
+COLUMNS = (
+    "sequence",
+    "time_us",
+    "stroke_mm",
+    "force_kN",
+    "temperature_C",
+    "work_J",
+    "heat_J",
+    "position_mm",
+    "command_mm",
+)
+"""Columns of the truth: absolute sequence, device time [µs] without wrapping, the true state of the specimen,
+and of the piston: where it was and where it was told to be."""
 
 FloatArray = NDArray[np.float64]
 
@@ -51,7 +62,7 @@ class Truth:
                 np.savez(stream, allow_pickle=False, **arrays)
             return
         table = np.stack([arrays[name] for name in COLUMNS], axis=1)
-        formats = ["%d", "%d", "%.6f", "%.6f", "%.4f", "%.6f", "%.6f"]
+        formats = ["%d", "%d", "%.6f", "%.6f", "%.4f", "%.6f", "%.6f", "%.6f", "%.6f"]
         np.savetxt(path, table, fmt=formats, delimiter=",", header=",".join(COLUMNS), comments="")
 
 

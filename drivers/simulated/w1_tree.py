@@ -7,8 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from drivers.ds18b20 import HIGHEST_COUNT, NO_POWER_COUNT, POWER_ON_COUNT, crc8
-from drivers.simulated.device import CONVERSION_S, Thermometer
 from drivers.simulated.faults import FaultSchedule
+from drivers.simulated.thermometer import CONVERSION_S, Thermometer
 from foundation.errors import BadInput
 
 MASTER = "w1_bus_master1"

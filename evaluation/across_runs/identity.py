@@ -64,10 +64,15 @@ def identity_of(channel: Channel, occasion: Occasion) -> ChannelIdentity:
         certificate = ", ".join(str(part) for part in (calibration.certificate, calibration.date) if part)
         text, basis = f"{channel.name}: {calibration.id} ({certificate})", "certificate"
     elif occasion.stand:
-        text, basis = f"{channel.name} of {occasion.stand}: {_stated(channel.uncertainty)}", "stand"
+        # A zero that was found says how good this setting is, and nothing of the instrument.
+        lasting = channel.uncertainty.model_copy(update={"zero": None})
+        text, basis = f"{channel.name} of {occasion.stand}: {_stated(lasting)}", "stand"
         if calibration.id not in _NO_CALIBRATION:
             text += f", {calibration.id}"
-    zero = f"{text}; tare {calibration.tare:g}, zero at {calibration.zero_counts:g}; {occasion.setting}"
+    zero = (
+        f"{text}; {channel.uncertainty.zero}, tare {calibration.tare:g}, "
+        f"zero at {calibration.zero_counts:g}; {occasion.setting}"
+    )
     return ChannelIdentity(text, zero, f"{text}; {channel.delay_s:.9g} s", basis)
 
 

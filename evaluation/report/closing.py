@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Signature, Signatures, Table, Texts
 from evaluation.report.identification import operator
 from evaluation.report.numbers import fixed, significant, usable
@@ -72,7 +75,45 @@ def deviations_section(source: Source) -> Section:
                 note="Everything recorded up to that moment is kept and evaluated.",
             )
         )
+    if (strokes := _strokes(source)) is not None:
+        blocks.append(strokes)
     return Section("deviations", "Deviations and stopped runs", tuple(blocks))
+
+
+def _strokes(source: Source) -> Table | None:
+    """Return what was asked, commanded and reached in each run that says so; None if none does."""
+
+    def pair(row: Mapping[str, Any], what: str) -> str:
+        mean, amplitude = row[f"{what}_mean_mm"], row[f"{what}_amplitude_mm"]
+        return fixed(mean, 2) if amplitude is None else f"{fixed(mean, 2)} ± {fixed(amplitude, 2)}"
+
+    rows = []
+    for run in source.runs:
+        for row in run.strokes:
+            off = "turned at its force limit"
+            if not row["by_force"]:
+                percent = row["off_percent"]
+                share = "" if percent is None else f"; amplitude {percent:+.2f} %"
+                cycles = f"; cycles {row['cycles_off']} of {row['cycles']}" if row.get("cycles_off") else ""
+                off = f"{row['off_mm']:+.2f} mm{share}{cycles}"
+            whose = "specimen" if row["compensated"] else "piston"
+            rows.append(
+                (
+                    Cell(str(run.number), "number"),
+                    Cell(f"{pair(row, 'asked')} ({whose})"),
+                    Cell(pair(row, "last_commanded")),
+                    Cell(pair(row, "reached")),
+                    Cell(off),
+                )
+            )
+    heads = ("Run", "Asked mm", "Commanded mm", "Reached mm", "Off")
+    note = (
+        "Mean ± amplitude of a sine, or the stroke at which a slow one turns: of the piston as commanded "
+        "last, of the specimen as it was reached in the last full cycle. Cycles that are named were off by "
+        "more than the campaign states."
+    )
+    columns = tuple(Column(head) for head in heads)
+    return Table("Strokes asked, commanded and reached", columns, tuple(rows), note=note) if rows else None
 
 
 def _derived_deviations(source: Source) -> list[str]:

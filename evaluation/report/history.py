@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from evaluation.report.evidence import number_of
 from evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
-from evaluation.report.source import ReportRun, Source
+from evaluation.report.source import ReportRun, Source, runs_text
 from evaluation.report.verdicts import verdict_cell
 
 Entry = Mapping[str, Any]
@@ -28,6 +29,13 @@ _COMPARED = (
     ("damping", "Damping", "–"),
     ("tangent_stiffness_kN_per_mm", "Tangent stiffness", "kN/mm"),
 )
+_ZEROED = (
+    ("stroke_1", "Draw wire 1", "mm"),
+    ("stroke_2", "Draw wire 2", "mm"),
+    ("position", "Piston", "mm"),
+    ("force", "Force", "kN"),
+)
+"""Channels whose zero is shown: name, label, unit."""
 _NO_U = "the channels state no accuracy"
 _FEW = "fewer than three complete cycles, or one of them is without this figure"
 _NONE_EVALUATED = "no cycle was evaluated"
@@ -35,10 +43,11 @@ _OPEN = "the last cycle is not within 2 % of those before it"
 
 
 def contact_section(source: Source) -> Section | None:
-    """Return by how much the zero of the stroke of each static run is off; None where no run is static."""
+    """Return how zeros were set, and by how much that of each static run is off; None where neither is."""
     runs = [(run, contact) for run in source.runs if (contact := run.evaluated.get("first_contact"))]
+    zeros = _zeros_table(source)
     if not runs:
-        return None
+        return None if zeros is None else Section("first-contact", "First contact", (zeros,))
     table = Table(
         "Place of first contact",
         (
@@ -54,7 +63,48 @@ def contact_section(source: Source) -> Section | None:
         "contact is negative. Off: by more than U and what the channels state. Requirements that this could "
         "change say so in their reason.",
     )
-    return Section("first-contact", "First contact", (table,))
+    return Section("first-contact", "First contact", (table,) if zeros is None else (zeros, table))
+
+
+def _zeros_table(source: Source) -> Table | None:
+    """Return each zero once with the runs that count from it; None where no run has one."""
+    found: dict[str, tuple[list[int], Entry]] = {}
+    for run in source.runs:
+        if zero := run.evaluated["run"].get("zero"):
+            found.setdefault(json.dumps(zero, sort_keys=True, default=str), ([], zero))[0].append(run.number)
+    if not found:
+        return None
+    return Table(
+        "How the zero was set",
+        (
+            Column("Runs"),
+            Column("By"),
+            Column("Found (UTC)"),
+            *(Column(f"{label} ± U", unit) for _, label, unit in _ZEROED),
+        ),
+        tuple(_zero(numbers, zero) for numbers, zero in found.values()),
+        note="What the channels read at the zero; it is taken off. By touch: the piston creeps to a small "
+        "force and back before the first stroke, and first contact is found from the samples. U holds noise, "
+        "fit, resolution and what the channel states for its zero.",
+    )
+
+
+def _zero(numbers: Sequence[int], zero: Entry) -> tuple[Cell, ...]:
+    channels = {one["name"]: one for one in zero["channel"]}
+    how = {"touch": "touch", "tare": "tare at rest"}[zero["how"]]
+    by = f"{how}, taken over" if zero["taken_over"] else how
+    read = [channels.get(name) for name, _, _ in _ZEROED]
+    return (
+        Cell(runs_text(numbers).partition(" ")[2]),
+        Cell(by),
+        Cell(str(zero["found"])[:16].replace("T", " ")),
+        *(
+            Cell(DASH, "missing", "this channel was not zeroed")
+            if one is None
+            else measured_cell(one["value"], 2.0 * one["u"], "")
+            for one in read
+        ),
+    )
 
 
 def _contact(run: ReportRun, contact: Entry) -> tuple[Cell, ...]:

@@ -46,6 +46,8 @@ class ReportRun:
         Why there are no samples.
     part : int or None
         Number of a step, where this is one of the steps of a run (:attr:`parts`).
+    strokes : tuple of mapping
+        What was asked, commanded and reached in each cyclic motion (event ``stroke``, docs/run-file.md).
     """
 
     number: int
@@ -57,6 +59,7 @@ class ReportRun:
     record: Record | None
     problem: str = ""
     part: int | None = None
+    strokes: tuple[Mapping[str, Any], ...] = ()
 
     @property
     def label(self) -> str:

@@ -13,6 +13,13 @@ from evaluation.requirements.rows import Case
 from evaluation.requirements.static import judge_static
 from evaluation.results import RequirementResult, RunFacts
 
+_NO_TEST = {
+    "conditioning": "whose cycles only prepare the specimen",
+    "warm-up": "whose cycles only prepare the specimen",
+    "force-cycles": "which turns at forces and not at the strokes of a test",
+}
+"""Kinds of step of which no limit set requires anything, and why."""
+
 
 def why_not_judged(facts: RunFacts, limits: LimitSet) -> str:
     """Return why a run that could be judged is not, or nothing.
@@ -21,8 +28,8 @@ def why_not_judged(facts: RunFacts, limits: LimitSet) -> str:
     """
     if facts.kind == "harmonic":
         return ""
-    if _prepares(facts):
-        return "the run is a conditioning step of its campaign, whose cycles only prepare the specimen"
+    if why := _no_test(facts):
+        return why
     if not limits.covers(facts.kind):
         return f"limit set {limits.id} has nothing on {facts.kind} runs"
     return limits.why_not_for(facts.specimen)
@@ -30,11 +37,14 @@ def why_not_judged(facts: RunFacts, limits: LimitSet) -> str:
 
 def is_judged(facts: RunFacts, limits: LimitSet) -> bool:
     """Say whether a limit set requires anything of a run."""
-    return limits.covers(facts.kind) and not _prepares(facts) and not limits.why_not_for(facts.specimen)
+    return limits.covers(facts.kind) and not _no_test(facts) and not limits.why_not_for(facts.specimen)
 
 
-def _prepares(facts: RunFacts) -> bool:
-    return facts.step.get("kind") == "conditioning"
+def _no_test(facts: RunFacts) -> str:
+    """Return why nothing is required of what a step does, empty where something is."""
+    kind = facts.step.get("kind")
+    why = _NO_TEST.get(kind) if isinstance(kind, str) else None
+    return "" if why is None else f"the run is a {kind} step of its campaign, {why}"
 
 
 def judge_with_contact(case: Case, contact: FirstContact | None) -> list[RequirementResult]:

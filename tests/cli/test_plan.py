@@ -48,3 +48,26 @@ def test_order_and_missed_conditions_are_told(tmp_path: Path) -> None:
     document = json.loads(CliRunner().invoke(command, [str(campaign), "--json"]).stdout)
     assert document["ordering"]["given_s"] >= document["ordering"]["chosen_s"]
     assert document["warnings"][0].startswith("step 1")
+
+
+STEP_OF_YEARS = """
+[[step]]
+kind = "harmonic"
+prestress_mm = 20.0
+amplitude_mm = 5.0
+frequency_Hz = 0.5
+cycles = 1000000000
+"""
+
+
+def test_a_step_of_days_is_pointed_at(tmp_path: Path) -> None:
+    text = (SAMPLES / "en15551.toml").read_text("utf-8")
+    for name in ("stand.toml", "specimens/category-a-elastomer.toml"):
+        text = text.replace(f'"{name}"', f'"{(SAMPLES / name).as_posix()}"')
+    campaign = tmp_path / "campaign.toml"
+    campaign.write_text(text + STEP_OF_YEARS, "utf-8")
+    done = CliRunner().invoke(command, [str(campaign)])
+    assert done.exit_code == 0, (done.output, done.exception)
+    flat = " ".join(done.output.split())
+    assert re.search(r"warning: step 3 “[^”]*” takes 5555\d\d h \d\d min: look at its cycles", flat)
+    assert re.search(r"warning: at most \d+ MB are recorded, and this folder's disk has \d+ MB free", flat)

@@ -45,12 +45,12 @@ pause_s = 0.5
 """
 
 
-def write_campaign(folder: Path, steps: str, *, limits: str = "") -> Path:
-    """Write a campaign file with its neighbours; return its path."""
+def write_campaign(folder: Path, steps: str, *, limits: str = "", zero: str = "touch = false") -> Path:
+    """Write a campaign file with its neighbours; return its path. By default nothing moves but its steps."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "stand.toml").write_text('[stand]\nid = "fake"\n', encoding="utf-8")
     (folder / "specimen.toml").write_text('[specimen]\nid = "spring"\n', encoding="utf-8")
-    text = HEAD + (f"[limits]\n{limits}\n" if limits else "") + steps
+    text = HEAD + f"[zero]\n{zero}\n" + (f"[limits]\n{limits}\n" if limits else "") + steps
     path = folder / "campaign.toml"
     path.write_text(text, encoding="utf-8")
     return path

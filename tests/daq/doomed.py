@@ -2,8 +2,10 @@
 
 It runs a campaign on a stand that another process serves, until it kills itself (SIGKILL, from a thread of
 its own) so many seconds after it began (``anywhere``), began to record (``recording``), to close and seal a
-run (``sealing``), or to recover what an earlier one left (``recovering``); with ``never`` it lives. In NOTES
-it writes down every block that the recorder got and every acknowledgement, as evidence that it cannot alter.
+run (``sealing``), to recover what an earlier one left (``recovering``), to creep to first contact
+(``touching``), to warm up (``warming``) or to cycle between forces (``cycling``); with ``never`` it lives. In
+NOTES it writes down every block that the recorder got and every acknowledgement, as evidence that it cannot
+alter.
 """
 
 from __future__ import annotations
@@ -69,7 +71,10 @@ def nothing(*_: object, **__: object) -> None:
 
 def watch(doom: Doom) -> None:
     """Let the recorder leave evidence, and tell when what begins."""
+    import daq.driving
     import daq.runner
+    import daq.session
+    from daq.zeroing import Zeroing
     from recording.segments import SegmentedJournal
     from recording.writer import RunRecorder
 
@@ -103,6 +108,17 @@ def watch(doom: Doom) -> None:
         lambda *_: doom.at("recovering", "recovering"),
         lambda *_: doom.at("", "connecting"),
     )
+    for owner, name, stage in (
+        (Zeroing, "_creep", "touching"),
+        (daq.session, "warm_up", "warming"),
+        (daq.driving, "cycle_between_forces", "cycling"),
+    ):
+        around(
+            owner,
+            name,
+            lambda *_, stage=stage, **__: doom.at(stage, stage),
+            lambda *_, stage=stage, **__: doom.at("", f"after {stage}"),
+        )
 
 
 def main(words: list[str]) -> None:
@@ -112,12 +128,13 @@ def main(words: list[str]) -> None:
     from cli.main import main as bufferstand
     from drivers.simulated.server import Served
     from drivers.stand_file import StandFile, with_endpoints
+    from foundation.clock import Clock, WallClock
 
     served = Served(**json.loads(Path(words[3]).read_text()))
 
     @contextmanager
-    def stand(prepared: Any, **_: object) -> Iterator[StandFile]:
-        yield with_endpoints(prepared.stand_file, served.endpoints())
+    def stand(prepared: Any, **_: object) -> Iterator[tuple[StandFile, Clock]]:
+        yield with_endpoints(prepared.stand_file, served.endpoints()), WallClock(served.speed)
 
     cli.running.simulated_stand = stand
     watch(doom)

@@ -86,6 +86,8 @@ class Orders:
     fault_at_s: float = math.inf
     fault_code: int = 4
     reject: frozenset[str] = frozenset()
+    round_trip_s: float = 0.0
+    """So long each call takes."""
     explode_at_s: float = math.inf
     """An exception that nobody expects: a bug."""
 
@@ -172,6 +174,7 @@ class FakeController:
         return self.sequence
 
     def _wire(self, name: str) -> None:
+        self.clock.sleep(self.orders.round_trip_s)
         self._live()
         self.calls.append(name)
         if self.orders.wire_down(self.clock.now_s()):
@@ -217,7 +220,12 @@ class FakeController:
             factor = KN_PER_COUNT if name == "force" else MM_PER_COUNT
             values[name] = values[name] + np.array([extra(int(n)) for n in number]) / factor
         counts = {name: np.round(value).astype(np.int32) for name, value in values.items()}
-        return SampleBlock("controller", int(number[0]), number * 1000, counts, lost, self.clock.now_s())
+        more = len(rows) == BLOCK
+        now_s = self.clock.now_s()
+        return SampleBlock("controller", int(number[0]), number * 1000, counts, lost, now_s, more=more)
+
+    def delivery(self) -> None:
+        """No wire bounds it."""
 
     def status(self) -> ControllerStatus:
         self._wire("status")
@@ -247,6 +255,8 @@ class FakeController:
         self.state, self.fault_code = MotionState.HOLDING, 0
         self._fed_s = self.clock.now_s()
 
+    stops_at_once = True
+
     def start_hold(self) -> int:
         return self._command("hold", MotionState.HOLDING, self._to(self.mm, 1.0))
 
@@ -265,6 +275,11 @@ class FakeController:
             return mean_mm + amplitude_mm * fade * math.sin(2 * math.pi * phase), False
 
         return self._command("harmonic", MotionState.WAVEFORM, motion)
+
+    can_adjust = False
+
+    def adjust_harmonic(self, *, mean_mm: float, amplitude_mm: float) -> None:
+        raise CommandRejected(f"the fake stand cannot adjust a sine ({mean_mm:g} ± {amplitude_mm:g} mm)")
 
     def start_static(
         self,
@@ -288,8 +303,15 @@ class FakeController:
 
         return self._command("static", MotionState.WAVEFORM, motion)
 
-    def start_release(self, *, speed_mm_per_s: float) -> int:
+    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+        """One call starts it as it is."""
+
+    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:  # noqa: ARG002
         return self._command("release", MotionState.RELEASING, self._to(0.0, speed_mm_per_s))
+
+    def reset_fault(self) -> None:
+        self._wire("reset_fault")
+        self.state, self.fault_code = MotionState.OFF, 0
 
     def disable(self) -> None:
         self._wire("disable")

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -115,9 +115,9 @@ class Bench:
 
 
 @contextmanager
-def bench(folder: Path) -> Iterator[Bench]:
+def bench(folder: Path, changes: Mapping[str, str] = WATCHDOG) -> Iterator[Bench]:
     folder.mkdir()
-    path = write_stand(folder, tuple(WATCHDOG.items()))
+    path = write_stand(folder, tuple(changes.items()))
     file = load_stand(path)
     with start_process(path, directory=folder / "stand", speed=SPEED) as process:
         (folder / "endpoints.json").write_text(json.dumps(vars(process.served)))

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from daq.acquisition import Pace
 from daq.as_run import read_as_run
+from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
-from daq.session import RunSettings
 from drivers.simulated.inprocess import open_in_process
 from model.file import load_model
 from protocols.plan import Plan

@@ -22,12 +22,19 @@ GUARDS = GuardSet(
 
 
 def acquire(
-    orders: Orders | None = None, *, clock: FakeClock | None = None, pace: Pace | None = None, **stand: object
+    orders: Orders | None = None,
+    *,
+    clock: FakeClock | None = None,
+    pace: Pace | None = None,
+    waited_for: bool = False,
+    **stand: object,
 ) -> tuple[Acquisition, FakeController, ListRecorder]:
     clock = clock or FakeClock()
     opened, controller = fake_stand(clock, orders, **stand)  # type: ignore[arg-type]
     guards = GuardPanel(GUARDS, wall_s=0.0)
-    acquisition = Acquisition(opened, clock, guards, pace=pace, utc=lambda: "2026-01-01T00:00:00+00:00")
+    acquisition = Acquisition(
+        opened, clock, guards, pace=pace, utc=lambda: "2026-01-01T00:00:00+00:00", waited_for=waited_for
+    )
     recorder = ListRecorder()
     acquisition.attach(recorder)
     return acquisition, controller, recorder
@@ -47,7 +54,7 @@ def test_every_sample_is_recorded_once_in_order_as_received() -> None:
     sequence = np.concatenate([b[1] + np.arange(len(b[2])) for b in blocks])
     assert sequence[0] == 1
     assert np.all(np.diff(sequence) == 1)
-    assert len(sequence) == 3000
+    assert len(sequence) == round(1000.0 * acquisition.clock.now_s()) >= 3000
     assert np.array_equal(np.concatenate([b[2] for b in blocks]), sequence * 1000)
     assert {name: counts.dtype for name, counts in blocks[0][3].items()} == dict.fromkeys(
         ("force", "stroke_1", "stroke_2", "position", "command"), np.dtype(np.int32)
@@ -67,14 +74,67 @@ def test_a_gap_is_counted_in_the_run_and_noted() -> None:
     assert acquisition.panel.trip is None
 
 
-def test_a_pass_is_bounded_and_the_rest_comes_in_the_next() -> None:
-    acquisition, _, _ = acquire(pace=Pace(blocks_per_tick=4))
-    acquisition.clock.sleep(0.6)
+def test_a_pass_is_bounded_in_time_and_the_rest_comes_in_the_next() -> None:
+    acquisition, controller, _ = acquire(Orders(round_trip_s=0.005))
+    acquisition.clock.sleep(1.0)
     acquisition.tick()
-    assert acquisition.latest.samples == 4 * BLOCK
-    for _ in range(4):
+    assert acquisition.latest.samples in (4 * BLOCK, 5 * BLOCK)  # 20 ms of reading
+    assert not acquisition.up_to_date
+    while not acquisition.up_to_date:
         acquisition.tick()
-    assert acquisition.latest.samples == 600
+    assert acquisition.latest.samples >= 1000
+    assert controller.calls.count("status") == 2, "at first, and when no samples were left"
+
+
+@pytest.mark.parametrize(
+    ("round_trip_s", "waited_for", "rest_s"),
+    [
+        (0.06, False, 0.42),  # seven times its own duration
+        (0.3, False, 0.5),  # the longest: a guard counts on the heartbeat
+        (0.06, True, 0.2),  # who waits for its reader loses nothing by it
+    ],
+)
+def test_a_reader_that_stays_behind_reads_the_status_nevertheless(
+    round_trip_s: float, waited_for: bool, rest_s: float
+) -> None:
+    acquisition, controller, _ = acquire(Orders(round_trip_s=round_trip_s), waited_for=waited_for)
+    acquisition.clock.sleep(100.0)
+    began_s = acquisition.clock.now_s()
+    while acquisition.clock.now_s() < began_s + 6.0:
+        acquisition.tick()
+        assert not acquisition.up_to_date
+    # a look takes 20 ms, so one block; feeding comes in between
+    longest_s = rest_s + 3.0 * round_trip_s
+    assert 6.0 / longest_s <= controller.calls.count("status") <= 6.0 / (rest_s + round_trip_s) + 1.0
+
+
+def test_a_partly_filled_block_is_the_end_of_what_there_is() -> None:
+    acquisition, controller, _ = acquire()
+    acquisition.clock.sleep(0.025)
+    acquisition.tick()
+    assert acquisition.up_to_date
+    assert acquisition.latest.samples == 25
+    assert controller.calls.count("read_block") == 1, "no empty read is needed to know it"
+
+
+@pytest.mark.parametrize("round_trip_s", [0.001, 0.002, 0.005, 0.01, 0.02, 0.03])
+def test_a_slow_round_trip_loses_nothing_and_is_no_lag(round_trip_s: float) -> None:
+    acquisition, _, recorder = acquire(Orders(round_trip_s=round_trip_s))  # 40 samples a block
+    run(acquisition, 30.0)
+    assert acquisition.panel.trip is None
+    stamps = np.concatenate([block[2] for block in recorder.blocks if block[0] == "controller"])
+    assert np.all(np.diff(stamps) == 1000)
+    assert stamps[-1] / 1e6 > acquisition.clock.now_s() - 0.15
+
+
+def test_a_block_is_judged_when_it_arrives_and_a_trip_ends_the_reading() -> None:
+    orders = Orders(round_trip_s=0.005, add={"force": lambda n: 650.0 if n == BLOCK + 1 else 0.0})
+    acquisition, controller, _ = acquire(orders)
+    acquisition.clock.sleep(1.0)
+    acquisition.tick()
+    assert acquisition.panel.trip is not None
+    assert controller.calls[-2:] == ["read_block", "read_block"], "the wire is left to the safe stop"
+    assert acquisition.latest.samples == 2 * BLOCK
 
 
 def test_the_watchdog_is_fed_through_a_long_wait() -> None:

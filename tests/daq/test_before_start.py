@@ -5,10 +5,15 @@ from __future__ import annotations
 import shutil
 from collections import namedtuple
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
-from daq.before_start import specimen_gaps, zero_trouble
+from daq.acquisition import Acquisition
+from daq.before_start import delivery_trouble, specimen_gaps, zero_trouble
+from drivers.delivery import Delivery
+from drivers.simulated.virtual_clock import VirtualClock
 from foundation.specimen import Specimen
 from tests.daq.fake_stand import Orders
 from tests.daq.test_runner import Case
@@ -26,6 +31,35 @@ def test_a_force_at_rest_refuses_and_a_small_one_is_said(tmp_path: Path) -> None
     assert small.run().status == "complete"
     assert any("WARNING: at rest with the valve off the force reads -2.00 kN" in x for x in small.shown.lines)
     assert zero_trouble(0.9, 5.0) == ("", False)
+
+
+class SeenWire:
+    """An acquisition and its controller, whose blocks take so long, one pass after the other."""
+
+    def __init__(self, *trips_s: float) -> None:
+        self.clock = VirtualClock()
+        self.stand = SimpleNamespace(controller=self)
+        self.trips_s, self.passes = trips_s, 0
+
+    def delivery(self) -> Delivery:
+        trip_s = self.trips_s[min(self.passes, len(self.trips_s) - 1)]
+        return Delivery(14, trip_s, 1000.0, trip_s, trip_s)
+
+    def pump(self) -> None:
+        self.passes += 1
+        self.clock.sleep(0.125)
+
+
+def test_a_wire_that_a_busy_computer_made_slow_is_looked_at_again() -> None:
+    for trips_s, refused, passes in [
+        ((0.010,), False, 0),
+        ((0.012, 0.012, 0.012, 0.010), False, 3),
+        ((0.012,), True, 8),  # a second
+        ((0.014, 0.010), True, 0),  # no busy computer explains that
+    ]:
+        seen = SeenWire(*trips_s)
+        why = delivery_trouble(cast(Acquisition, seen), seen.pump)
+        assert ("does not keep up" in why, seen.passes) == (refused, passes)
 
 
 def test_a_disk_that_cannot_take_the_plan_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

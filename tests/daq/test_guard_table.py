@@ -12,6 +12,7 @@ import pytest
 from daq.clock_guard import HostMemory, LagGuard, LagMemory, evaluate_host, evaluate_lag
 from daq.guards import Action, Trip
 from daq.limits import guards_for
+from daq.missed_guard import MissedGuard, evaluate_missed
 from daq.panel import GuardPanel
 from daq.rate_guard import SpeedGuard, SpeedMemory, evaluate_speed
 from daq.recorder_guard import RecorderGuard
@@ -216,7 +217,7 @@ def test_what_is_as_it_should_be_trips_nothing() -> None:
         watched.observe(samples(1 + 400 * number, stroke=0.1, force=1.0, at=0), 0.4 * number)
         watched.observe(reading(21.0 + 0.3 * number, number, at_s=float(number)), 0.4 * number)
         watched.judge(replace(STATUS, heartbeat=number), 0.4 * number, 0.4 * number)
-        watched.keep_up(drained=number % 2 == 0, at_s=0.4 * number, wall_s=0.4 * number)
+        watched.keep_up(age_s=0.2, up_to_date=False, at_s=0.4 * number, wall_s=0.4 * number)
     assert watched.said() == []
 
 
@@ -258,15 +259,57 @@ def test_the_campaign_file_says_what_a_trip_leads_to() -> None:
     assert said["channels"][0]["action"] == "emergency"
 
 
-def test_a_reader_that_stays_behind_is_noted_and_then_stops() -> None:
-    guard, memory, said = LagGuard(10.0), LagMemory(0.0), []
-    for tenth in range(110):
-        memory, trip = evaluate_lag(guard, memory, drained=False, at_s=0.0, wall_s=tenth / 10)
+def lagging(ages_s: list[float | None], *, up_to_date: bool = False) -> list[Trip]:
+    """Return what the guard says of ages of the newest sample, one each tenth of a second."""
+    memory, said = LagMemory(0.0), []
+    for tenth, age_s in enumerate(ages_s):
+        memory, trip = evaluate_lag(
+            LagGuard(10.0), memory, age_s=age_s, up_to_date=up_to_date, at_s=0.0, wall_s=tenth / 10
+        )
         said += [trip] if trip else []
-    assert [trip.action for trip in said[:2]] == [Action.NOTE, Action.STOP]
-    assert said[0].value == pytest.approx(1.1)
-    assert "the reader has been behind the stand for 1.1 s (stop at 10 s)" in said[0].reason
-    assert evaluate_lag(guard, memory, drained=True, at_s=0.0, wall_s=11.0) == (LagMemory(11.0), None)
+    return said
+
+
+def test_a_reader_that_stays_behind_is_noted_and_then_stops() -> None:
+    for age_s in (0.5, None):
+        said = lagging([age_s] * 110)
+        assert [trip.action for trip in said[:2]] == [Action.NOTE, Action.STOP]
+        assert said[0].value == pytest.approx(1.1)
+        assert "the reader has been behind the stand for 1.1 s (stop at 10 s)" in said[0].reason
+    assert "the newest sample is 0.50 s old" in lagging([0.5] * 20)[0].reason
+
+
+def test_a_reader_is_judged_by_the_age_of_its_samples_not_by_an_empty_ring() -> None:
+    assert lagging([0.2] * 200) == [], "full blocks for ever, but none is older than round trips explain"
+    assert lagging([None] * 200, up_to_date=True) == []
+    assert lagging([3.0] * 200, up_to_date=True) == [], "the device had no more: its clock runs apart"
+
+
+def test_samples_that_get_older_stop_soon_and_those_that_get_younger_do_not() -> None:
+    growing = lagging([0.3 * tenth for tenth in range(100)])
+    assert growing[-1].action is Action.STOP
+    stop = next(trip for trip in growing if trip.action is Action.STOP)
+    assert stop.value is not None
+    assert stop.value < 3.0
+    assert "not getting younger" in stop.reason
+    catching_up = lagging([9.0 - 0.1 * tenth for tenth in range(90)])
+    assert [trip.action for trip in catching_up] == [Action.NOTE]
+
+
+def test_missed_cycles_are_noted_and_too_many_of_a_minute_stop() -> None:
+    guard, memory = MissedGuard(3), ()
+    said: list[Trip | None] = []
+    for at_s in (1, 20, 40, 62, 63, 64):
+        time_us = np.array([at_s * 1_000_000])
+        block = ScaledBlock("controller", at_s, time_us, {"force": np.zeros(1)}, 1, 0.0, 1)
+        memory, trip = evaluate_missed(guard, memory, block)
+        said.append(trip)
+    assert [bool(trip) for trip in said] == [False, False, False, False, True, True]
+    assert said[4] is not None
+    assert (said[4].action, said[4].device_fault, said[4].value) == (Action.STOP, True, 4.0)
+    assert "missed 4 cycles of its loop within 60 s, more than 3" in said[4].reason
+    lost_only = ScaledBlock("controller", 70, np.array([70_000_000]), {"force": np.zeros(1)}, 9, 0.0)
+    assert evaluate_missed(guard, memory, lost_only) == (memory, None)
 
 
 def test_a_set_clock_and_a_pause_of_the_program_are_said() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -297,6 +300,41 @@ def test_trips_and_ends_from_before_we_came_are_not_ours() -> None:
     memory, first = evaluate_status(ControllerMemory(0.0, 0.0), old, 0.0, 0.0)
     assert first is None
     assert evaluate_status(memory, old, 1.0, 1.0)[1] is None
+
+
+def test_a_fault_from_before_is_forgiven_until_it_is_switched_on_or_becomes_another() -> None:
+    old = snapshot(fault_code=2, state=MotionState.FAULT, force_kN=0.4)
+    memory, first = evaluate_status(ControllerMemory(0.0, 0.0), old, 0.0, 0.0)
+    assert first is not None
+    assert first.action is Action.NOTE
+    assert "shows fault 2 (force limit of the device) from before this start" in first.reason
+    assert evaluate_status(memory, old, 1.0, 1.0)[1] is None
+    other = snapshot(fault_code=4, state=MotionState.FAULT, force_kN=0.4)
+    became = evaluate_status(memory, other, 1.0, 1.0)[1]
+    assert became is not None
+    assert became.action is Action.EMERGENCY
+    gone, none = evaluate_status(memory, snapshot(), 1.0, 1.0)
+    assert none is None
+    again = evaluate_status(gone, old, 2.0, 2.0)[1]
+    assert again is not None
+    assert "it reports fault 2" in again.reason
+    stays = evaluate_status(replace(memory, forgiven=None), old, 2.0, 2.0)[1]
+    assert stays is not None, "switching on should have reset it"
+
+
+@pytest.mark.parametrize(
+    "shown",
+    [
+        {"state": MotionState.FAULT, "force_kN": 5.1},
+        {"state": MotionState.FAULT, "force_kN": math.nan},
+        {"state": MotionState.RELEASING, "force_kN": 1.0},
+    ],
+)
+def test_a_fault_from_before_with_force_or_valve_on_refuses(shown: dict[str, object]) -> None:
+    _, trip = evaluate_status(ControllerMemory(0.0, 0.0), snapshot(fault_code=2, **shown), 0.0, 0.0)
+    assert trip is not None
+    assert (trip.action, trip.device_fault) == (Action.EMERGENCY, True)
+    assert "see that the specimen is unloaded, then start again" in trip.reason
 
 
 def test_a_heartbeat_that_stands_and_samples_that_stop_are_silence() -> None:

@@ -19,6 +19,7 @@ from evaluation.document import evaluate_paths
 from evaluation.results import Options
 from recording.runfile import open_run
 from recording.verify import verify
+from tests.clean_stand import clean_stand_text
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of, sample_plan
 
@@ -40,9 +41,13 @@ cycles = 8
 """
 
 
-def campaign(folder: Path, steps: str, *, initial_C: float = 21.0) -> Path:
+NO_TOUCH = "[zero]\ntouch = false\n"
+"""What is timed by the stand's clock begins with the first step then."""
+
+
+def campaign(folder: Path, steps: str, *, initial_C: float = 21.0, zero: str = NO_TOUCH) -> Path:
     """Write a campaign for the shipped stand with a specimen of some temperature."""
-    stand = (SAMPLES / "stand.toml").read_text(encoding="utf-8")
+    stand = clean_stand_text()
     model = SAMPLES / "models" / "category-a-elastomer.toml"
     stand = stand.replace('model = "models/category-a-elastomer.toml"', f'model = "{model}"')
     stand = stand.replace("initial_C = 21.0", f"initial_C = {initial_C}")
@@ -50,7 +55,8 @@ def campaign(folder: Path, steps: str, *, initial_C: float = 21.0) -> Path:
     specimen = SAMPLES / "specimens" / "category-a-elastomer.toml"
     path = folder / "campaign.toml"
     path.write_text(
-        f'[campaign]\nid = "test"\nstand = "stand.toml"\nspecimen = "{specimen}"\n{steps}', encoding="utf-8"
+        f'[campaign]\nid = "test"\nstand = "stand.toml"\nspecimen = "{specimen}"\n{zero}{steps}',
+        encoding="utf-8",
     )
     return path
 

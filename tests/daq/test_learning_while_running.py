@@ -10,8 +10,8 @@ import pytest
 from daq.acquisition import Pace
 from daq.as_run import AS_RUN_NAME, AsRun, observed_run, read_as_run, report_rows
 from daq.folder import load_record
+from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
-from daq.session import RunSettings
 from daq.signals import StopLevel, StopRequest
 from drivers.simulated.inprocess import InProcessStand, open_in_process
 from drivers.stand_file import load_stand

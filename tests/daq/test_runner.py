@@ -12,8 +12,8 @@ import pytest
 
 from daq.acquisition import Pace
 from daq.folder import load_record
+from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
-from daq.session import RunSettings
 from daq.signals import StopLevel, StopRequest
 from drivers.interfaces import MotionState
 from foundation.errors import BadInput, ExitStatus
@@ -109,10 +109,14 @@ def at(seconds: float, value: float) -> Any:
     return lambda n: value if n >= seconds * 1000 else 0.0
 
 
+def peak(seconds: float, for_s: float, value: float) -> Any:
+    return lambda n: value if seconds <= n / 1000 < seconds + for_s else 0.0
+
+
 @pytest.mark.parametrize(
     ("guard", "orders", "exit_status", "said"),
     [
-        ("force", Orders(add={"force": at(3.0, 700.0)}), 3, "exceeds the limit of 618.00 kN"),
+        ("force", Orders(add={"force": peak(3.0, 0.1, 700.0)}), 3, "exceeds the limit of 618.00 kN"),
         ("stroke", Orders(add={"stroke_1": at(3.0, 500.0), "stroke_2": at(3.0, 500.0)}), 3, "252.00 mm"),
         ("tilt", Orders(add={"stroke_1": at(3.0, 6.0)}), 3, "tilt (stroke_1 − stroke_2) 6.00 mm"),
         ("following error", Orders(add={"position": at(3.0, -11.0)}), 3, "for 0.25 s"),
@@ -196,9 +200,27 @@ def test_a_watchdog_that_ran_out_before_we_came_is_no_reason_to_refuse(tmp_path:
     case.controller.fault_code, case.controller.state = 1, MotionState.FAULT
     assert case.run().status == "complete"
     assert any("had run out before this start" in line for line in case.shown.lines)
-    other = Case(tmp_path / "other")
-    other.controller.fault_code, other.controller.state = 4, MotionState.FAULT
-    assert other.run().status == "refused"
+
+
+@pytest.mark.parametrize("code", [2, 3, 4])
+def test_a_fault_from_before_is_named_and_reset_by_the_start(tmp_path: Path, code: int) -> None:
+    case = Case(tmp_path)
+    case.controller.state, case.controller.fault_code = MotionState.FAULT, code
+    outcome = case.run()
+    assert (outcome.status, outcome.exit_status) == ("complete", ExitStatus.DONE), outcome.reason
+    assert any(f"the controller shows fault {code} (" in line for line in case.shown.lines)
+    assert case.controller.fault_code == 0
+
+
+def test_a_fault_from_before_with_force_on_the_specimen_refuses(tmp_path: Path) -> None:
+    case = Case(tmp_path)
+    case.controller.state, case.controller.fault_code = MotionState.FAULT, 2
+    case.controller.mm = 2.0  # 10 kN
+    outcome = case.run()
+    assert (outcome.status, outcome.exit_status) == ("refused", ExitStatus.DEVICE_FAULT)
+    assert "shows fault 2 (force limit of the device) from before this start" in outcome.reason
+    assert "enable" not in case.controller.calls
+    assert case.controller.fault_code == 2
 
 
 def test_a_lost_wire_fails_the_run_and_says_that_the_watchdog_has_to_do_it(tmp_path: Path) -> None:

@@ -64,7 +64,9 @@ def test_from_every_state(state: str, emergency: bool) -> None:
     assert report.problems == ()
     motions = [call for call in controller.calls if call in ("hold", "release", "disable")]
     assert motions == (["release", "disable"] if emergency else ["hold", "release", "disable"])
-    assert report.line.startswith("safe stop: force 0.0 kN, stroke 0.0 mm, valve off, after ")
+    assert report.line.startswith(
+        "safe stop: force 0.0 kN (the controller's own reading), stroke 0.0 mm, valve off, after "
+    )
     assert report.duration_s < 40.0 / 20.0 + 1.0  # 40 mm at 20 mm/s
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from daq.progress import Progress, Silent, Throttle
+from daq.progress import Part, Progress, Silent, Throttle
 from daq.terminal import duration, panel, progress_on, temperatures
 from tests.daq.cases import Lines
 
@@ -42,6 +42,18 @@ def test_what_is_not_known_is_a_dash_and_no_zero() -> None:
     assert "cycle" not in text
     assert "no reading" in text
     assert "lost" not in text
+
+
+@pytest.mark.parametrize(
+    ("part", "cycle", "text"),
+    [
+        ("lead-in", 0, "leading in to 5 cycles"),
+        ("", 4, "cycle 4 of 5"),
+        ("run-out", 5, "cycle 5 of 5, running out"),
+    ],
+)
+def test_the_way_in_and_out_of_a_sine_is_no_cycle(part: Part, cycle: int, text: str) -> None:
+    assert text in shown(replace(NOW, part=part, cycle=cycle))
 
 
 def test_names_are_text_and_never_markup() -> None:

@@ -26,6 +26,7 @@ class RingDevice:
         self.capacity = capacity
         self.oldest = self.newest = first_sequence  # samples oldest … newest-1 are held
         self.origin = (first_sequence, tick)
+        self.missed: dict[int, int] = {}  # before sequence: cycles without a sample, though its clock went on
         self.overruns = 0
         self.at_rest = False  # samples show the values below instead of a pattern
         self.force_kN = 0.0
@@ -98,6 +99,9 @@ class RingDevice:
         block = self.profile.block("command_sequence", "static_pause")
         start = block.address
         self.executed.append(block.decode(self.words[start : start + block.words]))
+        if self.executed[-1]["command_code"] == 1:  # a hold that stands has ended at once
+            self.set("done_sequence", sequence)
+            self.set("end_reason", 1)
 
     def control(self, word: int) -> None:
         self.control_words.append(word)
@@ -126,6 +130,8 @@ class RingDevice:
     def rows(self, first: int, count: int) -> dict[str, Any]:
         sequence = np.arange(first, first + count, dtype=np.int64)
         elapsed = (sequence - self.origin[0]) * PERIOD_US + self.origin[1]
+        for first_behind, cycles in self.missed.items():
+            elapsed = elapsed + np.where(sequence >= first_behind, cycles * PERIOD_US, 0)
         if self.at_rest:
             return {
                 "tick": elapsed % (1 << 32),

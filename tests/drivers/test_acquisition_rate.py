@@ -13,7 +13,7 @@ from drivers.stand_file import load_stand, with_endpoints
 
 @pytest.mark.long
 def test_beside_a_bare_socket_and_to_disk(tmp_path: Path) -> None:
-    stand = load_stand(acquisition.SAMPLE_STAND)
+    stand = acquisition.prompt_stand(tmp_path)
     alone = acquisition.controller_alone(tmp_path)
     with start_process(alone, directory=tmp_path / "fast", speed=acquisition.FAST) as process:
         rate, ratio, _, each_us, lost = acquisition.fast_enough(
@@ -23,9 +23,9 @@ def test_beside_a_bare_socket_and_to_disk(tmp_path: Path) -> None:
     assert lost == 0
     assert ratio < 2.5
     speed = acquisition.CHAIN_HZ / 1000.0
-    with start_process(acquisition.SAMPLE_STAND, directory=tmp_path / "chain", speed=speed) as process:
+    with start_process(stand, directory=tmp_path / "chain", speed=speed) as process:
         share, rate, lost = acquisition.chain(
-            with_endpoints(stand, process.served.endpoints()), tmp_path, 10.0, speed
+            with_endpoints(load_stand(stand), process.served.endpoints()), tmp_path, 10.0, speed
         )
     print(f"chain {rate:.0f} samples/s, {share:.3f} of a processor")
     assert lost == 0

@@ -141,7 +141,8 @@ def test_a_controller_in_fault_with_an_empty_ring(wires: Wires, monkeypatch: pyt
     monkeypatch.setattr(wires.device, "sample", lambda _count: None)
     rows = wires.check()
     assert faults(rows) == [("controller", "state"), ("controller", "samples")]
-    assert row(rows, "controller", "state").remark == "fault 1 (watchdog: no heartbeat from the computer)"
+    remark = row(rows, "controller", "state").remark
+    assert remark.startswith("fault 1 (watchdog: no heartbeat from the computer): look why; the next start")
     assert row(rows, "controller", "watchdog trips").verdict is Verdict.NOTE
     assert "its ring stays empty" in row(rows, "controller", "samples").remark
 

@@ -32,7 +32,7 @@ def link(server: RawServer) -> Iterator[ModbusLink]:
 
 
 def test_nothing_happens_on_a_good_wire(link: ModbusLink, server: RawServer) -> None:
-    assert link.read(0, 2, "identity") == [0x4253, 2]
+    assert link.read(0, 2, "identity") == [0x4253, 3]
     link.write(97, [7], "heartbeat")
     link.write(100, [1, 2, 3, 4], "limits")
     assert link.read(100, 4, "limits") == [1, 2, 3, 4]
@@ -71,7 +71,7 @@ class TestDoubt:
     ) -> None:
         link.open()
         server.replies = [reply]
-        assert link.read(0, 2, "identity") == [0x4253, 2]
+        assert link.read(0, 2, "identity") == [0x4253, 3]
         assert server.connections == 2
         first, second = link.events()
         assert first.startswith(f"reading identity (FC3, 2 registers from 0): {doubt}")
@@ -122,7 +122,7 @@ def test_an_exception_is_an_answer_not_a_doubt(link: ModbusLink, server: RawServ
 
 def test_an_exception_to_another_function_is_a_doubt(link: ModbusLink, server: RawServer) -> None:
     server.replies = [servers.with_function(0x86)]
-    assert link.read(0, 2, "identity") == [0x4253, 2]
+    assert link.read(0, 2, "identity") == [0x4253, 3]
     assert "the reply has function code 134 instead of 3" in link.events()[0]
 
 

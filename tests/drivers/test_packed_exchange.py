@@ -16,7 +16,7 @@ from drivers.modbus_link import ModbusLink, ModbusRefusal
 from drivers.modbus_wires import TcpWire
 from drivers.packed_exchange import Exchange
 from drivers.profile import Profile
-from drivers.ring_controller import RingController
+from drivers.ring_controller import AHEAD_S, BEHIND_BLOCKS, RingController
 from drivers.stand_file import load_stand
 from foundation.clock import WallClock
 from foundation.errors import DeviceFault
@@ -144,9 +144,45 @@ class TestAhead:
         link.ask_ahead(both(700))
         assert link.read(4, 2, "test value") == [0x1234, 0x5678]
         assert registers(link.exchange_packed(both(700))) == (0, 700)
-        assert [request[0] for request in server.requests] == [23, 23, 23, 3, 23]
+        assert [request[0] for request in server.requests] == [23, 23, 23, 3], "it was kept for who asks"
         assert server.connections == 1
         assert link.events() == []
+
+    def test_what_was_kept_is_not_the_reply_of_another(self, link: ModbusLink, server: RawServer) -> None:
+        link.open()
+        link.ask_ahead(both(500))
+        assert link.read(4, 2, "test value") == [0x1234, 0x5678]
+        assert link.has_asked_ahead, "it is of before it is asked for"
+        assert registers(link.exchange_packed(both(600))) == (0, 600)
+        assert not link.has_asked_ahead
+        assert registers(link.exchange_packed(both(500))) == (0, 500)
+        assert [request[0] for request in server.requests] == [23, 3, 23, 23]
+
+    @pytest.mark.parametrize("ends", ["closing", "distrust"])
+    def test_what_was_kept_ends_with_the_connection(
+        self, link: ModbusLink, server: RawServer, ends: str
+    ) -> None:
+        link.open()
+        link.ask_ahead(both(500))
+        assert link.read(4, 2, "test value") == [0x1234, 0x5678]
+        if ends == "closing":
+            link.close()
+        else:
+            link.distrust("for a try")
+        assert not link.has_asked_ahead
+        assert registers(link.exchange_packed(both(500))) == (0, 500)
+        assert server.connections == 2
+
+    @pytest.mark.parametrize("reply", [servers.one_register_less, servers.garbled])
+    def test_a_doubtful_reply_that_was_kept_is_asked_for_anew(
+        self, link: ModbusLink, server: RawServer, reply: servers.Reply
+    ) -> None:
+        link.open()
+        server.replies = [reply]
+        link.ask_ahead(both(500))
+        assert link.read(4, 2, "test value") == [0x1234, 0x5678]
+        assert registers(link.exchange_packed(both(500))) == (0, 500)
+        assert server.connections == 2
 
     def test_one_request_is_under_way_at_most(self, link: ModbusLink, server: RawServer) -> None:
         came_early: list[bytes] = []
@@ -265,6 +301,19 @@ class TestRing:
         assert link.has_asked_ahead
         controller.read_block()
         assert not link.has_asked_ahead
+
+    def test_over_a_slow_wire_only_behind_several_full_blocks(
+        self, controller: RingController, device: RingDevice, link: ModbusLink, server: RawServer
+    ) -> None:
+        slow = servers.late(2.0 * AHEAD_S)
+        for samples, ahead in ((14 * BEHIND_BLOCKS - 1, False), (14 * BEHIND_BLOCKS, True)):
+            device.sample(samples)
+            server.replies = [slow] * BEHIND_BLOCKS
+            for _ in range(BEHIND_BLOCKS):
+                assert not link.has_asked_ahead
+                controller.read_block()
+            assert link.has_asked_ahead is ahead
+            assert controller.read_block() is None
 
     def test_none_is_of_this_call(self, controller: RingController, device: RingDevice) -> None:
         device.sample(14)

@@ -55,6 +55,9 @@ def changed(tmp_path: Path, old: str, new: str) -> Path:
         ('name = "mean"', 'name = "speed"', "register “speed” is there twice"),
         ('name = "mean"', 'name = "middle"', "register “mean” is missing"),
         ("address = 74\n", "address = 174\n", "“command_sequence” to “frequency” must follow each other"),
+        ("accept = [2]", "accept = [70000]", "does not fit u16"),
+        ("expect = -1234.5", "expect = -1234.5\naccept = [1]", "“test_float” accepts other values"),
+        ("expect = 3\naccept", "accept", "“profile_version” accepts other values, so it must expect one"),
         ("registers = 121", "registers = 16", "not one sample fits in 16 registers"),
         ('"tick:u32", ', "", "a sample of the ring lacks “tick:u32”"),
         ('"count:u16", ', "", "the ring's header lacks “count”"),
@@ -83,3 +86,12 @@ def test_own_profile_is_found_beside_the_stand_file(tmp_path: Path, profile: Pro
     assert own.hash != profile.hash
     with pytest.raises(BadInput, match=r"other\.toml: no such file"):
         load_profile("other.toml", tmp_path)
+
+
+def test_only_a_device_of_a_late_enough_edition_can_change_a_running_sine(
+    profile: Profile, tmp_path: Path
+) -> None:
+    assert [profile.adjusts(version) for version in (2, 3, 4)] == [False, True, True]
+    silent = load_profile(str(changed(tmp_path, "adjust_from = 3\n", "")))
+    assert not silent.adjusts(3)
+    assert profile.version == 3

@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 import re
 import socket
+import struct
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivers import modbus_link
 from drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState
 from drivers.modbus_link import ModbusLink
 from drivers.modbus_wires import TcpWire
@@ -127,6 +129,28 @@ class TestOnEachServer:
             {"code": 5, "speed": 10.0},
         ]  # fmt: skip
 
+    def test_a_running_sine_is_changed_by_command_6(self, pair: tuple[RingController, RingDevice]) -> None:
+        controller, device = pair
+        assert controller.can_adjust
+        number = controller.start_harmonic(mean_mm=50.0, amplitude_mm=12.5, frequency_Hz=1.25, cycles=12)
+        controller.adjust_harmonic(mean_mm=50.25, amplitude_mm=12.75)
+        last = device.executed[-1]
+        assert last["command_sequence"] == number + 1
+        assert {name for name, value in last.items() if value} == {
+            "command_sequence", "command_code", "mean", "amplitude",
+        }  # fmt: skip
+        assert (last["command_code"], last["mean"], last["amplitude"]) == (6, 50.25, 12.75)
+
+    def test_a_device_of_edition_2_is_driven_as_ever(self, pair: tuple[RingController, RingDevice]) -> None:
+        controller, device = pair
+        device.set("profile_version", 2)
+        identity = controller.connect()
+        assert "edition 3 (the device: 2) sha256" in identity.profile
+        assert not controller.can_adjust
+        with pytest.raises(CommandRejected, match="this controller has no such command"):
+            controller.adjust_harmonic(mean_mm=50.0, amplitude_mm=12.0)
+        assert device.executed == []
+
     def test_on_and_off(self, pair: tuple[RingController, RingDevice]) -> None:
         controller, device = pair
         controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=2000)
@@ -171,7 +195,7 @@ class TestIdentity:
             ),
             (
                 "profile_version", 1,
-                "register profile_version (address 1) holds 0x1 instead of 0x2: its firmware has another",
+                "register profile_version (address 1) holds 0x1 instead of 0x3: its firmware has another",
             ),
             (
                 "test_float", 1.5,
@@ -263,6 +287,21 @@ class TestRing:
             "100 samples lost before sequence 114: the ring was read too late (overrun counter +1)"
         ]
 
+    def test_missed_cycles_come_as_a_counted_gap_in_their_place(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        device.missed = {5: 1, 9: 3}
+        controller.connect()
+        device.sample(20)
+        blocks = []
+        while (block := controller.read_block()) is not None:
+            blocks.append(block)
+        assert [(b.first_sequence, len(b.time_us), b.lost, b.missed) for b in blocks] == [
+            (0, 5, 0, 0), (5, 4, 1, 1), (9, 5, 3, 3), (14, 6, 0, 0),
+        ]  # fmt: skip
+        assert [b.more for b in blocks[:3]] == [True, True, True]
+        assert controller.events() == []
+
     def test_what_the_ring_holds_from_before_is_skipped_and_not_lost(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -342,17 +381,17 @@ class TestCommands:
     ) -> None:
         server.replies = [*[servers.truly] * 3, servers.with_exception(4)]  # status, lock, lock, arming
         with pytest.raises(
-            CommandRejected, match=r"refused arming hold .*it gave no reason \(Modbus exception 4\)"
+            CommandRejected, match=r"refused arming ramp .*it gave no reason \(Modbus exception 4\)"
         ):
-            controller.start_hold()
+            controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
         assert device.executed == []
 
     def test_a_device_that_does_not_judge_is_a_fault(
         self, controller: RingController, device: RingDevice
     ) -> None:
         device.judge = lambda: None  # type: ignore[method-assign]
-        with pytest.raises(DeviceFault, match=r"arming hold .*: not judged within 0\.25 s") as caught:
-            controller.start_hold()
+        with pytest.raises(DeviceFault, match=r"arming ramp .*: not judged within 0\.25 s") as caught:
+            controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
         assert not isinstance(caught.value, CommandRejected)
 
     @pytest.mark.parametrize("at", range(7))
@@ -378,6 +417,147 @@ class TestCommands:
         assert all(request[0] == 23 for request in server.requests)  # the status
 
 
+class TestAtOnce:
+    def test_a_hold_goes_with_the_first_request_and_is_looked_at_afterwards(
+        self, controller: RingController, device: RingDevice, server: servers.RawServer
+    ) -> None:
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
+        assert controller.stops_at_once
+        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        before = len(server.requests)
+        number = controller.start_hold()
+        requests = server.requests[before:]
+        assert [request[0] for request in requests] == [16, 23, 3], "block and execute, status, read back"
+        assert struct.unpack(">HH", requests[0][1:5]) == (64, 21), "command_sequence … execute"
+        assert [command["command_code"] for command in device.executed] == [1, 2, 1]
+        assert device.executed[-1]["command_sequence"] == number
+
+    def test_so_does_a_release_in_a_hurry(
+        self, controller: RingController, device: RingDevice, server: servers.RawServer
+    ) -> None:
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
+        before = len(server.requests)
+        device.set("state", 5)
+        controller.start_release(speed_mm_per_s=20.0, hurry=True)
+        assert [request[0] for request in server.requests[before:]] == [16, 23, 3]
+        assert (device.executed[-1]["command_code"], device.executed[-1]["speed"]) == (5, 20.0)
+
+    @pytest.mark.parametrize("how", ["refused", "armed only"])
+    def test_a_controller_that_takes_no_command_in_one_request_is_known_before_anything_moves(
+        self, controller: RingController, device: RingDevice, server: servers.RawServer, how: str
+    ) -> None:
+        write = device.write
+
+        def in_parts(address: int, values: list[int]) -> None:
+            write(address, values[:20] if address == 64 else values)
+
+        def refusing(pdu: bytes) -> bytes:
+            if pdu[0] == 16 and struct.unpack(">HH", pdu[1:5]) == (64, 21):
+                return bytes([0x90, 2])
+            return answer(pdu)
+
+        answer = server._answer
+        if how == "refused":
+            server._answer = refusing  # type: ignore[method-assign]
+        else:
+            device.write = in_parts  # type: ignore[method-assign]
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
+        assert not controller.stops_at_once
+        (event,) = controller.events()
+        exception = " (Modbus exception 2)" if how == "refused" else ""
+        assert event.startswith(
+            f"controller does not take a command and its execution in one request{exception}: a stop releases"
+        )
+        before = len(server.requests)
+        controller.start_hold()
+        assert [request[0] for request in server.requests[before:]] == [16, 6, 23, 3]
+        assert device.executed[-1]["command_code"] == 1
+
+    def test_one_that_was_never_tried_is_told_in_two_requests_where_it_only_arms(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        write = device.write
+
+        def in_parts(address: int, values: list[int]) -> None:
+            write(address, values[:20] if address == 64 else values)
+
+        device.write = in_parts  # type: ignore[method-assign]
+        device.set("state", 3)
+        controller.start_hold()
+        assert [command["command_code"] for command in device.executed] == [1]
+
+    def test_an_altered_hold_is_seen_afterwards_and_given_anew(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
+        controller.events()
+        write = device.write
+        altered: list[list[int]] = []
+
+        def altering(address: int, values: list[int]) -> None:
+            if address == 64 and not altered:
+                altered.append(values)
+                values = [*values[:4], values[4] ^ 0x40, *values[5:]]
+            write(address, values)
+
+        device.write = altering  # type: ignore[method-assign]
+        controller.start_hold()
+        (event,) = controller.events()
+        assert "it reads back as" in event
+        assert event.endswith("given anew")
+        assert [command["command_code"] for command in device.executed] == [1, 1, 1]
+
+    def test_in_a_hurry_a_lost_reply_is_not_waited_for(
+        self,
+        controller: RingController,
+        device: RingDevice,
+        server: servers.RawServer,
+        monkeypatch: pytest.MonkeyPatch,
+    ) -> None:
+        monkeypatch.setattr(modbus_link, "HURRY_S", 10.0)  # on a busy computer the other replies are late
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
+        before = len(server.requests)
+        server.replies = [servers.silent]
+        with pytest.raises(DeviceFault, match=r"hold .*no reply within 0\.\d+ s"):
+            controller.start_hold()
+        assert len(server.requests) == before + 1, "sent once"
+        controller.start_release(speed_mm_per_s=20.0, hurry=True)
+        assert [command["command_code"] for command in device.executed][-2:] == [1, 5]
+
+
+class TestReadyRelease:
+    def test_it_takes_one_write_and_one_look(
+        self, controller: RingController, device: RingDevice, server: servers.RawServer
+    ) -> None:
+        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        controller.prepare_release(speed_mm_per_s=20.0)
+        assert [command["command_code"] for command in device.executed] == [2], "it is ready, not begun"
+        before = len(server.requests)
+        assert controller.start_release(speed_mm_per_s=20.0) == 2
+        assert [request[0] for request in server.requests[before:]] == [6, 23]
+        assert [command["command_code"] for command in device.executed] == [2, 5]
+
+    def test_another_speed_or_another_command_is_armed_as_ever(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        controller.prepare_release(speed_mm_per_s=20.0)
+        controller.start_release(speed_mm_per_s=10.0)
+        assert device.executed[-1]["speed"] == 10.0
+        controller.prepare_release(speed_mm_per_s=20.0)
+        controller.start_hold()
+        controller.start_release(speed_mm_per_s=20.0)
+        assert [command["command_code"] for command in device.executed] == [5, 1, 5]
+
+    def test_a_controller_that_has_dropped_it_is_told_anew(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        controller.prepare_release(speed_mm_per_s=20.0)
+        device.set("command_sequence", 999)  # as when it was switched off and on meanwhile
+        number = controller.start_release(speed_mm_per_s=20.0)
+        assert device.executed[-1]["command_sequence"] == number
+        assert device.executed[-1]["speed"] == 20.0
+
+
 class TestSwitch:
     def test_a_latched_fault_is_reset_and_told(self, controller: RingController, device: RingDevice) -> None:
         device.set("status_word", 0x0208)
@@ -387,6 +567,37 @@ class TestSwitch:
         assert list(controller.events()) == [
             "fault 1 (watchdog: no heartbeat from the computer) of the controller was reset"
         ]
+
+    def test_a_fault_is_reset_alone_and_the_valve_stays_off(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        controller.reset_fault()
+        assert device.control_words == [], "there is none"
+        device.set("status_word", 0x0208)
+        device.set("fault_code", 2)
+        controller.reset_fault()
+        assert device.control_words == [0x0000, 0x0080, 0x0000]
+        assert list(controller.events()) == [
+            "fault 2 (force limit of the device) of the controller was reset"
+        ]
+
+    def test_no_fault_is_reset_under_force_or_with_the_valve_on(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        device.set("fault_code", 2)
+        for word, force_kN, why in (
+            (0x0208, -5.5, r"the force is -5.5 kN, and at most 5 kN may be left; unload the specimen"),
+            (0x020F, 0.0, r"the valve is still on, it takes the force away"),
+        ):
+            device.set("status_word", word)
+            device.set("force", force_kN)
+            for switch in (
+                controller.reset_fault,
+                lambda: controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000),
+            ):
+                with pytest.raises(DeviceFault, match=rf"force limit of the device\) was not reset: {why}"):
+                    switch()
+        assert device.control_words == []
 
     def test_a_fault_that_stays_is_named(self, controller: RingController, device: RingDevice) -> None:
         device.set("status_word", 0x0208)

@@ -5,6 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.interfaces import SampleBlock
+from drivers.missed_cycles import parted
 from drivers.profile import load_profile
 from drivers.registers import pack
 from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
@@ -232,3 +234,64 @@ def test_the_answer_to_another_request_is_refused(checked: tuple[RingReader, Rin
     reader, device = checked
     device.set("ring_acknowledge", 20)
     refuse(reader, device.window(), "the block answers a request for sequence 20, not 14")
+
+
+@given(at=st.integers(1, 40), cycles=st.integers(1, 400))
+def test_missed_cycles_are_counted_where_they_were(at: int, cycles: int) -> None:
+    device = RingDevice(SHIPPED)
+    device.missed = {at: cycles}
+    reader = RingReader(SHIPPED, 1e6 / PERIOD_US)
+    device.sample(60)
+    found, stamps = [], []
+    while (rows := fetch(reader, device)) is not None:
+        found += [(rows.first_sequence + row, count) for row, count in rows.missed]
+        stamps += rows.time_us.tolist()
+        assert rows.lost == 0, "nothing was read too late"
+    assert found == [(at, cycles)]
+    assert np.diff(stamps).tolist() == [1000 * (1 + cycles * (row == at)) for row in range(1, 60)]
+
+
+@pytest.mark.parametrize("cycles", [-1, -2, -300, 600, 5000, 3_600_000])
+@pytest.mark.parametrize("at", [5, 14])
+def test_a_clock_that_stands_goes_back_or_jumps_is_no_missed_cycle(at: int, cycles: int) -> None:
+    device = RingDevice(SHIPPED)
+    device.missed = {at: cycles}
+    reader = RingReader(SHIPPED, 1e6 / PERIOD_US)
+    device.sample(60)
+    if at == 14:
+        assert fetch(reader, device) is not None
+    with pytest.raises(DoubtfulBlock, match=r"the ticks? steps? by"):
+        fetch(reader, device)
+
+
+def test_without_a_crc_missed_cycles_are_believed_when_the_block_comes_twice_alike(
+    running: tuple[RingReader, RingDevice],
+) -> None:
+    reader, device = running
+    device.missed = {20: 2}
+    device.set("ring_acknowledge", 15)
+    refuse(reader, device.window(), "the ticks leave out 2 periods: cycles that the controller missed, or")
+    rows = fetch(reader, device)
+    assert rows is not None
+    assert rows.missed == ((5, 2),)
+
+
+@given(
+    rows=st.integers(1, 30),
+    gaps=st.dictionaries(st.integers(0, 29), st.integers(1, 9), max_size=5),
+    lost=st.integers(0, 3),
+    more=st.booleans(),
+)
+def test_a_parted_block_keeps_every_row_and_counts_every_gap(
+    rows: int, gaps: dict[int, int], lost: int, more: bool
+) -> None:
+    missed = sorted((row, cycles) for row, cycles in gaps.items() if row < rows)
+    sequence = np.arange(100, 100 + rows)
+    block = SampleBlock("controller", 100, sequence * 1000, {"force": sequence}, lost, 1.0, more=more)
+    parts = list(parted(block, missed))
+    assert [n for part in parts for n in part.counts["force"].tolist()] == sequence.tolist()
+    assert [part.first_sequence for part in parts] == [int(part.counts["force"][0]) for part in parts]
+    assert sum(part.lost for part in parts) == lost + sum(cycles for _, cycles in missed)
+    assert sum(part.missed for part in parts) == sum(cycles for _, cycles in missed)
+    assert {part.first_sequence - 100: part.missed for part in parts if part.missed} == dict(missed)
+    assert [part.more for part in parts] == [True] * (len(parts) - 1) + [more]

@@ -7,11 +7,26 @@ from pathlib import Path
 import pytest
 
 from drivers.profile import SHIPPED
-from drivers.stand_file import CONTROLLER_CHANNELS, Endpoints, load_stand, wires_from, with_endpoints
+from drivers.stand_file import (
+    CONTROLLER_CHANNELS,
+    Endpoints,
+    Limits,
+    StandFile,
+    load_stand,
+    wires_from,
+    with_endpoints,
+)
 from foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 
-SAMPLE = SAMPLE_STAND.read_text(encoding="utf-8")
+SAMPLE = re.sub(
+    r"(?ms)^(machine_stiffness_kN_per_mm = .*?\n|force_speed = \[.*?\n\]\n)",
+    "",
+    SAMPLE_STAND.read_text(encoding="utf-8"),
+)
+"""Without its optional limits, so that a test can state its own."""
+SPEED = "speed_max_mm_per_s = 800.0\n"
+"""The last of the required limits: what is optional is put behind it."""
 POSITION = SAMPLE[
     SAMPLE.index("[[controller.channel]] # signed") : SAMPLE.index('[[controller.channel]]\nname = "command"')
 ]
@@ -77,6 +92,21 @@ def test_amplifier_and_sensors_are_optional(tmp_path: Path) -> None:
     assert with_endpoints(stand, Endpoints(amplifier_port=tmp_path, w1_root=tmp_path)).amplifier is None
 
 
+def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(tmp_path: Path) -> None:
+    (tmp_path / "bare.toml").write_text(SAMPLE, encoding="utf-8")
+    bare = StandFile.model_validate(load_stand(tmp_path / "bare.toml").model_dump()).limits
+    assert set(bare.model_dump()) == {
+        "force_max_kN", "stroke_max_mm", "frequency_max_Hz", "speed_max_mm_per_s",
+    }  # fmt: skip
+    text = "machine_stiffness_kN_per_mm = 150.0\nforce_speed = [[0, 800], [400.0, 560.0], [630.0, 0.0]]\n"
+    (tmp_path / "stand.toml").write_text(SAMPLE.replace(SPEED, SPEED + text), encoding="utf-8")
+    limits = load_stand(tmp_path / "stand.toml").limits
+    assert limits.machine_stiffness_kN_per_mm == 150.0
+    assert limits.force_speed == ((0.0, 800.0), (400.0, 560.0), (630.0, 0.0))
+    assert json.loads(json.dumps(limits.model_dump(mode="json")))["force_speed"][1] == [400.0, 560.0]
+    assert Limits.model_validate(limits.model_dump(mode="json")) == limits
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -111,6 +141,27 @@ def test_amplifier_and_sensors_are_optional(tmp_path: Path) -> None:
         ),
         ('role = "ambient"', 'role = "air"', "'specimen' or 'ambient'"),
         ("[amplifier]\n", "[amplifier]\nfilter_Hz = 10\n", "unknown key “filter_Hz”"),
+        (SPEED, f"{SPEED}machine_stiffness_kN_per_mm = 0.0\n", "should be greater than 0 (got 0.0)"),
+        (SPEED, f"{SPEED}force_speed = [[0.0, 800.0]]\n", "force_speed: a curve needs two pairs"),
+        (SPEED, f"{SPEED}force_speed = [[0.0, 800.0, 1.0], [630.0, 0.0]]\n", "at most 2 items"),
+        (SPEED, f"{SPEED}force_speed = 800.0\n", "limits.force_speed: Input should be a valid tuple"),
+        (
+            SPEED,
+            f"{SPEED}force_speed = [[0.0, 800.0], [0.0, 500.0], [630.0, 0.0]]\n",
+            "pair 2 has 0 kN after 0 kN: the forces must rise",
+        ),
+        (
+            SPEED,
+            f"{SPEED}force_speed = [[0.0, 500.0], [300.0, 600.0], [630.0, 0.0]]\n",
+            "pair 2 has 600 mm/s at 300 kN after 500 mm/s at 0 kN: a valve gives no more speed at more force",
+        ),
+        (SPEED, f"{SPEED}force_speed = [[0.0, 800.0], [630.0, -1.0]]\n", "pair 2 is [630, -1]"),
+        (SPEED, f"{SPEED}force_speed = [[0.0, 0.0], [630.0, 0.0]]\n", "the stand could not move"),
+        (
+            SPEED,
+            f"{SPEED}force_speed = [[0.0, 800.0], [500.0, 100.0]]\n",
+            "force_speed ends at 500 kN, below force_max_kN = 600",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_with_file_and_place(

@@ -360,16 +360,17 @@ def test_a_copy_of_a_shipped_file_is_a_set_of_its_own(tmp_path: Path) -> None:
     assert GOOD_CYCLE.top_mm == 102.0
 
 
-def test_conditioning_is_not_judged() -> None:
-    """The very strokes of a static test: its cycles prepare the specimen, whatever they would show."""
+@pytest.mark.parametrize("kind", ["conditioning", "warm-up", "force-cycles"])
+def test_steps_that_are_no_test_are_not_judged(kind: str) -> None:
+    """The very strokes of a static test: what the step is for decides, whatever its cycles would show."""
     test = StaticTest()
     judged = evaluate_run(test.record(), test.facts(), Options(draws=20))
     assert judged.requirements
-    step = {"name": "conditioning: static, 3 × at 5 mm/s", "kind": "conditioning"}
+    step = {"name": f"{kind}: static, 3 × at 5 mm/s", "kind": kind}
     run = evaluate_run(test.record(), replace(test.facts(), step=step), Options(draws=20))
     assert (run.requirements, run.verdict, run.limit_set) == ((), None, None)
     (why,) = [text for text in run.warnings if "judged" in text]
-    assert why.startswith("nothing is judged: the run is a conditioning step of its campaign")
+    assert why.startswith(f"nothing is judged: the run is a {kind} step of its campaign, wh")
     assert run.summary.values == judged.summary.values
     static = replace(test.facts(), step={"name": "static", "kind": "static"})
     assert evaluate_run(test.record(), static, Options(draws=20)).requirements == judged.requirements

@@ -122,6 +122,23 @@ def test_hum_is_found_and_nothing_else(rate_Hz: float) -> None:
     assert np.std(left) < 0.02
 
 
+@pytest.mark.parametrize("hum_mm", [0.0, 0.05])
+def test_a_stroke_that_is_flat_at_its_turns_does_not_hum(hum_mm: float) -> None:
+    """Its two turns are alike: it has every other harmonic, far above noise, and none of them is hum."""
+    time = np.arange(9000) / 1000.0
+    since = np.mod(time, 0.6)
+    angle = np.interp(since, [0.0, 0.25, 0.3, 0.55, 0.6], np.pi * np.array([0.0, 1.0, 1.0, 2.0, 2.0]))
+    wave = hum_mm * np.sin(2.0 * np.pi * 50.9 * time)
+    stroke = 10.0 * np.cos(angle) + 0.01 * np.random.default_rng(3).standard_normal(time.size) + wave
+    lines = lines_of(stroke[None], 1e-3, 0.6)
+    if not hum_mm:
+        assert lines == ()
+        return
+    (line,) = lines
+    assert line.frequency_Hz == pytest.approx(50.9, abs=0.02)
+    assert 0.5 * hum_mm <= line.amplitude <= 1.5 * hum_mm  # the corners have a part of it
+
+
 @pytest.mark.parametrize("samples", [50, 133, 1000])
 def test_largest_speed_leans_as_stated(samples: int) -> None:
     """Mean and scatter of the error of the largest speed over 150 cycles, against what is stated."""

@@ -122,5 +122,6 @@ def test_even_flanks_are_no_converter() -> None:
     phase = 0.25 + np.arange(316) / 50.0
     stroke = 50.0 + 20.0 * np.interp(np.mod(phase + 0.1, 1.0), [0, 0.2, 0.5, 0.7, 1.0], [-1, -1, 1, 1, -1])
     inner = find_cycles(make_record(0.4 * phase, stroke, stroke))[1:-1]
-    assert {turn.method for cycle in inner for turn in (cycle.start, cycle.top, cycle.end)} == {"plateau"}
+    assert {turn.method for cycle in inner for turn in (cycle.start, cycle.end)} == {"reversal"}
+    assert {cycle.top.method for cycle in inner} == {"plateau"}
     assert all(cycle.steady for cycle in inner)

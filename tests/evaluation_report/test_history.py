@@ -14,7 +14,7 @@ from evaluation.report.build import build_content
 from evaluation.report.content import Cell, Section, Table
 from evaluation.report.history import MOST_ROWS, contact_section, history_section
 from evaluation.report.reading import Given, read_source
-from evaluation.report.source import Source
+from evaluation.report.source import ReportRun, Source
 from evaluation.results import Options
 from tests.evaluation_report.campaigns import (
     PRELOAD_LOST_KN,
@@ -148,3 +148,16 @@ def test_the_same_as_tables_in_python(source: Source) -> None:
     assert set(changes["run"]) == {"static-after"}
     assert set(changes["reference"]) == {"static-before"}
     assert abs(changes.change["preload_kN"] + PRELOAD_LOST_KN) < changes.expanded_uncertainty["preload_kN"]
+
+
+def test_each_zero_is_shown_once_with_the_runs_that_count_from_it(source: Source) -> None:
+    def zeroed(run: ReportRun, minute: int) -> ReportRun:
+        channel = {"name": "stroke_1", "value": 1.5 + minute / 100.0, "u": 0.02}
+        zero = {"how": "touch", "taken_over": False, "found": f"2026-11-23T10:{minute:02d}:00+00:00"}
+        facts = {**run.evaluated["run"], "zero": zero | {"channel": [channel]}}
+        return replace(run, evaluated={**run.evaluated, "run": facts, "first_contact": None})
+
+    runs = [zeroed(run, 7 if run.number < 4 else 9) for run in source.runs]
+    rows = table(contact_section(replace(source, runs=tuple(runs))), "How the zero was set")
+    assert [row["Runs"].text for row in rows] == ["1–3", f"4–{runs[-1].number}"]
+    assert [value(row["Draw wire 1 ± U"])[0] for row in rows] == [1.57, 1.59]

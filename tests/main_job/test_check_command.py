@@ -20,6 +20,7 @@ from pathlib import Path
 import pytest
 
 from drivers.transcript import read_transcript
+from tests.clean_stand import clean_stand_text
 from tests.main_job.conftest import bufferstand
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,7 +31,7 @@ SAMPLES = ROOT / "sample_runs"
 def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Serve a stand on a free port; give a stand file that names it."""
     folder = tmp_path_factory.mktemp("stand")
-    text = (SAMPLES / "stand.toml").read_text(encoding="utf-8")
+    text = clean_stand_text()
     text = text.replace("models/", f"{SAMPLES}/models/", 1)
     path = folder / "stand.toml"
     path.write_text(text, encoding="utf-8")
@@ -72,8 +73,8 @@ def test_a_sound_stand_checks_sound_as_json(stand: Path, tmp_path: Path) -> None
     assert (document["schema"], document["faults"]) == ("bufferstand/check/1", 0)
     found = {(one["device"], one["item"]): one for one in document["findings"]}
     figures = found["controller", "clock drift"]["figures"]
-    # set to +20 ppm; a busy computer may show twice what is stated
-    assert abs(figures["drift_ppm"] - 20.0) < 3.0 * figures["drift_expanded_uncertainty_ppm"] + 5.0
+    # Set to +20 ppm. However busy the computer is, the bounds of the readings hold it.
+    assert abs(figures["drift_ppm"] - 20.0) <= figures["drift_expanded_uncertainty_ppm"]
     assert found["controller", "round trip"]["figures"]["round_trip_p50_ms"] > 0.0
     assert {piece.wire for piece in read_transcript(kept)} == {"controller", "amplifier"}
 

@@ -65,7 +65,7 @@ def test_absorbed_energy_is_the_heat_that_the_specimen_made(demo: Demo) -> None:
 
 def test_damping_of_the_paper(demo: Demo) -> None:
     assert value(demo.entry("002-harmonic-20mm-20mm"), "damping") == pytest.approx(0.232, abs=0.006)
-    assert value(demo.entry("010-harmonic-41mm-41mm"), "damping") == pytest.approx(0.386, abs=0.006)
+    assert value(demo.entry("010-harmonic-40mm-40mm"), "damping") == pytest.approx(0.386, abs=0.006)
 
 
 def test_damping_falls_a_little_with_frequency_as_in_the_paper(demo: Demo) -> None:
@@ -125,9 +125,14 @@ def test_run_files_are_whole_and_lose_nothing(demo: Demo) -> None:
     for file in files:
         assert [finding for finding in verify(file) if finding.level == "fault"] == []
         run = open_run(file)
-        assert run.gaps("controller") == []
         controller = run.streams["controller"]
-        assert np.all(np.diff(controller.time) == 1000)
+        made_us = demo.truth["time_us"]  # a cycle that the controller missed has no sample
+        inside = (made_us >= controller.time[0]) & (made_us <= controller.time[-1])
+        assert np.array_equal(made_us[inside], controller.time)
+        assert (
+            sum(lost for _, lost in run.gaps("controller"))
+            == np.ptp(controller.time) // 1000 + 1 - inside.sum()
+        )
         assert run.streams["temperature_1"].rows >= controller.rows / 1000 - 3
 
 
@@ -152,7 +157,7 @@ def test_report_is_there_and_tells_the_story(demo: Demo) -> None:
 
 def test_progress_goes_to_standard_error_without_colour(demo: Demo) -> None:
     assert "step 13 of 13" in demo.process.stderr
-    assert "safe stop: force 0.0 kN" in demo.process.stderr
+    assert re.search(r"safe stop: force -?\d\.\d kN \(channel force, zero taken off\)", demo.process.stderr)
     assert "\x1b[" not in demo.process.stderr + demo.process.stdout
     assert "step 13 of 13" not in demo.process.stdout
 

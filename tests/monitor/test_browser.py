@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import threading
@@ -129,6 +130,22 @@ def test_the_browser_itself_would_refuse_a_script_inline(browser: Any, page: Pag
         )
         assert it.tab.evaluate("window.hacked") is None
         assert any("Content Security Policy" in text for text in it.complaints)
+
+
+def test_the_step_that_runs_says_what_is_asked_commanded_and_reached(browser: Any, page: Page) -> None:
+    with Tab(browser, f"{page.origin}/#{TOKENS.view}") as it:
+        it.wait("document.querySelector('#steps .running .reached')?.textContent.length > 0")
+        shown = it.tab.text_content("#steps .running .reached")
+        assert "\u00a0mm" in shown, "a unit stays with its figure"
+        said = shown.replace("\u00a0", " ")
+        assert re.fullmatch(
+            r"asked 10\.00 ± 5\.00 mm, commanded [\d.]+ ± [\d.]+ mm, reached [\d.]+ ± [\d.]+ mm: .*", said
+        ), said
+        line, panel = (it.tab.locator(name).bounding_box() for name in ("#steps .reached", "section.steps"))
+        assert line["x"] >= panel["x"]
+        assert line["x"] + line["width"] <= panel["x"] + panel["width"], "nothing is cut off"
+        assert it.tab.locator(".reached").count() == 1
+        assert it.complaints == []
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
 from scipy.optimize import brentq
 
-from protocols.prediction import Temperatures
-
-
-@dataclass(frozen=True)
-class Cycle:
-    peak_force_kN: float
-    absorbed_energy_J: float
-    end_stroke_mm: float = 0.0
+from protocols.commanded import Sine, stroke_sine
+from protocols.prediction import (
+    Floats,
+    HarmonicCycle,
+    Predictor,
+    StaticCycle,
+    Temperatures,
+    static_behind,
+)
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,14 @@ class ClosedFormSpring:
     loss_W_per_K: float = 10.0
     preload_kN: float = 15.0
 
+    known_to_mm: float = math.inf
+    knows_heat: bool = True
+    sensor_lag_s: float | None = 0.0
+    assumptions: tuple[str, ...] = ()
+
+    def bounding(self) -> Predictor:
+        return self
+
     def softening(self, temperature_C: float) -> float:
         return max(0.05, 1.0 - 0.01 * (temperature_C - 25.0))
 
@@ -33,11 +43,26 @@ class ClosedFormSpring:
         return self.softening(temperature_C) * (self.preload_kN + 2.0 * stroke_mm + c * stroke_mm**4)
 
     def harmonic(
-        self, prestress_mm: float, amplitude_mm: float, frequency_Hz: float, temperature_C: float
-    ) -> Cycle:
+        self,
+        prestress_mm: float,
+        amplitude_mm: float,
+        frequency_Hz: float,
+        temperature_C: float,
+        give_mm_per_kN: float = 0.0,
+    ) -> HarmonicCycle:
         stiffening = 1.0 + 0.01 * math.log10(1.0 + frequency_Hz)
-        peak_kN = stiffening * self.force_at(prestress_mm + amplitude_mm, temperature_C)
-        return Cycle(peak_kN, 2.5 * amplitude_mm**2 * self.softening(temperature_C))
+
+        def forces(sine: Sine) -> tuple[float, float]:
+            lower, upper = (self.force_at(mm, temperature_C) for mm in (sine.lower_mm, sine.upper_mm))
+            return 0.7 * lower if sine.lower_mm > 0.0 else 0.0, stiffening * upper
+
+        stroke = stroke_sine(Sine(prestress_mm, amplitude_mm), forces, give_mm_per_kN)
+        lower_kN, peak_kN = forces(stroke)
+        absorbed_J = 2.5 * stroke.amplitude_mm**2 * self.softening(temperature_C)
+        return HarmonicCycle(peak_kN, lower_kN, absorbed_J, stroke)
+
+    def forces(self, time_s: Floats, stroke_mm: Floats, temperature_C: float) -> Floats:  # noqa: ARG002
+        return np.array([self.force_at(mm, temperature_C) for mm in stroke_mm])
 
     def static(
         self,
@@ -45,12 +70,17 @@ class ClosedFormSpring:
         stroke_limit_mm: float,
         speed_mm_per_s: float,  # noqa: ARG002 - this spring knows no rate here
         temperature_C: float,
-    ) -> Cycle:
-        end_mm = stroke_limit_mm
+        give_mm_per_kN: float = 0.0,
+    ) -> StaticCycle:
+        return static_behind(
+            lambda mm: self._slow(force_limit_kN, mm, temperature_C), stroke_limit_mm, give_mm_per_kN
+        )
+
+    def _slow(self, force_limit_kN: float, end_mm: float, temperature_C: float) -> StaticCycle:
         if self.force_at(end_mm, temperature_C) > force_limit_kN:
             end_mm = brentq(lambda x: self.force_at(x, temperature_C) - force_limit_kN, 0.0, end_mm)
         absorbed_J = 2.5 * (end_mm / 2.0) ** 2 * self.softening(temperature_C)
-        return Cycle(self.force_at(end_mm, temperature_C), absorbed_J, end_mm)
+        return StaticCycle(self.force_at(end_mm, temperature_C), absorbed_J, end_mm)
 
     def temperatures_after(
         self,

@@ -23,8 +23,19 @@ from protocols.campaign import (
     SweepStep,
     load_campaign,
 )
-from protocols.kinds import ConditioningStep, InnerLoopsStep, MotionStep, UntilSteady
+from protocols.kinds import (
+    ConditioningStep,
+    ForceCyclesStep,
+    InnerLoopsStep,
+    MotionStep,
+    RepeatStep,
+    TemperatureSettings,
+    UntilSteady,
+    WarmUpStep,
+)
+from protocols.kinds.strokes import StrokeSettings
 from protocols.limits import TestLimits
+from protocols.stroke_table import StrokeTable
 from tests.protocols.conftest import HEAD, Load, harmonic
 
 
@@ -171,13 +182,20 @@ DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
         ('### `kind = "conditioning"`', ConditioningStep),
         ('### `kind = "inner-loops"`', InnerLoopsStep),
         ('### `kind = "motion"`', MotionStep),
+        ('### `kind = "warm-up"`', WarmUpStep),
+        ('### `kind = "force-cycles"`', ForceCyclesStep),
+        ('### `kind = "repeat"`', RepeatStep),
+        ("### Temperatures of a step", TemperatureSettings),
         ("### `[step.until_steady]`", UntilSteady),
+        ("## `[stroke]`", StrokeTable),
+        ("### Whose strokes", StrokeSettings),
     ],
 )
 def test_every_key_is_documented_with_its_default(heading: str, schema: type[Settings]) -> None:
     section = DOCS.read_text("utf-8").split(heading, 1)[1].split("\n## ", 1)[0].split("\n### ", 1)[0]
+    common = TemperatureSettings.model_fields.keys() | StrokeSettings.model_fields.keys()
     for key, field in schema.model_fields.items():
-        if key in {"kind", "name"}:
+        if key in {"kind", "name"} or (schema not in (TemperatureSettings, StrokeSettings) and key in common):
             continue
         rows = [line for line in section.splitlines() if line.startswith("|") and f"`{key}`" in line]
         assert rows, key

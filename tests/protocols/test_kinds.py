@@ -262,7 +262,7 @@ def test_a_step_until_steady_is_planned_with_its_most_cycles(plan: MakePlan) -> 
     (step,) = made.steps
     assert step.steady == Steadiness(1.0, 1.0, 3, 5, 30)
     assert (step.cycles, step.motions[1]) == (30, Harmonic(20.0, 10.0, 1.0, 30))
-    assert made.rows()[0][6] == "5…30"
+    assert made.rows()[0][8] == "5…30"
     assert made.as_dict()["steps"][0]["steady"]["window"] == 3
     plain = plan(harmonic(20, 10, cycles=30)).steps[0]
     assert plain.motions == step.motions

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from foundation.errors import BadInput
+from protocols.coarse import CoarsePredictor
 from protocols.limits import TestLimits, envelope
 from protocols.ordering import Course, Job, soonest
 from protocols.plan import Plan
-from protocols.prediction import CoarsePredictor, Temperatures
+from protocols.prediction import Temperatures
 from protocols.steps import Harmonic, Motion, PlannedStep, RampTo, Release, WaitUntilCool
 from protocols.thermal import Surroundings
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic

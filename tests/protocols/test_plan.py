@@ -319,9 +319,9 @@ def test_the_plan_as_json_has_every_figure(plan: MakePlan) -> None:
 def test_rows_fit_their_header(plan: MakePlan) -> None:
     rows = plan(MIXED + HOT).rows()
     assert all(len(row) == len(HEADER) for row in rows)
-    assert rows[1][2:7] == ("20", "20", "1", "125.7", "5")
+    assert rows[1][2:9] == ("20", "20", "", "", "1", "125.7", "5")
     assert rows[0][2:4] == ("", "")
-    assert rows[4][10].endswith("(stop)")
+    assert rows[4][12].endswith("(stop)")
 
 
 def test_disk_is_counted_for_what_is_recorded(plan: MakePlan) -> None:

@@ -13,13 +13,14 @@ from foundation.specimen import load_specimen
 from model.file import load_model
 from model.simulation import simulate
 from protocols.campaign import load_campaign
+from protocols.first_cycle import peak_force
 from protocols.limits import StandLimits
 from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor, peak_force
+from protocols.prediction import ModelPredictor
 from protocols.steps import Harmonic, PlannedStep, StaticCycles
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
-CAMPAIGNS = ("demo.toml", "paper.toml", "en15551.toml")
+CAMPAIGNS = ("demo.toml", "paper.toml", "fig9.toml", "en15551.toml")
 
 
 def plan_of(name: str) -> Plan:
@@ -98,7 +99,9 @@ def stroke_history(
         elif isinstance(motion, StaticCycles):
             cycle_s = (estimate.duration_s - (motion.cycles - 1) * motion.pause_s) / motion.cycles
             within = np.mod(u, cycle_s + motion.pause_s)
-            stroke = np.maximum(0.0, np.minimum(within, cycle_s - within)) * motion.speed_mm_per_s
+            assert estimate.turns is not None
+            per_s = 2.0 * estimate.turns.upper_mm / cycle_s  # the piston, whose speed it is, goes further
+            stroke = np.maximum(0.0, np.minimum(within, cycle_s - within)) * per_s
         else:
             stroke = at_mm + (motion.end_mm(at_mm) - at_mm) * u / estimate.duration_s
         times.append(now_s + u)

@@ -24,6 +24,8 @@ function make(tag, className, text) {
 }
 function put(id, text) { const element = $(id); if (element.textContent !== text) element.textContent = text; }
 function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−"); }
+// a figure stays with its sign and its unit when a line breaks
+function together(text) { return text.replace(/ (?=mm|%|±|Hz)/g, "\u00a0").replace(/± /g, "±\u00a0").replace(/-(?=\d+\.)/g, "−"); }
 function clock(utc) { const date = new Date(utc); return isNaN(date) ? "" : date.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hour12: false }); }
 function lasting(seconds) {
   const s = Math.max(0, Math.round(seconds)), m = Math.floor(s / 60), h = Math.floor(m / 60);
@@ -100,7 +102,8 @@ const show = {
     put("force-more", c.force_max_kN ? `limit ${c.force_max_kN} kN` : "");
     put("stroke-more", n.tilt_mm === null || n.tilt_mm === undefined ? "" : `tilt ${fixed(n.tilt_mm, 2)} mm`);
     put("cycle", n.cycles ? `${n.cycle} / ${n.cycles}` : String(n.cycle ?? "–"));
-    put("phase", n.phase || "");
+    const part = { "lead-in": ", leading in", "run-out": ", running out" }[n.part] || "";
+    put("phase", (n.phase || "") + part);
     put("step", n.steps ? `${n.step} / ${n.steps}` : "–");
     put("step-name", n.name || "");
     if (n.remaining_s === null || n.remaining_s === undefined) { put("left", "–"); put("ends", ""); }
@@ -154,7 +157,7 @@ const show = {
       row.append(make("span", "mark", marks[s.status] || "?"), make("span", "", s.index), make("span", "", s.name), make("small", "", more));
       row.firstChild.title = s.status;
       if (s.reason) row.append(make("small", "", s.reason));
-      if (s.status === "running") { current = row; row.append(bar(0)); }
+      if (s.status === "running") { current = row; row.append(bar(0), make("small", "reached", "")); }
       return row;
     });
     replaceRows($("steps"), rows);
@@ -273,6 +276,11 @@ function head() {
   for (const button of document.querySelectorAll("[data-after]")) button.disabled = !running;
   const step = document.querySelector("#steps .running .bar i");
   if (step && now?.cycles) step.style.width = `${Math.min(100, (100 * now.cycle) / now.cycles)}%`;
+  const reached = document.querySelector("#steps .running .reached");
+  if (reached) {  // asked, commanded, reached in its last cycle
+    const text = reached.parentElement.children[1].textContent === String(now?.step) ? together(now?.stroke || "") : "";
+    if (reached.textContent !== text) reached.textContent = text;
+  }
 }
 
 function take(message) {

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -13,9 +14,13 @@ from drivers.connect import build_controller
 from drivers.interfaces import Controller, ControllerStatus, MotionState, SampleBlock
 from drivers.simulated.inprocess import open_in_process
 from drivers.simulated.process import start_process
-from drivers.stand_file import load_stand, with_endpoints
+from drivers.stand_file import StandFile, load_stand, with_endpoints
 from foundation.clock import Clock, WallClock
+from tests.clean_stand import clean_stand_text
+from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
 
+BOUNDS = Bounds()
+"""What the suite orders on whatever it runs; a few orders that a real stand never sees go beyond."""
 SAMPLES = Path(__file__).parents[3] / "sample_runs"
 LIMIT_S = 120.0
 TCP_SPEED, POLLED_SPEED, RTU_SPEED = 4.0, 2.0, 1.0
@@ -32,6 +37,7 @@ class Bench:
     controller: Controller
     clock: Clock
     polled: bool = False
+    real: bool = False
 
     def __post_init__(self) -> None:
         self.blocks: list[SampleBlock] = []
@@ -74,8 +80,10 @@ class Bench:
         """Wait for the end of a motion."""
         return self.until(lambda status: status.done_sequence == sequence)
 
-    def enable(self, watchdog_ms: int = 5000) -> None:
-        self.controller.enable(force_limit_kN=300.0, stroke_limit_mm=60.0, watchdog_ms=watchdog_ms)
+    def enable(self, *, watchdog_ms: int = 5000, stroke_limit_mm: float = BOUNDS.stroke_limit_mm) -> None:
+        self.controller.enable(
+            force_limit_kN=BOUNDS.force_limit_kN, stroke_limit_mm=stroke_limit_mm, watchdog_ms=watchdog_ms
+        )
 
     def rest(self) -> None:
         """Bring it to zero force, off, and forget what was sampled and said."""
@@ -94,8 +102,8 @@ class Bench:
         )
 
 
-def _write_stand(folder: Path, changes: dict[str, str]) -> Path:
-    text = (SAMPLES / "stand.toml").read_text(encoding="utf-8")
+def write_stand(folder: Path, changes: dict[str, str]) -> Path:
+    text = clean_stand_text()
     for old, new in {'model = "': f'model = "{SAMPLES}/', **changes}.items():
         assert old in text, old
         text = text.replace(old, new, 1)
@@ -106,7 +114,7 @@ def _write_stand(folder: Path, changes: dict[str, str]) -> Path:
 
 @contextmanager
 def in_process(folder: Path) -> Iterator[Bench]:
-    made = open_in_process(load_stand(_write_stand(folder, {})))
+    made = open_in_process(load_stand(write_stand(folder, {})))
     made.stand.controller.connect()
     yield Bench("in process", made.stand.controller, made.clock)
     made.stand.close()
@@ -114,7 +122,7 @@ def in_process(folder: Path) -> Iterator[Bench]:
 
 @contextmanager
 def served(folder: Path, changes: dict[str, str]) -> Iterator[Bench]:
-    path = _write_stand(folder, changes)
+    path = write_stand(folder, changes)
     stand = load_stand(path)
     speed = RTU_SPEED if stand.controller.serial else TCP_SPEED
     if stand.profile().window is None:
@@ -129,16 +137,31 @@ def served(folder: Path, changes: dict[str, str]) -> Iterator[Bench]:
             controller.close()
 
 
+def open_real(stand: StandFile) -> tuple[Controller, Clock]:
+    """Return the controller that a stand file leads to, not connected yet, and its clock."""
+    clock = WallClock()
+    return build_controller(stand, clock), clock
+
+
 @contextmanager
-def real(path: Path) -> Iterator[Bench]:
-    """A real stand, whose actuator is moved: up to 16 mm and 300 kN, at 20 mm/s, and 5 mm at 2 Hz."""
-    stand, clock = load_stand(path), WallClock()
-    controller = build_controller(stand, clock)
-    try:
-        controller.connect()
-        yield Bench("hardware", controller, clock, polled=stand.profile().window is None)
-    finally:
-        controller.close()
+def real(path: Path, given: str | None, say: Say) -> Iterator[Bench]:
+    """A real stand: its operator has consented to all, and confirms each motion or did by ``--yes-move``."""
+    stand = load_stand(path)
+    with ExitStack() as stack:
+        terminal = None
+        if given is None:
+            with suppress(OSError):
+                terminal = stack.enter_context(Path("/dev/tty").open(encoding="utf-8"))
+        consent(stand, BOUNDS, given, say, terminal)
+        confirmed = (lambda _: True) if terminal is None else confirmed_at(terminal, say)
+        controller, clock = open_real(stand)
+        try:
+            controller.connect()
+            polled = stand.profile().window is None
+            careful = cast(Controller, Announced(controller, BOUNDS, say, confirmed))
+            yield Bench("hardware", careful, clock, polled=polled, real=True)
+        finally:
+            controller.close()
 
 
 RING_TO_POLLING = {'profile = "ring"': 'profile = "polling"'}

@@ -14,6 +14,7 @@ from drivers.simulated.inprocess import open_in_process
 from drivers.simulated.process import start_process
 from drivers.stand_file import StandFile, load_stand, with_endpoints
 from foundation.clock import Clock, WallClock
+from tests.clean_stand import clean_stand_text
 
 SAMPLES = Path(__file__).parents[3] / "sample_runs"
 TCP = 'host = "127.0.0.1"\nport = 15020'
@@ -60,7 +61,7 @@ class Bench:
 
 def write_stand(folder: Path, changes: tuple[tuple[str, str], ...]) -> Path:
     """Write the shipped stand file with changes."""
-    text = (SAMPLES / "stand.toml").read_text(encoding="utf-8")
+    text = clean_stand_text()
     for old, new in (('model = "', f'model = "{SAMPLES}/'), *changes):
         assert old in text, old
         text = text.replace(old, new, 1)

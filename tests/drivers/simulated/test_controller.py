@@ -444,3 +444,129 @@ def test_watchdog_of_time_zero_never_trips(tmp_path: Path) -> None:
         wall.now_s += 0.2
         stand.advance(1)
     assert stand.controller.fault is Fault.NONE
+
+
+# --- changing a running sine ----------------------------------------------------------------------------
+
+
+def adjust(stand: SimulatedDevice, mean_mm: float, amplitude_mm: float) -> Reject:
+    sequence = stand.controller.echo_sequence + 1
+    command = Command(sequence, int(Code.ADJUST), mean_mm=mean_mm, amplitude_mm=amplitude_mm)
+    verdict = stand.controller.arm(command)
+    return verdict if verdict is not Reject.ACCEPTED else stand.controller.execute(sequence)
+
+
+def test_a_running_sine_goes_over_to_another_mean_and_amplitude_in_one_cycle(stand: SimulatedDevice) -> None:
+    ramp_to(stand, 20.0)
+    number = give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=6)
+    stand.advance(1200)  # one cycle in, 1.4 at full amplitude
+    assert adjust(stand, 20.4, 10.6) is Reject.ACCEPTED
+    assert stand.controller.done_sequence != number, "a change is no motion"
+    stand.advance(500)
+    before = len(truth(stand)["sequence"])
+    finish(stand, number)
+    assert (stand.controller.end_reason, stand.controller.cycles_done) == (EndReason.REACHED, 6)
+    assert stand.controller.command_mm == pytest.approx(20.4), "it ends at its new mean"
+    position = command_of(stand)[before : before + 500]
+    assert 0.5 * (position.max() + position.min()) == pytest.approx(20.4, abs=0.01)
+    assert 0.5 * (position.max() - position.min()) == pytest.approx(10.6, abs=0.01)
+
+
+def command_of(stand: SimulatedDevice) -> np.ndarray:
+    """The set point as it is sampled [mm]."""
+    _, columns = stand.ring.window(stand.ring.oldest, stand.ring.capacity)
+    return np.asarray(columns["command"] * 0.01)
+
+
+@given(
+    cycles=st.integers(2, 6),
+    at=st.floats(1.0, 5.0),
+    mean=st.floats(-3.0, 3.0),
+    amplitude=st.floats(-3.0, 3.0),
+)
+def test_a_change_never_jumps_nor_leaves_what_it_bridges(
+    cycles: int, at: float, mean: float, amplitude: float
+) -> None:
+    sine = Harmonic(1, 30.0, 10.0, 1.0, cycles, 1e-3)
+    most = sine.peak_speed_mm_per_s(30.0 + mean, 10.0 + amplitude) * 1e-3
+    commands = [30.0]
+    while sine.cycles_done < cycles or commands[-1] != sine.command_mm:
+        if len(commands) == round(1000 * at) and sine.adjustable:
+            sine.adjust(30.0 + mean, 10.0 + amplitude)
+            assert not sine.adjustable, "one after the other"
+        commands.append(sine.advance(0.0, 30.0))
+        if len(commands) > 1000 * (cycles + 2):
+            break
+    path = np.array(commands)
+    assert np.abs(np.diff(path)).max() <= most * (1.0 + 1e-9)
+    # (m + A sin)'' = m'' + A'' sin + 2 A' ω cos − A ω² sin; each bridge is A at most, in one cycle
+    omega, largest = 2.0 * math.pi, 10.0 + abs(amplitude)
+    bound = largest * (omega**2 + math.pi * omega + 0.5 * math.pi**2) + 0.5 * math.pi**2 * abs(mean)
+    assert np.abs(np.diff(path, 2)).max() <= bound * 1e-6 * 1.01
+    assert path.max() <= max(40.0, 40.0 + mean, 40.0 + mean + amplitude, 40.0 + amplitude) + 1e-9
+    assert path.min() >= min(20.0, 20.0 + mean, 20.0 + mean - amplitude, 20.0 - amplitude) - 1e-9
+
+
+def test_a_change_is_refused_unless_a_sine_runs_at_full_amplitude(stand: SimulatedDevice) -> None:
+    assert adjust(stand, 20.0, 5.0) is Reject.WRONG_STATE, "nothing runs"
+    ramp_to(stand, 20.0)
+    number = give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=3)
+    stand.advance(400)
+    assert adjust(stand, 20.0, 10.1) is Reject.WRONG_STATE, "the amplitude still grows"
+    stand.advance(200)
+    assert adjust(stand, 20.0, 10.1) is Reject.ACCEPTED
+    assert adjust(stand, 20.0, 10.2) is Reject.WRONG_STATE, "one is under way"
+    stand.advance(600)
+    assert adjust(stand, 20.0, 10.2) is Reject.ACCEPTED
+    stand.advance(400)
+    assert adjust(stand, 20.0, 10.3) is Reject.WRONG_STATE, "no full cycle is left for it"
+    finish(stand, number)
+
+
+@pytest.mark.parametrize(
+    ("mean_mm", "amplitude_mm"),
+    [(20.0, 20.1), (20.0, 0.0), (245.0, 10.0), (100.0, 90.0), (float("nan"), 5.0)],
+)
+def test_a_change_is_refused_beyond_what_a_sine_may_be(
+    stand: SimulatedDevice, mean_mm: float, amplitude_mm: float
+) -> None:
+    ramp_to(stand, 20.0)
+    give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    stand.advance(700)
+    assert adjust(stand, mean_mm, amplitude_mm) is Reject.OUT_OF_RANGE
+    stand.advance(500)
+    assert command_of(stand)[-500:].max() == pytest.approx(30.0, abs=0.01), "it goes on as it was"
+
+
+def test_a_change_that_is_sent_twice_is_done_once(stand: SimulatedDevice) -> None:
+    ramp_to(stand, 20.0)
+    give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    stand.advance(700)
+    sequence = stand.controller.echo_sequence + 1
+    command = Command(sequence, int(Code.ADJUST), mean_mm=20.0, amplitude_mm=11.0)
+    for _ in range(2):
+        assert stand.controller.arm(command) is Reject.ACCEPTED
+        assert stand.controller.execute(sequence) is Reject.ACCEPTED
+        stand.advance(100)
+    stand.advance(900)
+    assert command_of(stand)[-500:].max() == pytest.approx(31.0, abs=0.01)
+
+
+def test_a_hold_stops_an_adjusted_sine_within_its_range(stand: SimulatedDevice) -> None:
+    ramp_to(stand, 20.0)
+    give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    stand.advance(700)
+    assert adjust(stand, 20.0, 11.0) is Reject.ACCEPTED
+    stand.advance(560)  # on the way through the mean
+    finish(stand, give(stand, Code.HOLD))
+    assert 9.0 <= stand.controller.command_mm <= 31.0
+
+
+def test_a_device_of_edition_2_does_not_know_the_command(tmp_path: Path) -> None:
+    made = device(tmp_path)
+    made.controller.capabilities = replace(made.controller.capabilities, adjusts=False)
+    made.controller.control(ON)
+    ramp_to(made, 20.0)
+    give(made, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    made.advance(700)
+    assert adjust(made, 20.0, 10.1) is Reject.UNKNOWN_COMMAND

@@ -337,7 +337,7 @@ def test_a_second_implementation_agrees(served: Served) -> None:
     """pyModbusTCP: reads, single and multiple writes, FC23 (its own encoding of each)."""
     served.per_request = 20
     client = ModbusClient(host="127.0.0.1", port=served.port, unit_id=1, timeout=10, auto_open=True)
-    assert client.read_holding_registers(0, 2) == [0x4253, 2]
+    assert client.read_holding_registers(0, 2) == [0x4253, 3]
     assert client.write_single_register(96, 0x000F)
     address, words = write_block(
         "command_sequence", "static_pause", command_sequence=3, command_code=2, target=10.0, speed=100.0

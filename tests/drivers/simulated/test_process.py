@@ -129,6 +129,7 @@ def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
         "faults_socket": str(tmp_path / "run/wires/faults"),
         "amplifier_host": None,
         "amplifier_tcp_port": None,
+        "time_file": str(tmp_path / "run/wires/time"),
     }
     assert Path(served.amplifier_port or "").is_symlink()
     assert (Path(served.w1_root or "") / "28-00000a3f91c2/w1_slave").is_file()

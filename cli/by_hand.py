@@ -1,0 +1,79 @@
+"""What the commands of ``bufferstand stand`` share: the stand, its zero, consent, and how they end."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from cli.arming import Consent, Movement, ask_to_move
+from cli.movement import stand_text
+from daq.driving import Halt
+from daq.kept_zero import stored_path, stored_zero
+from daq.manual import ManualLimits, ManualStand, by_hand
+from daq.signals import StopRequest, stop_on_signals
+from drivers.connect import build_controller, build_sensors
+from drivers.interfaces import Stand
+from drivers.stand_file import StandFile, load_stand
+from foundation.clock import Clock, WallClock
+from foundation.errors import ExitStatus
+from foundation.zero import Zero
+
+
+def say(line: str) -> None:
+    """Show a line on standard error."""
+    click.echo(line, err=True)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[tuple[StandFile, Stand, Clock]]:
+    """Give a stand whose wires are not connected yet; let go of them at the end."""
+    stand_file, clock = load_stand(path), WallClock()
+    stand = Stand(build_controller(stand_file, clock), build_sensors(stand_file, clock))
+    try:
+        yield stand_file, stand, clock
+    finally:
+        stand.close()
+
+
+def zero_of(path: Path) -> Zero | None:
+    """Return the stored zero of a stand, and say how old it is."""
+    zero = stored_zero(path)
+    if zero is not None:
+        say(f"zero of {zero.found:%Y-%m-%d %H:%M} UTC ({zero.how}) from {stored_path(path)}")
+    return zero
+
+
+def consent(stand_file: StandFile, limits: ManualLimits, motion: str, given: str | None) -> Consent:
+    """Show what will move, and ask for the stand's id."""
+    rows = (
+        ("stand", stand_text(stand_file)),
+        ("motion", motion),
+        ("limits", f"{limits.force_kN:g} kN, {limits.stroke_mm:g} mm of the piston"),
+    )
+    return ask_to_move(Movement("stand", stand_file.stand.id, rows), given)
+
+
+@contextmanager
+def moving(stand: Stand, stand_file: StandFile, clock: Clock, limits: ManualLimits) -> Iterator[ManualStand]:
+    """Give a stand that moves by hand: connected, looked at, switched on; safely stopped at the end."""
+    with (
+        stop_on_signals(StopRequest()) as request,
+        by_hand(stand, stand_file, clock, limits, request, say) as hand,
+    ):
+        yield hand
+
+
+def ended(halt: Halt) -> ExitStatus:
+    """Say why it was stopped; return the exit status."""
+    say(f"bufferstand: {halt.trip.reason}")
+    return ExitStatus.DEVICE_FAULT if halt.trip.device_fault else ExitStatus.STOPPED
+
+
+def show_there(text: str) -> None:
+    """Show a line in place of the one before, where standard error is a terminal."""
+    if sys.stderr.isatty():
+        click.echo(f"\r{text}\x1b[K", nl=False, err=True)

@@ -1,0 +1,104 @@
+"""``bufferstand stand read``: live readings of every channel."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cli.options import EXISTING, FiniteRange, write_json
+
+if TYPE_CHECKING:
+    from daq.reading import ChannelReading, Reader
+    from foundation.zero import Zero
+
+WINDOW_S = 1.0
+HEADER = ("channel", "counts", "noise", "value", "noise", "unit", "from zero", "age s", "place")
+_LEFT = (0, 5, 8)
+
+
+@click.command("read", epilog="Example:  bufferstand stand read stand.toml --for 10")
+@click.argument("stand", metavar="STAND.toml", type=EXISTING)
+@click.option("--once", is_flag=True, help="One table, over a second, and the end.")
+@click.option("--json", "as_json", is_flag=True, help="One reading as JSON on standard output.")
+@click.option(
+    "--for",
+    "seconds",
+    metavar="S",
+    type=FiniteRange(min=0.1, max=86400.0),
+    help="So long, a table a second; with --once or --json: over which it is averaged.",
+)
+def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> int:
+    """Show every channel live: mean and noise, in counts and in its unit, and how old it is.
+
+    Nothing is moved or set. In a terminal it goes on until Ctrl-C. “From zero” is the value from the zero
+    that “bufferstand stand zero” or “tare” has stored.
+    """
+    from cli.by_hand import opened, zero_of
+    from daq.reading import Reader
+    from foundation.errors import ExitStatus
+
+    with opened(stand) as (stand_file, devices, clock):
+        zero = zero_of(stand)
+        devices.controller.connect()
+        for sensor in devices.sensors:
+            sensor.start()
+        reader = Reader(devices, clock)
+        if as_json:
+            readings = reader.read(seconds or WINDOW_S, zero)
+            content = {
+                "schema": "bufferstand/stand-read/1",
+                "stand": stand_file.stand.id,
+                "zero": None if zero is None else zero.document(),
+                "channels": [one.as_dict() for one in readings],
+                "faults": reader.faults,
+            }
+            write_json(content, "-")
+        elif once or (seconds is None and not sys.stdout.isatty()):
+            _show_once(reader, seconds or WINDOW_S, zero)
+        else:
+            until_s = None if seconds is None else clock.now_s() + seconds
+            while until_s is None or clock.now_s() < until_s:
+                _show_once(reader, WINDOW_S, zero, live=sys.stdout.isatty())
+    return ExitStatus.DONE
+
+
+def _show_once(reader: Reader, duration_s: float, zero: Zero | None, *, live: bool = False) -> None:
+    """Print one table; ``live``: in place of the one before."""
+    readings = reader.read(duration_s, zero)
+    if live:
+        click.clear()
+    _show(readings)
+    for text in dict.fromkeys(reader.faults):
+        click.echo(f"note: {text}", err=True)
+
+
+def _show(readings: Sequence[ChannelReading]) -> None:
+    rows = [HEADER, *(_row(one) for one in readings)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(HEADER))]
+    for row in rows:
+        cells = [
+            text.ljust(width) if column in _LEFT else text.rjust(width)
+            for column, (text, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        click.echo("  ".join(cells).rstrip())
+
+
+def _row(one: ChannelReading) -> tuple[str, ...]:
+    def number(value: float | None, form: str) -> str:
+        return "–" if value is None else format(value, form)
+
+    return (
+        one.name,
+        number(one.counts, ".1f"),
+        number(one.noise_counts, ".1f"),
+        number(one.value, ".4f"),
+        number(one.noise, ".4f"),
+        one.unit,
+        number(one.from_zero, "+.4f"),
+        number(one.age_s, ".2f"),
+        one.place,
+    )

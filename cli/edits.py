@@ -1,0 +1,194 @@
+"""What ``resume`` goes by: a campaign's files as they were taken, or as they were edited since.
+
+Edits are shown as a diff, with what they mean for steps and limits, and the operator says whether to take
+them. A limit that was made stricter is never left out.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+import click
+
+from cli.arming import is_terminal, typed_line, user_name
+from cli.campaigns import Prepared, prepare
+from cli.edit_meaning import LimitEdit, limits_edited, means_nothing, steps_told
+from daq.folder import CampaignRecord
+from daq.inputs import (
+    INPUTS_NAME,
+    FileEdit,
+    Inputs,
+    edits_between,
+    keep_before,
+    read_inputs,
+    restore_inputs,
+)
+from foundation.errors import BadInput
+
+Choice = Literal["take", "keep"]
+
+
+@dataclass(frozen=True)
+class Going:
+    """What a campaign goes on with: the plan of its files, and how edited ones came to be taken."""
+
+    prepared: Prepared
+    edits: dict[str, Any] = field(default_factory=dict)
+
+
+def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Going:
+    """Return what a campaign goes on with; ask if its files were edited since they were taken.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's folder.
+    record : CampaignRecord
+        How far it came.
+    choice : str or None
+        What the options say; None: it is asked for.
+
+    Raises
+    ------
+    BadInput
+        If a file cannot be used, nobody can be asked, both the files and their copies were edited, or an
+        edit cannot be left out.
+    """
+    devices_from = Path(record.stand_folder) if record.stand_folder else None
+    copy, over = folder / record.campaign_file, _over(record)
+    if record.inputs and not copy.exists():
+        restore_inputs(record.inputs, folder)
+    if not record.inputs:
+        return Going(prepare(copy, devices_from=devices_from, over=over))  # begun by an earlier version
+    copies = read_inputs(copy, (folder / INPUTS_NAME).resolve())
+    originals = _originals(record, folder)
+    by_copies = edits_between(record.inputs, copies.texts)
+    by_originals = () if originals is None else edits_between(record.inputs, originals.texts)
+    if not by_copies and not by_originals:
+        return Going(prepare(copy, devices_from=devices_from, over=over))
+    _check_one_side(record, folder, by_copies, by_originals, choice)
+    if originals is not None and by_originals:
+        edits, prepared = by_originals, prepare(originals.root / originals.campaign, over=over)
+    else:
+        edits, prepared = by_copies, prepare(copy, devices_from=devices_from, over=over)
+    _check_specimen(record, folder, prepared)
+    limits = limits_edited(record, copies, prepared)
+    click.echo(_told(edits, steps_told(record, prepared.plan, folder), limits), err=True)
+    if means_nothing(edits):
+        click.echo("only comments or layout were edited: nothing changes, and nothing is asked", err=True)
+        return Going(prepared, _taken("no change in meaning"))
+    if choice is None and record.recorded_nothing(folder):
+        click.echo("nothing was recorded yet: it begins with the files as they are now", err=True)
+        return Going(prepared, _taken("nothing was recorded"))
+    how = _asked(edits) if choice is None else choice
+    if how == "take":
+        return Going(prepared, _taken("typed" if choice is None else "--take-edits"))
+    _check_kept(edits, limits)
+    if any(not Path(edit.place).is_absolute() for edit in by_copies):
+        keep_before(copies.texts, folder, datetime.now(UTC).isoformat())
+        restore_inputs(record.inputs, folder)
+    click.echo("going on with the files as they were taken", err=True)
+    return Going(prepare(copy, devices_from=devices_from, over=over))
+
+
+def _over(record: CampaignRecord) -> list[dict[str, Any]]:
+    """Return the steps that are complete, as the plan had them."""
+    done = {step.plan_hash for step in record.steps if step.over}
+    return [step for step in record.plan.get("steps", ()) if step["plan_hash"] in done]
+
+
+def _originals(record: CampaignRecord, folder: Path) -> Inputs | None:
+    """Return the files that the copies were made of, as they are now; None, said, where they have gone."""
+    root = Path(record.originals)
+    place = Path(record.campaign_file).relative_to(INPUTS_NAME)
+    now = read_inputs(root / place, None) if record.originals and (root / place).is_file() else None
+    if now is not None:
+        now = read_inputs(root / place, root)
+        unchanged = now.texts[now.campaign] == record.inputs.get(now.campaign)
+        lost = [p for p in record.inputs if not Path(p).is_absolute() and not (root / p).is_file()]
+        if not (unchanged and lost):
+            return now
+    click.echo(
+        f"the files that this campaign was made of are no longer all in {root}: "
+        f"it goes by their copies in {folder / INPUTS_NAME}",
+        err=True,
+    )
+    return None
+
+
+def _check_one_side(
+    record: CampaignRecord,
+    folder: Path,
+    by_copies: tuple[FileEdit, ...],
+    by_originals: tuple[FileEdit, ...],
+    choice: Choice | None,
+) -> None:
+    def own(edits: tuple[FileEdit, ...]) -> set[FileEdit]:
+        return {edit for edit in edits if not Path(edit.place).is_absolute()}
+
+    if own(by_copies) and own(by_originals) and own(by_copies) != own(by_originals) and choice != "keep":
+        raise BadInput(
+            f"both the campaign's files in {record.originals} and their copies in {INPUTS_NAME} were edited, "
+            "differently",
+            file=folder,
+            remedy="edit only the former and put the copies back, or drop all edits with --keep",
+        )
+
+
+def _check_specimen(record: CampaignRecord, folder: Path, prepared: Prepared) -> None:
+    before, now = record.plan.get("specimen", {}).get("id"), prepared.plan.specimen.id
+    if before in (None, now) or record.recorded_nothing(folder):
+        return
+    raise BadInput(
+        f"the files name specimen “{now}” now, and what is recorded here is of “{before}”",
+        file=folder,
+        remedy="begin a campaign of its own with bufferstand run … --out another folder",
+    )
+
+
+def _check_kept(edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> None:
+    if stricter := [limit.text() for limit in limits if limit.direction == "stricter"]:
+        raise BadInput(
+            f"a limit that was made stricter is not left out: {', '.join(stricter)}",
+            file="--keep",
+            remedy="take the edits (--take-edits), or undo them in the files",
+        )
+    if outside := [edit.place for edit in edits if Path(edit.place).is_absolute()]:
+        raise BadInput(
+            f"{', '.join(outside)}: named by an absolute path, so the folder has no copy to go by",
+            file="--keep",
+            remedy="take the edits (--take-edits), or undo them in the file",
+        )
+
+
+def _told(edits: tuple[FileEdit, ...], steps: list[str], limits: tuple[LimitEdit, ...]) -> str:
+    lines = ["the campaign's files were edited since they were taken:"]
+    lines += [edit.diff() for edit in edits]
+    lines += steps
+    lines += [f"limit: {limit.text()}" for limit in limits]
+    return "\n".join(lines)
+
+
+def _asked(edits: tuple[FileEdit, ...]) -> Choice:
+    summary = ", ".join(edit.summary() for edit in edits)
+    if not (is_terminal(sys.stdin) and is_terminal(sys.stderr)):
+        raise BadInput(
+            f"nothing was moved: the campaign's files were edited since they were taken: {summary}",
+            remedy="add --take-edits to go on with them, or --keep to go on with those that were taken",
+        )
+    answer = typed_line("Type take to go on with the edits, keep to go on without them: ")
+    if answer == "take":
+        return "take"
+    if answer == "keep":
+        return "keep"
+    raise BadInput(
+        "nothing was moved: neither take nor keep was answered", remedy="resume again and say which"
+    )
+
+
+def _taken(how: str) -> dict[str, Any]:
+    return {"how": how, "by": user_name()}

@@ -1,0 +1,41 @@
+"""What exists once the controller has said who it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from daq.acquisition import Acquisition
+from daq.driving import Driver
+from daq.panel import GuardPanel, GuardSet
+from daq.safe_stop import SafeStop
+from daq.zeroing import Zeroing
+from drivers.interfaces import Identity
+
+
+@dataclass(frozen=True)
+class Alive:
+    """A stand that is connected, and everything that works on it.
+
+    Parameters
+    ----------
+    identity : Identity
+        Of the controller.
+    base : GuardSet
+        By the campaign's limits.
+    guards : GuardSet
+        Of the present step, by its own.
+    panel : GuardPanel
+    acquisition : Acquisition
+    driver : Driver
+    safe_stop : SafeStop
+    zeroing : Zeroing
+    """
+
+    identity: Identity
+    base: GuardSet
+    guards: GuardSet
+    panel: GuardPanel
+    acquisition: Acquisition
+    driver: Driver
+    safe_stop: SafeStop
+    zeroing: Zeroing

@@ -1,0 +1,275 @@
+"""From the stroke that was asked for to what the controller is told to do, and back to what became of it.
+
+Asked is the specimen's stroke, commanded the piston's: further by what the machine gives way under the force
+that is expected, by what the actuator falls short at the frequency, and by the zero. What is expected comes
+from the plan and from what was learned (:mod:`daq.stroke_learning`); a running sine is corrected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from daq.stroke_agreement import Mute, Once, Terms, Voice
+from daq.stroke_command import commanded_sine, first_loading
+from daq.stroke_looking import Order, SineLook, StaticLook
+from daq.stroke_rows import StrokeRow
+from drivers.interfaces import Controller
+from protocols.commanded import Sine, piston_mm
+from protocols.steps import (
+    Harmonic,
+    Motion,
+    PlannedStep,
+    RampTo,
+    RampToForce,
+    Release,
+    StaticCycles,
+    Turns,
+)
+
+Commandable = RampTo | Release | Harmonic | StaticCycles
+"""The motions that a controller performs by itself."""
+
+NEAR_MEAN_MM = 0.3
+"""A sine is begun no further from its mean than this [mm]; the controller allows 0.5."""
+APPROACH_MM_PER_S = 2.0
+"""Speed of the way to it [mm/s]."""
+AT_OWN_ZERO_MM = 0.1
+"""First contact this far before the piston's own zero is at it [mm]."""
+
+
+class Commanding:
+    """Gives the controller its commands, looks what becomes of them, and corrects a running sine.
+
+    Parameters
+    ----------
+    controller : Controller
+        Who performs them.
+
+    Notes
+    -----
+    Without :meth:`agree` it commands what is asked, from the zero on.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self.zero_mm = 0.0
+        """Piston position of first contact: strokes are asked from there, positions commanded from the
+        controller's zero [mm]."""
+        self._terms: Terms | None = None
+        self._voice: Voice = Mute()
+        self._step: PlannedStep | None = None
+        self._motions: Sequence[Motion] = ()
+        self._look: SineLook | StaticLook | None = None
+        self._known: tuple[Harmonic, Harmonic] | None = None
+        self._once = Once(self._voice)
+        self.rows: list[StrokeRow] = []
+        """What was asked, commanded and reached in the step under way."""
+
+    def agree(self, terms: Terms, voice: Voice) -> None:
+        """Compensate from now on by these terms, and say what is to be said."""
+        self._terms, self._voice, self._once = terms, voice, Once(voice)
+
+    def begin_step(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
+        """Take the motions of a step, which say where a ramp leads to and what forces are expected."""
+        self._step, self._motions, self.rows = step, motions, []
+
+    # --- commands -----------------------------------------------------------------------------------
+
+    def commanded(self, motion: Commandable) -> Commandable:
+        """Return the motion that the controller is to make so that the specimen makes ``motion``."""
+        if self._terms is None or not self._is_of_step(motion) or not self._compensates:
+            return from_zero(motion, self.zero_mm)
+        match motion:
+            case RampTo(target_mm=target) if target > 0.0:
+                if isinstance(sine := self._next(motion), Harmonic) and sine.mean_mm == target:
+                    piston = self._commanded_sine(sine).mean_mm
+                    return replace(motion, target_mm=piston + self.zero_mm)
+                return replace(motion, target_mm=self._piston(target, motion) + self.zero_mm)
+            case Harmonic():
+                return from_zero(self._commanded_sine(motion), self.zero_mm)
+            case StaticCycles():
+                limit_mm = self._piston(motion.stroke_limit_mm, motion, most_kN=motion.force_limit_kN)
+                limit_mm -= min(self._terms.knowledge.turn_s * motion.speed_mm_per_s, 0.5 * limit_mm)
+                return replace(motion, stroke_limit_mm=limit_mm + self.zero_mm)
+        return from_zero(motion, self.zero_mm)
+
+    def way_to_force(self, motion: RampToForce) -> RampTo:
+        """Return the ramp of the piston on which a force is met, up to where the stroke ends it."""
+        end_mm = motion.stroke_limit_mm
+        if self._terms is not None and self._compensates:
+            give = self._terms.knowledge.give_mm_per_kN
+            end_mm = min(piston_mm(end_mm, motion.force_kN, give), self._terms.bounds.piston_max_mm)
+        return RampTo(end_mm, motion.speed_mm_per_s)
+
+    @property
+    def force_max_kN(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """The greatest force that may be aimed at [kN]: that in force, which the controller keeps, too."""
+        return float("inf") if self._terms is None else self._terms.bounds.force_max_kN
+
+    def before_own_zero(self, motion: Motion) -> str:
+        """Return why a motion cannot be made with first contact before the piston's own zero, else nothing.
+
+        A controller's static cycles begin and end at its own zero: the specimen would stay compressed there.
+        """
+        if self.zero_mm >= -AT_OWN_ZERO_MM or not isinstance(motion, StaticCycles | Harmonic):
+            return ""
+        told = self.commanded(motion)
+        if isinstance(told, Harmonic) and told.mean_mm >= told.amplitude_mm:
+            return ""
+        what = f"this {motion.name} begins" if isinstance(motion, StaticCycles) else "this sine goes"
+        return (
+            f"first contact is at {self.zero_mm:+.2f} mm of the piston, and {what} at or below its own "
+            f"zero: give the specimen {-self.zero_mm:.2f} mm more room, or set the controller's zero back by "
+            "as much"
+        )
+
+    def approach(self, motion: Motion, command_mm: float | None) -> RampTo | None:
+        """Return the way of the piston to a sine's commanded mean; None where it stands there."""
+        if not isinstance(motion, Harmonic) or command_mm is None or not self._is_of_step(motion):
+            return None
+        piston = self.commanded(motion)
+        if not isinstance(piston, Harmonic) or abs(piston.mean_mm - command_mm) <= NEAR_MEAN_MM:
+            return None
+        return RampTo(piston.mean_mm - self.zero_mm, APPROACH_MM_PER_S)
+
+    def start(self, motion: Commandable) -> int:
+        """Start a motion of the specimen; return its sequence number.
+
+        Raises
+        ------
+        CommandRejected
+            If the controller refuses it.
+        DeviceFault
+            If the wire fails.
+        """
+        controller = self._controller
+        match self.commanded(motion):
+            case RampTo() as ramp:
+                return controller.start_ramp(target_mm=ramp.target_mm, speed_mm_per_s=ramp.speed_mm_per_s)
+            case Release() as release:
+                return controller.start_release(speed_mm_per_s=release.speed_mm_per_s)
+            case Harmonic() as sine:
+                return controller.start_harmonic(
+                    mean_mm=sine.mean_mm,
+                    amplitude_mm=sine.amplitude_mm,
+                    frequency_Hz=sine.frequency_Hz,
+                    cycles=sine.cycles,
+                )
+            case StaticCycles() as static:
+                return controller.start_static(
+                    speed_mm_per_s=static.speed_mm_per_s,
+                    force_limit_kN=static.force_limit_kN,
+                    stroke_limit_mm=static.stroke_limit_mm,
+                    cycles=static.cycles,
+                    pause_s=static.pause_s,
+                )
+
+    @property
+    def _compensates(self) -> bool:
+        return self._step is not None and self._step.compensate
+
+    def _is_of_step(self, motion: Motion) -> bool:
+        return any(one is motion for one in self._motions)
+
+    def _next(self, motion: Motion) -> Motion | None:
+        at = next(index for index, one in enumerate(self._motions) if one is motion)
+        return self._motions[at + 1] if at + 1 < len(self._motions) else None
+
+    def _expected(self, motion: Motion) -> Turns | None:
+        """Return what the plan expects of a motion's turns."""
+        if self._step is None:
+            return None
+        for index, one in enumerate(self._motions):
+            if one is motion and index < len(self._step.estimates):
+                return self._step.estimates[index].turns
+        return None
+
+    def _piston(self, stroke_mm: float, motion: Motion, *, most_kN: float = float("inf")) -> float:
+        """Return where the piston is when the specimen has a stroke in a compression [mm]."""
+        if self._terms is None:
+            return stroke_mm
+        known = self._terms.knowledge
+        force_kN = min(known.force(stroke_mm, self._expected(motion)), most_kN)
+        position_mm = piston_mm(stroke_mm, force_kN, known.give_mm_per_kN) + known.offset_mm
+        return min(position_mm, self._terms.bounds.piston_max_mm)
+
+    def _commanded_sine(self, motion: Harmonic) -> Harmonic:
+        """Return the piston's sine [mm from first contact]; the ramp to it and the sine itself agree."""
+        if self._known is not None and self._known[0] is motion:
+            return self._known[1]
+        if self._terms is None:
+            return motion
+        expected = self._expected(motion)
+        share = 1.0 if self._step is None else first_loading(self._step, expected)
+        found = commanded_sine(motion, expected, share, self._terms.knowledge, self._terms.bounds)
+        for text in found.said:
+            self._once(text)
+        piston = found.piston
+        self._known = motion, replace(motion, mean_mm=piston.mean_mm, amplitude_mm=piston.amplitude_mm)
+        return self._known[1]
+
+    # --- what becomes of them -----------------------------------------------------------------------
+
+    def begin_motion(self, motion: Motion, listeners: list[Callable[[Any], object]]) -> None:
+        """Look at a cyclic motion of the step that has just been started."""
+        if self._terms is None or not self._is_of_step(motion):
+            return
+        if not isinstance(motion, Harmonic | StaticCycles):
+            return
+        told, zero_mm = self.commanded(motion), self.zero_mm
+        order = Order(self._terms, self._voice, self._once, self._expected(motion), self._compensates)
+        if isinstance(motion, Harmonic) and isinstance(told, Harmonic):
+            command = Sine(told.mean_mm - zero_mm, told.amplitude_mm)
+            self._look = SineLook(motion, command, order, self._controller, zero_mm)
+        elif isinstance(motion, StaticCycles) and isinstance(told, StaticCycles):
+            self._look = StaticLook(motion, told.stroke_limit_mm - zero_mm, order)
+        if self._look is not None:
+            listeners.append(self._look.take)
+
+    def end_motion(self, listeners: list[Callable[[Any], object]]) -> None:
+        """Look no longer; keep what was reached, and say if it is off."""
+        if self._look is not None:
+            listeners.remove(self._look.take)
+            if (row := self._look.end()) is not None:
+                self._keep(row)
+        self._look = self._known = None
+
+    def _keep(self, row: StrokeRow) -> None:
+        self.rows.append(row)
+        self._voice.event("stroke", row.sentence(), **row.as_dict())
+        if self._terms is None or not row.compensated:
+            return
+        if row.is_off(self._terms.table):
+            self._voice.warn(f"WARNING: {row.sentence()}")
+        elif row.cycles_off or row.is_not_close:
+            self._voice.message(f"note: {row.sentence()}")
+
+    def look(self, cycles_done: int) -> None:
+        """Look at the motion under way, once in every pass; correct it where it is off and can be changed."""
+        if self._look is not None:
+            self._look.look(cycles_done)
+
+    @property
+    def line(self) -> str:
+        """What is asked, commanded and reached at present, or was in the last motion; empty before it."""
+        row = None if self._look is None else self._look.row()
+        if row is None and self.rows:
+            row = self.rows[-1]
+        return "" if row is None else row.sentence()
+
+
+def from_zero(motion: Commandable, zero_mm: float) -> Commandable:
+    """Return a motion counted from first contact as one of the piston, which touches at ``zero_mm``.
+
+    A release ends where the force is gone, wherever that is.
+    """
+    match motion:
+        case RampTo():
+            return replace(motion, target_mm=motion.target_mm + zero_mm)
+        case Harmonic():
+            return replace(motion, mean_mm=motion.mean_mm + zero_mm)
+        case StaticCycles():
+            return replace(motion, stroke_limit_mm=motion.stroke_limit_mm + zero_mm)
+    return motion

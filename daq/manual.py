@@ -1,0 +1,317 @@
+"""A stand under a person's hand: slow guarded motions, and the same safe stop on every way out.
+
+What is different from a campaign: a low force trips, the piston is slow, and it moves only while somebody
+says so (a dead-man: a key that is held, or a command that is short).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+from daq.acquisition import Acquisition
+from daq.before_start import first_look
+from daq.controller_guard import DEVICE_LIMIT_FAULTS, fault_text
+from daq.driving import Driver, Halt
+from daq.guards import Action, Trip
+from daq.limits import guards_for
+from daq.panel import GuardPanel, GuardSet
+from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from daq.signals import StopRequest
+from daq.stop_eyes import StopEyes
+from drivers.interfaces import EndReason, Stand
+from drivers.stand_file import StandFile
+from foundation.clock import Clock
+from foundation.errors import DeviceFault
+from foundation.specimen import Specimen
+from protocols.guard_table import GuardActions, GuardTable
+from protocols.limits import StandLimits, TestLimits, envelope
+
+SPEED_MAX_MM_PER_S = 5.0
+"""Nothing moves faster by hand."""
+SPEED_TRIP_MM_PER_S = 25.0
+"""The speed guard of the draw wires trips here: noise of a wire over 20 ms must not."""
+FORCE_MAX_KN = 20.0
+"""Greatest force by hand where nothing else is asked: more than a preload, far less than a test."""
+RELEASE_SPEED_MM_PER_S = 5.0
+DEVICE_LIMIT_FACTOR, DEVICE_LIMIT_OVER_KN = 1.1, 2.0
+"""The controller's own limit lies so much over that of the guard, which is to stop first: from 20.6
+to 24 kN it takes 0.17 s at 5 mm/s into 4 kN/mm, several times what a guard takes."""
+CATCH_UP_S = 10.0
+"""So long at most the reader may take to come to the newest sample [s of the wall]."""
+
+
+@dataclass(frozen=True)
+class ManualLimits:
+    """What a motion by hand may use.
+
+    Parameters
+    ----------
+    force_kN : float
+        The guard trips 3 % over it; the controller's own limit lies above that.
+    stroke_mm : float
+        The controller's own limit of the piston's position.
+    """
+
+    force_kN: float
+    stroke_mm: float
+
+    def device_force_kN(self, most_kN: float) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return the controller's own limit of the force [kN], on a stand that can take ``most_kN``."""
+        return min(DEVICE_LIMIT_FACTOR * self.force_kN + DEVICE_LIMIT_OVER_KN, most_kN)
+
+
+class ManualStand:
+    """An open stand that moves by hand; made by :func:`by_hand`.
+
+    Parameters
+    ----------
+    stand : Stand
+    stand_file : StandFile
+    clock : Clock
+    limits : ManualLimits
+    request : StopRequest
+        The operator's wish (Ctrl-C).
+    say : callable
+        Shows a line.
+    """
+
+    def __init__(
+        self,
+        stand: Stand,
+        stand_file: StandFile,
+        clock: Clock,
+        limits: ManualLimits,
+        request: StopRequest,
+        say: Callable[[str], object],
+    ) -> None:
+        self._stand, self._file, self._clock = stand, stand_file, clock
+        self._limits = limits
+        self._say = say
+        self._guards = _guards(stand, stand_file, limits)
+        panel = GuardPanel(self._guards.valve_off(), wall_s=clock.wall_s())
+        self.acquisition = Acquisition(stand, clock, panel)
+        self.acquisition.feeding = False  # the actuator may be another's
+        self.driver = Driver(self.acquisition, request, self.tick)
+        self._safe_stop = SafeStop(
+            stand.controller,
+            clock,
+            SafeStopSettings(
+                RELEASE_SPEED_MM_PER_S, stand_file.controller.watchdog_s, stays_where_unloaded=True
+            ),
+            pump=self.tick,
+            eyes=StopEyes(self.acquisition, stand_file.limits.force_max_kN),
+            emergency=lambda: panel.action is Action.EMERGENCY,
+        )
+        self.rest: dict[str, float] = {}
+        """Means at rest, before anything moved."""
+
+    def look(self) -> None:
+        """Look at the stand with the valve as it is.
+
+        Raises
+        ------
+        Halt
+            If a guard trips.
+        """
+        self._stand.controller.skip_backlog()
+        self.rest = first_look(self.acquisition, self.driver.pump)
+
+    def switch_on(self) -> None:
+        """Switch the actuator on, with low limits of its own; a fault from before is reset, and said.
+
+        Raises
+        ------
+        DeviceFault
+            If it does not come on, a fault stays, or another program gives commands.
+        """
+        old_fault = self.acquisition.panel.old_fault
+        self._safe_stop.arm()
+        self.acquisition.feeding = True
+        self.acquisition.panel.change(self._guards)
+        self._stand.controller.enable(
+            force_limit_kN=self._limits.device_force_kN(self._file.limits.force_max_kN),
+            stroke_limit_mm=self._limits.stroke_mm,
+            watchdog_ms=round(self._file.controller.watchdog_s * 1000.0),
+        )
+        self.acquisition.panel.switched_on()
+        if old_fault is not None:
+            self._say(f"{fault_text(old_fault)} of the controller was reset")
+
+    def tick(self) -> None:
+        """Make one pass, and say what guards say."""
+        for trip in self.acquisition.tick():
+            self._say(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
+
+    def catch_up(self) -> None:
+        """Make passes until every sample is read, or a guard has tripped."""
+        until_s = self._clock.wall_s() + CATCH_UP_S
+        self.acquisition.renew_status()
+        self.tick()
+        reached_us = self.acquisition.device_now_us
+        while not self.acquisition.has_read_to(reached_us) and self.acquisition.panel.trip is None:
+            if self._clock.wall_s() > until_s:
+                return
+            self.tick()
+
+    def jog(
+        self,
+        target_mm: float,
+        speed_mm_per_s: float,
+        held: Callable[[], bool],
+        watch: Callable[[], object] = lambda: None,
+    ) -> bool:
+        """Move to a position of the piston while ``held``; hold where it is not.
+
+        Parameters
+        ----------
+        target_mm : float
+            On the controller's own scale.
+        speed_mm_per_s : float
+        held : callable
+            Whether it may move at this moment: asked in every pass.
+        watch : callable
+            Called in every pass, e.g. to show where it is.
+
+        Returns
+        -------
+        bool
+            Whether the target was reached; False where it was let go.
+
+        Raises
+        ------
+        Halt
+            If a guard or the operator stops it.
+        """
+        controller = self._stand.controller
+        sequence = controller.start_ramp(target_mm=target_mm, speed_mm_per_s=speed_mm_per_s)
+        self.acquisition.renew_status()
+        while True:
+            self.driver.pump()
+            watch()
+            status = self.acquisition.latest.status
+            if status is not None and status.done_sequence == sequence:
+                if status.end_reason is not EndReason.REACHED:
+                    reason = f"the motion was ended from outside ({status.end_reason.name.lower()})"
+                    raise Halt(
+                        Trip("controller", Action.STOP, reason, self._clock.now_s(), device_fault=True)
+                    )
+                return True
+            if not held():
+                self.hold()
+                return False
+
+    def hold(self) -> None:
+        """Stop where it stands, and wait until it does.
+
+        Raises
+        ------
+        Halt
+            If a guard or the operator stops it.
+        """
+        sequence = self._stand.controller.start_hold()
+        self.acquisition.renew_status()
+        until_s = self._clock.now_s() + 2.0
+        while self._clock.now_s() < until_s:
+            self.driver.pump()
+            status = self.acquisition.latest.status
+            if status is not None and status.done_sequence == sequence:
+                return
+
+    def end(self) -> SafeStopReport:
+        """Stop safely (once): unload, valve off; where no force is left the piston stays."""
+        self.acquisition.panel.change(self._guards.valve_off())
+        return self._safe_stop.run(
+            emergency=self.acquisition.panel.action is Action.EMERGENCY, seen=self.acquisition.latest.status
+        )
+
+    def reset_own_limit(self) -> bool:
+        """Reset the fault by which the device's own limit ended a motion; call it after a safe :meth:`end`.
+
+        Returns
+        -------
+        bool
+            Whether there was one: a limit that this command had set is an ordinary end.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails, force has come back, or the fault stays.
+        """
+        controller = self._stand.controller
+        code = controller.status().fault_code
+        if code not in DEVICE_LIMIT_FAULTS:
+            return False
+        controller.reset_fault()
+        self._say(f"{fault_text(code)} of the controller was reset: the specimen is unloaded, the valve off")
+        return True
+
+
+@contextmanager
+def by_hand(
+    stand: Stand,
+    stand_file: StandFile,
+    clock: Clock,
+    limits: ManualLimits,
+    request: StopRequest,
+    say: Callable[[str], object],
+) -> Iterator[ManualStand]:
+    """Connect, look, switch on; whatever happens inside, stop safely at the end and say it.
+
+    A motion that the device's own limit has ended, though the guard lies below it, leaves no fault behind.
+
+    Raises
+    ------
+    Halt
+        If a guard or the operator stops it.
+    DeviceFault
+        If a device does not answer, or the stop was not seen to be safe.
+    """
+    stand.controller.connect()
+    for sensor in stand.sensors:
+        sensor.start()
+    hand = ManualStand(stand, stand_file, clock, limits, request, say)
+    hand.look()
+    halt: Halt | None = None
+    try:
+        hand.switch_on()
+        yield hand
+    except Halt as stopped:
+        halt = stopped
+    finally:
+        report = hand.end()
+        say(report.line)
+    if report.safe and hand.reset_own_limit() and halt is not None:
+        halt = Halt(replace(halt.trip, device_fault=False))
+    if halt is not None:
+        raise halt
+    if not report.safe:
+        raise DeviceFault(report.line)
+
+
+def _guards(stand: Stand, stand_file: StandFile, limits: ManualLimits) -> GuardSet:
+    """Return the guards of motions by hand: thermometers are watched, and stop nothing."""
+    of_stand = StandLimits(
+        force_max_kN=stand_file.limits.force_max_kN,
+        stroke_max_mm=stand_file.limits.stroke_max_mm,
+        frequency_max_Hz=stand_file.limits.frequency_max_Hz,
+        speed_max_mm_per_s=stand_file.limits.speed_max_mm_per_s,
+    )
+    test = TestLimits(force_max_kN=limits.force_kN)
+    thermometers = [
+        sensor.facts.name for sensor in stand.sensors if sensor.facts.channels[0].quantity == "temperature"
+    ]
+    return guards_for(
+        test,
+        envelope(of_stand, test, Specimen(id="by hand")),
+        stand,
+        ambient=thermometers,
+        # Wires that nobody has set to zero yet may read anything; a wire on the specimen may stand still.
+        table=GuardTable(
+            speed_trip_mm_per_s=SPEED_TRIP_MM_PER_S,
+            stroke_below_mm=stand_file.limits.stroke_max_mm,
+            action=GuardActions(frozen="note"),
+        ),
+        stand_tilt_mm=stand_file.stand.tilt_max_mm,
+    )

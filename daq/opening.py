@@ -1,0 +1,216 @@
+"""The opening of a session: everything is put together and looked at, and nothing has moved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from daq.acquisition import Acquisition
+from daq.alive import Alive
+from daq.before_start import (
+    delivery_trouble,
+    disk_trouble,
+    first_look,
+    specimen_gaps,
+    stroke_trouble,
+    zero_trouble,
+)
+from daq.driving import Driver, Halt
+from daq.guards import Action, Trip
+from daq.kept_zero import keep_zero, zero_to_take
+from daq.limits import DEFAULT_TILT_MM, guards_for
+from daq.metadata import CampaignFacts
+from daq.panel import GuardPanel, GuardSet
+from daq.passes import Passes
+from daq.progress import Watcher
+from daq.run_settings import RunSettings
+from daq.safe_stop import SafeStop, SafeStopSettings
+from daq.showing import Showing
+from daq.signals import StopRequest
+from daq.start_band import begins_with_a_wait
+from daq.stop_eyes import StopEyes
+from daq.validity import expired_calibrations
+from daq.zeroing import Zeroing, ZeroLimits
+from drivers.interfaces import Stand
+from foundation.clock import Clock
+from foundation.zero import Zero
+from protocols.guard_table import GuardTable
+from protocols.plan import Plan
+from protocols.steps import PlannedStep
+from protocols.temperature_limits import limits_of
+
+
+def trip_at(clock: Clock, guard: str, reason: str, *, device_fault: bool = True) -> Trip:
+    """Return a trip of now that comes from no sample."""
+    return Trip(guard, Action.STOP, reason, clock.now_s(), device_fault=device_fault)
+
+
+def guards_of(plan: Plan, step: PlannedStep, base: GuardSet, *, waiting: bool) -> GuardSet:
+    """Return the guards with a step's own temperature limits; ``waiting`` for the specimen to cool or not."""
+    limits = limits_of(step, plan.campaign.limits)
+    guards = base.stopping_at(limits.temperature_stop_C, limits.temperature_resume_C)
+    return guards.cooling() if waiting else guards
+
+
+def expired_today(stand: Stand) -> list[str]:
+    """Return what is to be said about calibrations that have expired by today."""
+    return expired_calibrations(stand, date.today())  # noqa: DTZ011 - the lab's day
+
+
+@dataclass(frozen=True)
+class Opening:
+    """What a session is put together from.
+
+    Parameters
+    ----------
+    plan : Plan
+        Its limits, and its speed of release.
+    stand, clock
+        The stand and its time.
+    facts : CampaignFacts
+        Of specimen, operator and watchdog.
+    settings : RunSettings
+        Pace, patience, whether the stand waits for its reader.
+    table : GuardTable
+        ``[guards]`` in force.
+    request : StopRequest
+        The operator's wish.
+    notes : Path
+        The campaign's folder.
+    showing : Showing
+    passes : Passes
+        Serves what is put together.
+    watcher : Watcher or None
+        Who sees every block.
+    """
+
+    plan: Plan
+    stand: Stand
+    clock: Clock
+    facts: CampaignFacts
+    settings: RunSettings
+    table: GuardTable
+    request: StopRequest
+    notes: Path
+    showing: Showing
+    passes: Passes
+    watcher: Watcher | None
+
+    def assemble(self, steps: Sequence[PlannedStep]) -> Alive:
+        """Connect, and put together what works on the stand; guards judge the first of ``steps``.
+
+        Raises
+        ------
+        DeviceFault
+            If a device does not answer.
+        """
+        identity = self.stand.controller.connect()
+        self.stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
+        for sensor in self.stand.sensors:
+            sensor.start()
+        base = guards_for(
+            self.plan.campaign.limits,
+            self.plan.limits,
+            self.stand,
+            ambient=self.facts.ambient(),
+            table=self.table,
+            stand_tilt_mm=self._stand_table().get("tilt_max_mm"),
+        )
+        guards = guards_of(self.plan, steps[0], base, waiting=begins_with_a_wait(steps[0])) if steps else base
+        panel = GuardPanel(guards.valve_off(), wall_s=self.clock.wall_s())
+        acquisition = Acquisition(
+            self.stand, self.clock, panel, pace=self.settings.pace, waited_for=self.settings.waited_for
+        )
+        if self.watcher is not None:
+            acquisition.observers.append(self.watcher.take)
+        acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
+        release_mm_per_s = self.plan.campaign.content.motion.release_speed_mm_per_s
+        driver = Driver(
+            acquisition,
+            self.request,
+            self.passes.tick,
+            self.settings.patience,
+            release_speed_mm_per_s=release_mm_per_s,
+        )
+        self.passes.serve(acquisition, driver)
+        safe_stop = SafeStop(
+            self.stand.controller,
+            self.clock,
+            SafeStopSettings(release_mm_per_s, self.facts.watchdog_s),
+            pump=self.passes.tick,
+            eyes=StopEyes(acquisition, self.plan.stand_limits.force_max_kN),
+            emergency=lambda: panel.action is Action.EMERGENCY,
+        )
+        zeroing = self._zeroing(acquisition, driver)
+        return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing)
+
+    def look(self, alive: Alive, steps: Sequence[PlannedStep]) -> None:
+        """Look at everything that can be looked at while nothing moves; say it, or refuse.
+
+        A zero is taken over, if one is to be.
+
+        Raises
+        ------
+        Halt
+            If the disk is too small, the wire too slow, a guard has tripped, or a channel at rest is off.
+        """
+        for text in (*expired_today(self.stand), specimen_gaps(self.plan.specimen)):
+            if text:
+                self.showing.message(f"WARNING: {text}")
+        if why := disk_trouble(self.notes, steps):
+            raise Halt(trip_at(self.clock, "disk", why))
+        rest = first_look(alive.acquisition, alive.driver.pump)
+        waits = self.settings.waited_for or self.settings.says_it_waits
+        if not waits and (why := delivery_trouble(alive.acquisition, alive.driver.pump)):
+            raise Halt(trip_at(self.clock, "lag", why))
+        self._judge_rest(alive.zeroing, rest)
+
+    def keep(self, zero: Zero) -> None:
+        """Keep a zero in the campaign's folder."""
+        try:
+            keep_zero(self.notes, zero)
+        except OSError as error:
+            self.showing.message(f"{self.notes}: the zero could not be kept: {error.strerror}")
+
+    def _judge_rest(self, zeroing: Zeroing, rest: Mapping[str, float]) -> None:
+        """Take a zero over, if one is to be; refuse to begin where the channels at rest are far off it."""
+        table = self.plan.campaign.content.zero
+        zero, why = zero_to_take(table, self.notes, self.facts.stored_zero, self.plan.specimen.id)
+        if why:
+            raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
+        if zero is not None:
+            zeroing.use(zero)
+            self.keep(zero)
+            self.showing.message(f"zero taken over from {zero.found:%Y-%m-%d %H:%M} UTC: {zero.sentence()}")
+        touched = table.touch and zero is None
+        if why := stroke_trouble(rest, zero, table, touched=touched):
+            raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
+        force_kN = rest.get("force", 0.0) - (0.0 if zero is None else zero.value("force"))
+        why, refused = zero_trouble(force_kN, self.table.zero_force_max_kN, tared=touched)
+        if refused:
+            raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
+        if why:
+            self.showing.message(f"WARNING: {why}")
+
+    def _zeroing(self, acquisition: Acquisition, driver: Driver) -> Zeroing:
+        content = self.plan.campaign.content
+        tilt_mm = self.table.tilt_max_mm or self._stand_table().get("tilt_max_mm") or DEFAULT_TILT_MM
+        return Zeroing(
+            acquisition,
+            driver,
+            content.zero,
+            ZeroLimits(
+                self.table.zero_force_max_kN,
+                content.zero.wires_apart_max_mm or tilt_mm,
+                content.motion.release_speed_mm_per_s,
+            ),
+            say=self.showing.message,
+            catch_up=self.passes.catch_up,
+            specimen=self.plan.specimen.id,
+            operator=self.facts.operator or content.campaign.operator,
+        )
+
+    def _stand_table(self) -> Mapping[str, float]:
+        return self.facts.stand.get("stand") or {}

@@ -1,0 +1,138 @@
+"""Passes of the loop: read, judge, show, and take what the operator asks for; how long to go on with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
+from pathlib import Path
+
+from daq.acquisition import Acquisition
+from daq.driving import Driver
+from daq.notes import add_note
+from daq.progress import Watcher
+from daq.showing import Showing
+from daq.signals import StopRequest
+from foundation.clock import Clock
+
+AFTER_STOP_S = 1.0
+"""So long a run goes on after its safe stop [s of stand time]."""
+CATCH_UP_S = 20.0
+"""So long at most the reader may take to read what was sampled before a step [s of the wall]."""
+
+
+class Passes:
+    """Makes passes of the acquisition, each with its showing and the operator's notes.
+
+    Parameters
+    ----------
+    clock : Clock
+        The stand's time.
+    showing : Showing
+        Who shows trips, notes and the present state.
+    request : StopRequest
+        The operator's wishes and notes.
+    notes : Path
+        The campaign's folder, where the operator's notes go.
+    watcher : Watcher, optional
+        Who sees every pass (the live monitor).
+    """
+
+    def __init__(
+        self, clock: Clock, showing: Showing, request: StopRequest, notes: Path, watcher: Watcher | None
+    ) -> None:
+        self._clock = clock
+        self._showing = showing
+        self._request = request
+        self._notes = notes
+        self._watcher = watcher
+        self._served: tuple[Acquisition, Driver] | None = None
+        self.run_id = ""
+        """Of the run that is being recorded; empty if none is."""
+
+    def serve(self, acquisition: Acquisition, driver: Driver) -> None:
+        """Make the passes of this acquisition from now on; the driver is shown beside it."""
+        self._served = acquisition, driver
+
+    def tick(self) -> None:
+        """Make one pass.
+
+        Raises
+        ------
+        DeviceFault
+            If a device fails.
+        """
+        acquisition, driver = self._need()
+        for trip in acquisition.tick():
+            self._showing.trip(trip)
+        for text in acquisition.unrecorded():
+            self._showing.message(f"note: {text}")
+        self.take_notes()
+        self._showing.offer(acquisition, driver)
+        if self._watcher is not None:
+            self._watcher.look(acquisition)
+
+    def take_notes(self) -> None:
+        """Put what the operator asked for and wrote into the run, notes into the campaign's folder, too."""
+        for wish in self._request.take_wishes():
+            self._showing.message(f"operator: {wish}")
+            self._say(wish)
+        for text in self._request.take_notes():
+            self._showing.message(f"operator: {text}")
+            self._say(text)
+            try:
+                add_note(self._notes, text, step=self._showing.step_index, run=self.run_id)
+            except OSError as error:
+                self._showing.message(f"the note could not be written: {error.strerror}")
+
+    def watch_rest(self) -> None:
+        """Keep recording for a moment after a safe stop: the run is to show that the force is gone."""
+        acquisition, _ = self._need()
+        until_s = self._clock.now_s() + AFTER_STOP_S
+        while self._clock.now_s() < until_s:
+            trip = acquisition.panel.trip
+            if trip is not None and trip.device_fault:
+                return
+            self.tick()
+            acquisition.rest()
+
+    def catch_up(self, *, stopped: bool = False) -> None:
+        """Make passes until all is read that was sampled before now: the reader can be behind the stand.
+
+        What is sampled meanwhile need not be read. A trip ends it at once, unless the stand is ``stopped``
+        already and the wire is whole.
+        """
+        acquisition, _ = self._need()
+        until_s = self._clock.wall_s() + CATCH_UP_S
+        acquisition.renew_status()
+        self.tick()
+        present_us = acquisition.device_now_us
+        while not acquisition.has_read_to(present_us) and self._clock.wall_s() < until_s:
+            trip = acquisition.panel.trip
+            if trip is not None and (trip.device_fault or not stopped):
+                return
+            self.tick()
+
+    def meanwhile(self, work: Callable[[], object]) -> BaseException | None:
+        """Do something lengthy in a thread while the passes go on; return what it raised."""
+        with ThreadPoolExecutor(1) as pool:
+            doing = pool.submit(work)
+            while not doing.done():
+                self._tick_safely()
+                wait_for([doing], timeout=0.02)
+        return doing.exception()
+
+    def _tick_safely(self) -> None:
+        try:
+            self.tick()
+        except Exception as error:  # noqa: BLE001 - sealing must come to its end; the next pass says it again
+            self._showing.warn(repr(error))
+
+    def _say(self, text: str) -> None:
+        if self._served is not None:
+            self._served[0].say("operator", text)
+
+    def _need(self) -> tuple[Acquisition, Driver]:
+        if self._served is None:
+            raise RuntimeError("the session is not open")
+        return self._served

@@ -1,0 +1,39 @@
+"""How a campaign is run, apart from what it does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from daq.acquisition import Pace
+from daq.driving import Patience
+from protocols.guard_table import GuardTable
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How a campaign is run, apart from what it does.
+
+    Parameters
+    ----------
+    guards : GuardTable or None
+        How the guards judge the stand itself; ``[guards]`` of the campaign if not given.
+    pace : Pace
+        Of the acquisition.
+    patience : Patience
+        How long a motion may take.
+    cool_limit_s : float
+        So long at most a specimen may take to cool to the resume threshold after a temperature stop [s].
+    waited_for : bool
+        Whether the stand waits for its reader, as a simulated one that this program has started does: a busy
+        computer then costs time and no samples, and neither the lag guard nor the keeping up is judged.
+    says_it_waits : bool
+        Whether the stand itself says so: a slow wire then does not refuse the start. The lag guard judges it
+        as any other, so that a wrong word blinds nothing.
+    """
+
+    guards: GuardTable | None = None
+    pace: Pace = field(default_factory=Pace)
+    patience: Patience = field(default_factory=Patience)
+    cool_limit_s: float = 4.0 * 3600.0
+    waited_for: bool = False
+    says_it_waits: bool = False

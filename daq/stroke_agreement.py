@@ -1,0 +1,82 @@
+"""By what strokes are commanded in a campaign, and to whom is said what becomes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from daq.stroke_learning import StrokeKnowledge
+from daq.stroke_steps import Bounds
+from protocols.stroke_table import StrokeTable
+
+
+class Voice(Protocol):
+    """Who puts a fact into the run, and who shows a line that must not be missed."""
+
+    def event(self, kind: str, text: str, **data: object) -> None:
+        """Put an event into the run under way."""
+        ...
+
+    def message(self, text: str) -> None:
+        """Show a line."""
+        ...
+
+    def warn(self, text: str) -> None:
+        """Show a line that stays as a warning of the step."""
+        ...
+
+
+class Mute:
+    """Says nothing."""
+
+    def event(self, kind: str, text: str, **data: object) -> None:
+        """Drop an event."""
+
+    def message(self, text: str) -> None:
+        """Drop a line."""
+
+    def warn(self, text: str) -> None:
+        """Drop a warning."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """By what strokes are commanded in a campaign.
+
+    Parameters
+    ----------
+    table : StrokeTable
+        ``[stroke]`` of the campaign.
+    knowledge : StrokeKnowledge
+        What frame and actuator take.
+    bounds : Bounds
+        What a command must keep.
+    delays_s : mapping of str to float
+        Delay of each channel of the controller.
+    """
+
+    table: StrokeTable
+    knowledge: StrokeKnowledge
+    bounds: Bounds
+    delays_s: Mapping[str, float]
+
+
+class Once:
+    """Says each warning once, in the run and aloud.
+
+    Parameters
+    ----------
+    voice : Voice
+    """
+
+    def __init__(self, voice: Voice) -> None:
+        self._voice = voice
+        self._said: set[str] = set()
+
+    def __call__(self, text: str) -> None:
+        """Say a text that was not said before."""
+        if text not in self._said:
+            self._said.add(text)
+            self._voice.event("stroke", text)
+            self._voice.warn(f"WARNING: {text}")

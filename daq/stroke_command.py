@@ -1,0 +1,97 @@
+"""The piston's sine with which a specimen does what was asked, by what was learned of machine and valve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from daq.stroke_learning import StrokeKnowledge
+from daq.stroke_steps import Bounds, within_force
+from protocols.commanded import Sine, piston_sine
+from protocols.steps import Harmonic, PlannedStep, Turns
+
+
+@dataclass(frozen=True)
+class CommandedSine:
+    """What is commanded for a sine that is asked for.
+
+    Parameters
+    ----------
+    piston : Sine
+        The command, from first contact.
+    specimen : Sine
+        What the specimen should make of it.
+    said : tuple of str
+        Why it is not all that was asked for.
+    """
+
+    piston: Sine
+    specimen: Sine
+    said: tuple[str, ...] = ()
+
+
+def commanded_sine(
+    motion: Harmonic,
+    expected: Turns | None,
+    first_loading: float,
+    known: StrokeKnowledge,
+    bounds: Bounds,
+) -> CommandedSine:
+    """Return the piston's sine for a specimen's.
+
+    Parameters
+    ----------
+    motion : Harmonic
+        As it is asked of the specimen.
+    expected : Turns or None
+        The model's forces at its turns.
+    first_loading : float
+        How much more force the first loading brings than the settled loop.
+    known : StrokeKnowledge
+        Machine, actuator and specimen, as learned.
+    bounds : Bounds
+        That no command leaves.
+    """
+    asked, said = Sine(motion.mean_mm, motion.amplitude_mm), []
+    name = f"{motion.mean_mm:g} ± {motion.amplitude_mm:g} mm"
+    lower_kN, upper_kN = known.forces(asked.lower_mm, asked.upper_mm, expected)
+    peak_kN = upper_kN * first_loading
+    allowed = within_force(asked, lower_kN, peak_kN, bounds.force_max_kN)
+    if allowed is not asked:
+        said.append(
+            f"{name} would bring {peak_kN:.0f} kN by what was learned: only "
+            f"{allowed.mean_mm:.2f} ± {allowed.amplitude_mm:.2f} mm is made"
+        )
+        upper_kN *= bounds.force_max_kN / peak_kN
+    piston = piston_sine(allowed, lower_kN, upper_kN, known.give_mm_per_kN)
+    piston = Sine(piston.mean_mm + known.offset_mm, piston.amplitude_mm / known.gain(motion.frequency_Hz))
+    kept = bounds.kept(piston, motion.frequency_Hz)
+    if kept.amplitude_mm < 0.999 * piston.amplitude_mm:
+        said.append(
+            f"{name} would need ± {piston.amplitude_mm:.2f} mm of the piston; contact, its travel or its "
+            f"speed leave ± {kept.amplitude_mm:.2f} mm"
+        )
+        allowed = Sine(allowed.mean_mm, allowed.amplitude_mm * kept.amplitude_mm / piston.amplitude_mm)
+    return CommandedSine(kept, allowed, tuple(said))
+
+
+def uncompensated_sine(motion: Harmonic, expected: Turns | None, known: StrokeKnowledge) -> CommandedSine:
+    """Return what a sine that is asked of the piston makes the specimen do, by what was learned.
+
+    The forces are the model's at the turns that the plan expects, by the factors that were learned.
+    """
+    piston = Sine(motion.mean_mm, motion.amplitude_mm)
+    made = Sine(piston.mean_mm - known.offset_mm, piston.amplitude_mm * known.gain(motion.frequency_Hz))
+    lower_kN, upper_kN = known.forces(made.lower_mm, made.upper_mm, expected)
+    give = known.give_mm_per_kN
+    lower_mm = max(0.0, made.lower_mm - give * lower_kN)
+    return CommandedSine(piston, Sine.between(lower_mm, made.upper_mm - give * upper_kN))
+
+
+def first_loading(step: PlannedStep, expected: Turns | None) -> float:
+    """Return how much more force the first loading brings than the settled loop, by the plan."""
+    if expected is None or step.expected_peak_force_kN is None:
+        return 1.0
+    furthest_mm = max(one.turns.upper_mm for one in step.estimates if one.turns is not None)
+    if expected.upper_mm < furthest_mm or expected.upper_kN <= 0.0:
+        return 1.0  # the step's peak is that of another motion
+    return max(1.0, step.expected_peak_force_kN / expected.upper_kN)

@@ -1,0 +1,444 @@
+"""Stroke 0 of a campaign: touched off before the first stroke, taken over, or as the channels read at rest.
+
+Touching off is done by the controller itself: one slow static cycle that turns at a small force, so that no
+delay of the wire adds to the force. Up to :data:`protocols.zero_table.TOUCH_FORCE_MAX_KN` a buffer is not
+compressed (its preload is several times as much), and its first compression is still to come. Where the
+contact was is found afterwards from the samples (:mod:`daq.touch_fit`), not from what was commanded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.acquisition import Acquisition
+from daq.collected import Collected
+from daq.driving import Driver, Halt
+from daq.guards import Action, Trip
+from daq.panel import GuardSet
+from daq.scaling import STROKE_WIRES
+from daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
+from drivers.interfaces import EndReason
+from foundation.channel import Channel
+from foundation.zero import ChannelZero, Touch, Zero
+from protocols.steps import (
+    ForceCycles,
+    Harmonic,
+    Motion,
+    RampTo,
+    RampToForce,
+    Release,
+    StaticCycles,
+    TouchOff,
+)
+from protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
+
+REST_S = 1.0
+"""So long the force is looked at, at rest, before the piston creeps [s]."""
+FORCE_OVER_NOISE = 8.0
+"""The touch force, where none is given, in standard deviations of the force's noise …"""
+LEAST_OVER_NOISE = 6.0
+"""… and the least that one that is given may be."""
+TOUCH_FORCE_MIN_KN = 0.5
+"""The touch force is no less than this where none is given: friction of guides is some tenths [kN]."""
+TRIP_OVER_KN = 6.0
+"""The force guard trips so far over the touch force while the piston creeps [kN]."""
+AT_ZERO_MM = 0.1
+"""The piston stands at its zero within this."""
+LEANS_KN = 0.2
+"""A piston that reads so much more force at its own zero than retracted touches the specimen there [kN]."""
+CLEAR_MM = 1.0
+"""So far the piston goes back before it creeps to a contact that lies before its own zero [mm]."""
+SLOW_SHARE = 0.1
+"""There it is this program that stops it, later than the controller would: it creeps with this share of the
+speed, so that the force grows by less than a kilonewton meanwhile (150 kN/mm at 0.05 mm/s in 0.1 s)."""
+APART_NOTE_SHARE = 0.2
+"""From this share of the refusal on, a difference of the draw wires is said."""
+
+
+@dataclass(frozen=True)
+class ZeroLimits:
+    """How far off the channels may be found.
+
+    Parameters
+    ----------
+    force_kN : float
+        At rest.
+    apart_mm : float
+        Difference of the two draw wires at first contact.
+    release_speed_mm_per_s : float
+        Of the release before the touch.
+    """
+
+    force_kN: float
+    apart_mm: float
+    release_speed_mm_per_s: float
+
+
+class Zeroing:
+    """Finds and keeps the zero of a campaign on an open stand.
+
+    Parameters
+    ----------
+    acquisition : Acquisition
+    driver : Driver
+    table : ZeroTable
+        ``[zero]`` of the campaign.
+    limits : ZeroLimits
+    say : callable
+        Shows a line that must not be missed.
+    catch_up : callable
+        Makes passes until every sample that was taken is read.
+    specimen, operator : str
+        For the record.
+    """
+
+    def __init__(
+        self,
+        acquisition: Acquisition,
+        driver: Driver,
+        table: ZeroTable,
+        limits: ZeroLimits,
+        *,
+        say: Callable[[str], object],
+        catch_up: Callable[[], object],
+        specimen: str = "",
+        operator: str = "",
+    ) -> None:
+        self._acquisition = acquisition
+        self._driver = driver
+        self._table = table
+        self._limits = limits
+        self._say = say
+        self._catch_up = catch_up
+        self._specimen = specimen
+        self._operator = operator
+
+    @property
+    def zero(self) -> Zero | None:
+        """Return the zero in force."""
+        return self._acquisition.zero
+
+    def due(self, motions: Sequence[Motion]) -> bool:
+        """Return whether a touch must come before motions: one compresses, and none has been made."""
+        if not self._table.touch or self.zero is not None:
+            return False
+        for motion in motions:
+            if isinstance(motion, TouchOff):
+                return False
+            if isinstance(motion, RampTo | RampToForce | Harmonic | StaticCycles | ForceCycles):
+                return True
+        return False
+
+    def use(self, zero: Zero | None) -> None:
+        """Count strokes, forces and commands from a zero; from none with None."""
+        self._acquisition.take_zero(zero)
+        self._driver.commanding.zero_mm = 0.0 if zero is None else zero.value("position")
+
+    def touch(self, motion: TouchOff | None = None) -> Zero:
+        """Touch off, and count from there.
+
+        Parameters
+        ----------
+        motion : TouchOff, optional
+            Force and speed where they differ from ``[zero]``.
+
+        Raises
+        ------
+        Halt
+            If there is no contact within the travel, a channel is off beyond its limit, or a guard or the
+            operator stops it.
+        DeviceFault
+            If a motion cannot be started.
+        """
+        asked = motion or TouchOff()
+        speed = asked.speed_mm_per_s or self._table.speed_mm_per_s
+        self.use(None)
+        clear = self._go_to_piston_zero()
+        samples = Collected()
+        self._acquisition.observers.append(samples.take)
+        try:
+            own_rest_kN = self._look_at_rest()
+            rest = samples.column("force")
+            force_kN = self._touch_force_kN(rest, asked.force_kN)
+            at_rest = {
+                name: samples.column(name) for name in ("force", "force_2") if samples.column(name).size
+            }
+            if clear:
+                self._creep(float(np.mean(rest)), own_rest_kN, force_kN, speed)
+            else:
+                speed *= SLOW_SHARE
+                self._creep_from_behind(float(np.mean(rest)), force_kN, speed)
+            self._catch_up()
+        finally:
+            self._acquisition.observers.remove(samples.take)
+        taken = _touch_samples(samples, self._channels())
+        try:
+            contact = self._driver.meanwhile(lambda: find_contact(taken))
+        except NoContactError as none:
+            raise self._refusal(f"first contact was not found: {none}; touch off again") from None
+        zero = self._zero_of(contact, at_rest, speed, force_kN)
+        self._judge(zero)
+        self.use(zero)
+        text = f"zero found by touch: {zero.sentence()}"
+        self._say(f"  {text}")
+        if why := before_own_zero(zero):
+            self._say(f"WARNING: {why}")
+        return zero
+
+    # --- motions -----------------------------------------------------------------------------------
+
+    def _go_to_piston_zero(self) -> bool:
+        """Bring the piston to its own zero, from where the controller's static cycles begin.
+
+        Returns
+        -------
+        bool
+            Whether it came there without touching; else it stands :data:`CLEAR_MM` before the contact.
+        """
+        self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
+        position_mm = self._acquisition.latest.values.get("position", 0.0)
+        if position_mm >= -AT_ZERO_MM:
+            return True
+        free_kN = self._look_at_rest()
+        force_kN = self._acquisition.latest.values.get("force", 0.0) + TOUCH_FORCE_MAX_KN
+        speed = self._table.speed_mm_per_s
+        self._driver.perform(RampToForce(force_kN, 0.0, speed), abs(position_mm) / speed)
+        self._catch_up()
+        touched_mm = self._acquisition.latest.values.get("position", 0.0)
+        if touched_mm >= -AT_ZERO_MM and self._look_at_rest() - free_kN <= LEANS_KN:
+            return True  # and it does not lean on a specimen whose contact is just there
+        if -touched_mm > self._table.travel_max_mm:
+            raise self._refusal(
+                f"the specimen is touched at {touched_mm:.2f} mm already, further before the piston's own "
+                f"zero than [zero] travel_max_mm = {self._table.travel_max_mm:g}: give the specimen more "
+                "room, or set the controller's zero"
+            )
+        self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
+        self._driver.perform(RampTo(touched_mm - CLEAR_MM, speed), 2.0 * CLEAR_MM / speed)
+        return False
+
+    def _creep_from_behind(self, rest_kN: float, force_kN: float, speed: float) -> None:
+        """Creep to a contact that lies before the piston's own zero, and back off; guarded narrowly."""
+        panel = self._acquisition.panel
+        guards = panel.guards
+        panel.change(self._narrow(rest_kN + force_kN))
+        way_s = 2.0 * CLEAR_MM / speed
+        try:
+            self._driver.perform(RampToForce(rest_kN + force_kN, 0.0, speed), way_s)
+            self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
+            self._catch_up()
+        finally:
+            panel.change(guards)
+
+    def _narrow(self, force_kN: float) -> GuardSet:
+        """Return the guards with the force's so far over that of the touch only."""
+        guards, trip_kN = self._acquisition.panel.guards, force_kN + TRIP_OVER_KN
+        narrow = tuple(
+            replace(guard, upper=trip_kN if guard.upper is None else min(guard.upper, trip_kN))
+            if guard.signal == "force"
+            else guard
+            for guard in guards.channels
+        )
+        # A wire on the specimen stands still while the piston comes nearer: that is no frozen transducer.
+        return replace(guards, channels=narrow, frozen=())
+
+    def _look_at_rest(self) -> float:
+        """Stand still for a while; return the mean of the force as the controller itself has it [kN]."""
+        acquisition, seen = self._acquisition, []
+        began_s = acquisition.latest.device_s or 0.0
+        while (acquisition.latest.device_s or 0.0) - began_s < REST_S:
+            self._driver.pump()
+            if (status := acquisition.latest.status) is not None:
+                seen.append(status.force_kN)
+        return sum(seen) / len(seen) if seen else 0.0
+
+    def _touch_force_kN(self, rest: NDArray[np.float64], asked_kN: float | None) -> float:  # noqa: N802
+        noise_kN = float(np.std(rest)) if rest.size else math.inf
+        given = asked_kN or self._table.touch_force_kN
+        if given is None:
+            given = min(TOUCH_FORCE_MAX_KN, max(TOUCH_FORCE_MIN_KN, FORCE_OVER_NOISE * noise_kN))
+        if given < LEAST_OVER_NOISE * noise_kN:
+            raise self._refusal(
+                f"the force at rest scatters by {noise_kN:.2f} kN (standard deviation): a touch at "
+                f"{given:g} kN would not be told from it; mend its cable or filter, or raise touch_force_kN "
+                f"(at most {TOUCH_FORCE_MAX_KN:g} kN)"
+            )
+        return float(given)
+
+    def _creep(self, rest_kN: float, own_rest_kN: float, force_kN: float, speed: float) -> None:
+        """Let the controller creep to the force and back; guarded more narrowly than a test."""
+        travel_mm = self._table.travel_max_mm
+        turn_kN = own_rest_kN + force_kN
+        if turn_kN <= 0.0:
+            raise self._refusal(
+                f"the controller's own force reads {own_rest_kN:+.2f} kN at rest, too little for a touch of "
+                f"{force_kN:g} kN: set the controller's zero of force"
+            )
+        panel = self._acquisition.panel
+        guards = panel.guards
+        panel.change(self._narrow(rest_kN + force_kN))
+        try:
+            self._driver.perform(StaticCycles(speed, turn_kN, travel_mm, 1, 0.0), 2.0 * travel_mm / speed)
+        finally:
+            panel.change(guards)
+        status = self._acquisition.latest.status
+        if status is None or status.end_reason is not EndReason.FORCE_LIMIT:
+            raise self._refusal(
+                f"no contact within {travel_mm:g} mm of the piston's zero (force rose by less than "
+                f"{force_kN:.2g} kN): bring the specimen nearer to the plate, set the controller's zero, or "
+                "raise [zero] travel_max_mm"
+            )
+
+    # --- what was found ----------------------------------------------------------------------------
+
+    def _channels(self) -> dict[str, Channel]:
+        stand = self._acquisition.stand
+        facts = (stand.controller.facts, *(sensor.facts for sensor in stand.sensors))
+        return {channel.name: channel for one in facts for channel in one.channels}
+
+    def _zero_of(
+        self, contact: Contact, at_rest: dict[str, NDArray[np.float64]], speed: float, force_kN: float
+    ) -> Zero:
+        channels = self._channels()
+        found: list[ChannelZero] = []
+        # In the mean of n wires what they have in common stays whole, what each has of its own goes by √n.
+        shared = math.sqrt(max(1, len(contact.wires)))
+        for name, reading in contact.wires.items():
+            u = math.hypot(reading.u_own, shared * reading.u_place, stated_u(channels[name]))
+            found.append(ChannelZero(name=name, unit="mm", value=reading.value, u=u))
+        place = contact.position
+        for name in ("position", "command"):
+            if name in channels:
+                u = math.hypot(place.u, stated_u(channels[name]))
+                found.append(ChannelZero(name=name, unit="mm", value=place.value, u=u))
+        found += [rest_zero(channels[name], values) for name, values in at_rest.items() if name in channels]
+        touch = Touch(
+            speed_mm_per_s=speed,
+            touch_force_kN=force_kN,
+            peak_force_kN=contact.peak_kN,
+            position_mm=place.value,
+            u_position_mm=place.u_place,
+            stiffness_kN_per_mm=contact.stiffness_kN_per_mm,
+            rest_force_kN=contact.rest_kN,
+            noise_kN=contact.noise_kN,
+        )
+        return Zero(
+            how="touch",
+            found=datetime.now(UTC),
+            specimen=self._specimen,
+            operator=self._operator,
+            channel=tuple(found),
+            touch=touch,
+        )
+
+    def _judge(self, zero: Zero) -> None:
+        """Refuse a zero that is too far off to be one; say a difference of the wires.
+
+        Raises
+        ------
+        Halt
+            If a channel is beyond its limit.
+        """
+        if why := zero_refusal(zero, self._table, self._limits):
+            raise self._refusal(why)
+        if text := wires_apart(zero, APART_NOTE_SHARE * self._limits.apart_mm):
+            self._say(f"WARNING: {text}; taken for their mounting, not for tilt")
+
+    def _refusal(self, reason: str) -> Halt:
+        return Halt(Trip("zero", Action.STOP, reason, self._acquisition.clock.now_s(), device_fault=False))
+
+
+def before_own_zero(zero: Zero) -> str:
+    """Return what a first contact before the piston's own zero means, empty where it does not lie there.
+
+    Parameters
+    ----------
+    zero : Zero
+        With the piston's position of first contact.
+    """
+    found = zero.of("position")
+    if found is None or found.value >= -AT_ZERO_MM:
+        return ""
+    return (
+        f"first contact is at {found.value:+.2f} ± {2.0 * found.u:.2f} mm of the piston, before its own "
+        "zero, where the controller's static cycles begin and end and below which no sine goes: ramps, "
+        "holds and force-cycles can be run; for the others give the specimen so much more room, or set the "
+        "controller's zero back by as much"
+    )
+
+
+def stated_u(channel: Channel) -> float:
+    """Return the standard uncertainty of a channel's zero by the limit that it states, 0 without one."""
+    return (channel.uncertainty.zero or 0.0) / math.sqrt(3.0)
+
+
+def rest_zero(channel: Channel, values: NDArray[np.float64]) -> ChannelZero:
+    """Return the zero of a channel from its values at rest, shape (n,)."""
+    u_mean = float(np.std(values)) / math.sqrt(max(1, values.size))
+    return ChannelZero(
+        name=channel.name,
+        unit=channel.unit,
+        value=float(np.mean(values)),
+        u=math.hypot(u_mean, step_of(channel) / math.sqrt(12.0), stated_u(channel)),
+    )
+
+
+def step_of(channel: Channel) -> float:
+    """Return what one count of a channel is worth near its zero, in its unit."""
+    try:
+        at = channel.calibration.counts_of(0.0)
+    except ValueError:  # no inverse: a polynomial of higher degree; its slope at no counts does
+        at = np.zeros(1)
+    low, high = channel.calibration.apply(np.array([float(at), float(at) + 1.0]))
+    return abs(float(high - low))
+
+
+def zero_refusal(zero: Zero, table: ZeroTable, limits: ZeroLimits) -> str:
+    """Return why a zero is too far off to be one, empty if it is not."""
+    for name in STROKE_WIRES:
+        value = zero.value(name)
+        if abs(value) > table.stroke_max_mm:
+            return (
+                f"{name} reads {value:+.2f} mm at first contact, more than [zero] stroke_max_mm = "
+                f"{table.stroke_max_mm:g} mm: hook the wire in anew, or correct its calibration"
+            )
+    if text := wires_apart(zero, limits.apart_mm):
+        return (
+            f"{text}, more than {limits.apart_mm:g} mm ([zero] wires_apart_max_mm, else the tilt in force): "
+            "align the specimen, or hook the wires in anew"
+        )
+    force_kN = zero.value("force")
+    if abs(force_kN) > limits.force_kN:
+        return (
+            f"the force reads {force_kN:+.2f} kN at rest, more than [guards] zero_force_max_kN = "
+            f"{limits.force_kN:g} kN: unload the specimen, or set the zero of transducer or calibration"
+        )
+    return ""
+
+
+def wires_apart(zero: Zero, most_mm: float) -> str:
+    """Return by how much the two draw wires differ at the zero, empty if by no more than ``most_mm``."""
+    if any(zero.of(name) is None for name in STROKE_WIRES):
+        return ""
+    apart_mm = zero.value("stroke_1") - zero.value("stroke_2")
+    if abs(apart_mm) <= most_mm:
+        return ""
+    return f"at first contact the draw wires differ by {apart_mm:+.2f} mm (stroke_1 − stroke_2)"
+
+
+def _touch_samples(samples: Collected, channels: dict[str, Channel]) -> TouchSamples:
+    names = [name for name in ("force", "position", *STROKE_WIRES) if name in channels]
+    return TouchSamples(
+        samples.time_s(),
+        samples.column("force"),
+        samples.column("position"),
+        {name: samples.column(name) for name in STROKE_WIRES if name in channels},
+        {name: channels[name].delay_s for name in names},
+        {name: step_of(channels[name]) for name in names},
+    )

@@ -1,0 +1,64 @@
+"""Noise that is not white: flicker, as amplifiers have it, and the mains.
+
+Flicker is the sum of first-order (Ornstein–Uhlenbeck) processes of equal variance whose time constants are
+a decade apart; their spectra add to one that falls as 1/f between the slowest and the fastest corner (M. S.
+Keshner, 1/f noise, Proc. IEEE 70 (1982) 212). Each is exact from sample to sample, ``x' = a x + √(1 − a²) n``
+with ``a = exp(−dt/τ)``, and begins in its stationary state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+FloatArray = NDArray[np.float64]
+
+TIME_CONSTANTS_S = (0.03, 0.3, 3.0)
+"""Corners at 5.3, 0.53 and 0.053 Hz."""
+MAINS_HZ = 50.0
+
+
+class Wander:
+    """Adds flicker and hum to channels that are sampled together; slices of any length get the same.
+
+    Parameters
+    ----------
+    flicker : sequence of float
+        Standard deviation by channel, in its unit.
+    hum : sequence of float
+        Amplitude of the mains by channel.
+    dt_s : float
+        Sample period [s].
+    seed : numpy.random.SeedSequence
+    """
+
+    def __init__(
+        self, flicker: Sequence[float], hum: Sequence[float], dt_s: float, seed: np.random.SeedSequence
+    ) -> None:
+        self._share = np.array(flicker) / np.sqrt(len(TIME_CONSTANTS_S))
+        self._hum = np.array(hum)
+        self._random = np.random.Generator(np.random.PCG64(seed))
+        self._keeps = np.exp(-dt_s / np.array(TIME_CONSTANTS_S))
+        self._gains = np.sqrt(1.0 - self._keeps**2)
+        self._state = self._random.standard_normal((len(TIME_CONSTANTS_S), 1, len(flicker)))
+
+    def add(self, time_s: FloatArray, values: FloatArray) -> None:
+        """Add to values, shape (n, channels), of samples at times [s], shape (n,), in place."""
+        if np.any(self._share):
+            drawn = self._random.standard_normal((len(time_s), len(TIME_CONSTANTS_S), values.shape[1]))
+            for scale, (keep, gain) in enumerate(zip(self._keeps, self._gains, strict=True)):
+                made, self._state[scale] = _first_order(drawn[:, scale], keep, gain, self._state[scale])
+                values += self._share * made
+        if np.any(self._hum):
+            values += self._hum * np.sin(2.0 * np.pi * MAINS_HZ * time_s)[:, np.newaxis]
+
+
+def _first_order(
+    drawn: FloatArray, keep: float, gain: float, last: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the process driven by ``drawn`` (n, channels) and its last value, (1, channels)."""
+    made, _ = lfilter([gain], [1.0, -keep], drawn, axis=0, zi=keep * last)
+    return made, made[-1:]

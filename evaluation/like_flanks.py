@@ -1,0 +1,306 @@
+"""Moments of lower turns by like flanks: where the stroke crosses one level on its way down and up.
+
+Of a periodic motion the time between like points is the period, whichever points these are. Where the stroke
+is fastest they are known best, and nothing that happens at a turn moves them: not how long a stand needs to
+reverse, nor noise that finds the lowest sample anywhere along a flat turn. So the moment of a lower turn is
+the middle between the crossings of one level on both sides of it, the same level for all turns of a motion,
+and later by what the fitted turns are later than these middles in the median: where the turns are is what the
+fits say, how long it is from one to the next is what the flanks say.
+
+The level is that about which the motion goes: a stroke that grows or falls crosses it at the same moments,
+whatever its amplitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.motion import TurningPoint
+from evaluation.record import FloatArray, Record
+from evaluation.turn_fits import Points, derivative, points_of, powers, solved, value_at
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+_HALF_WIDTH = 0.25
+"""Flanks are fitted within ± this share of the stroke about the level …"""
+_ALIKE = 0.02
+"""Flanks are alike that go between the same strokes, within this share of them."""
+_INSIDE = 0.05
+"""… which keeps this share of each stroke beside the turn away from its ends."""
+_LEAST_NOISE = 6.0
+"""That half-width is at least so many standard deviations of noise."""
+_DEGREE, _LEAST_SAMPLES = 3, 8
+_WORTH = 4.0 / 9.0
+"""The middle of a parabola or cubic over n samples has the variance 9 σ² / 4 n."""
+_LEAST_IN_ROW = 6
+"""From so many turns in a row on their third differences tell how they scatter."""
+_OF_THIRD_DIFFERENCE = 20.0
+"""Σ c² of its weights 1, -3, 3, -1."""
+_MOST_GROUPS = 16
+"""Motions about so many levels are told apart."""
+_NEWTON_STEPS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class LikeFlanks:
+    """Lower turns by their flanks, shape (R,): which turns, the middle of the crossings, half the time
+    between them, standard uncertainty of the middle [s], and of how many samples that is a mean; and the
+    level and half-width of what was fitted [mm].
+    """
+
+    place: IndexArray
+    middle_s: FloatArray
+    half_s: FloatArray
+    u_s: FloatArray
+    samples: FloatArray
+    level_mm: float
+    half_width_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """Where flanks cross a level, shape (R,): moment, its standard uncertainty [s], slope there [mm/s], and
+    how many samples were fitted.
+
+    NaN where a flank is not on record, or too few of its samples are.
+    """
+
+    time_s: FloatArray
+    u_s: FloatArray
+    slope: FloatArray
+    samples: FloatArray
+
+    def rows(self, chosen: BoolArray) -> Crossings:
+        """Return some of the flanks."""
+        return Crossings(self.time_s[chosen], self.u_s[chosen], self.slope[chosen], self.samples[chosen])
+
+
+def like_flanks(
+    record: Record, turns: Sequence[TurningPoint], places: Sequence[int], sigma_mm: float
+) -> list[LikeFlanks]:
+    """Return lower turns by their flanks, those of one motion together.
+
+    Parameters
+    ----------
+    record : Record
+        Only its time, stroke and breaks are used; no flank is read across a break.
+    turns : sequence of TurningPoint
+        Lower and upper ones in turn.
+    places : sequence of int
+        Which of them are to be read: lower ones between two upper ones.
+    sigma_mm : float
+        Noise of the stroke.
+
+    Returns
+    -------
+    list of LikeFlanks
+        Turns whose flanks do not tell are in none.
+    """
+    left = np.array(places, dtype=np.intp)
+    stroke = np.array([(turn.stroke_mm, turn.leave_mm) for turn in turns]).reshape(-1, 2)
+    found = []
+    for _ in range(_MOST_GROUPS):
+        if not left.size:
+            break
+        tops = np.stack((stroke[left - 1, 1], stroke[left + 1, 0]))
+        low = 0.5 * (stroke[left, 0] + stroke[left, 1])
+        middle, height = 0.5 * low + 0.25 * np.sum(tops, axis=0), np.min(tops, axis=0) - low
+        room = _INSIDE * (tops - low)
+        # The middle of all may be that of no motion: then that of the first one.
+        for of in (slice(None), slice(1)):
+            level, half_width = float(np.median(middle[of])), _HALF_WIDTH * float(np.median(height[of]))
+            suits = level - half_width >= low + np.max(room, axis=0)
+            suits &= np.all(level + half_width <= tops - room, axis=0)
+            if suits.any():
+                break
+        else:
+            suits[0] = True
+            half_width = 0.0
+        if half_width > _LEAST_NOISE * sigma_mm:
+            found.append(_read(record, turns, left[suits], (level, half_width), sigma_mm))
+        left = left[~suits]
+    return [one for one in found if one.place.size]
+
+
+def _read(
+    record: Record,
+    turns: Sequence[TurningPoint],
+    places: IndexArray,
+    window_mm: tuple[float, float],
+    sigma_mm: float,
+) -> LikeFlanks:
+    """Return the turns of one motion by their flanks within a window of the stroke (level, half-width).
+
+    Where a motion begins or ends, one flank of a turn is like those of the motion and the other is not: the
+    moment is that of the one. Where neither is, what the level is off the middle of each is doubt.
+    """
+    moments = np.array(
+        [(turns[i - 1].leave_s, *_both(turns[i]), turns[i + 1].time_s) for i in places.tolist()]
+    )
+    down = crossings(record, moments[:, 0], moments[:, 1], window_mm, sigma_mm)
+    up = crossings(record, moments[:, 2], moments[:, 3], window_mm, sigma_mm)
+    good = np.isfinite(down.time_s) & np.isfinite(up.time_s)
+    places, down, up = places[good], down.rows(good), up.rows(good)
+    ends = _ends_mm(turns, places)
+    like = np.stack([_like(turns, places, side) for side in (-1, 1)])
+    both, neither = like[0] & like[1], ~(like[0] | like[1])
+    middle_s, half_s = 0.5 * (down.time_s + up.time_s), 0.5 * (up.time_s - down.time_s)
+    u_s = 0.5 * np.hypot(down.u_s, up.u_s)
+    samples = _WORTH * np.minimum(down.samples, up.samples)
+    scatter_s = _scatter_s(places[both], middle_s[both])
+    # What the turns scatter by has in it how the noise hangs together.
+    samples[scatter_s > u_s] = 1.0
+    u_s = np.maximum(u_s, scatter_s)
+    beside_s = 0.5 * ((window_mm[0] - ends[0]) / down.slope + (window_mm[0] - ends[1]) / up.slope)
+    if both.any():
+        nearest = _nearest(places, both)
+        one = np.flatnonzero(like[0] ^ like[1])
+        sign = np.where(like[0], 1.0, -1.0)
+        crossed_s, own_u_s = (
+            np.where(like[0], a, b) for a, b in ((down.time_s, up.time_s), (down.u_s, up.u_s))
+        )
+        middle_s[one] = (crossed_s + sign * half_s[nearest])[one]
+        u_s[one] = np.hypot(np.maximum(own_u_s, scatter_s), u_s[nearest])[one]
+        half_s[one] = half_s[nearest][one]
+        beside_s -= beside_s[nearest]
+    u_s[neither] = np.hypot(u_s, beside_s)[neither]
+    return LikeFlanks(places, middle_s, half_s, u_s, samples, *window_mm)
+
+
+def _nearest(places: IndexArray, known: BoolArray) -> IndexArray:
+    """Return the row of the nearest place that is known, of each place (rising)."""
+    rows = np.flatnonzero(known)
+    after = np.minimum(np.searchsorted(places[rows], places), rows.size - 1)
+    before = np.maximum(after - 1, 0)
+    closer = places - places[rows[before]] < places[rows[after]] - places
+    return np.asarray(rows[np.where(closer & (places < places[rows[after]]), before, after)])
+
+
+def _ends_mm(turns: Sequence[TurningPoint], places: IndexArray) -> FloatArray:
+    """Return the middle of the strokes that the flanks before and behind turns go between, shape (2, R)."""
+    return np.array(
+        [
+            [0.5 * (turns[i - 1].leave_mm + turns[i].stroke_mm) for i in places.tolist()],
+            [0.5 * (turns[i].leave_mm + turns[i + 1].stroke_mm) for i in places.tolist()],
+        ]
+    )
+
+
+def _like(turns: Sequence[TurningPoint], places: IndexArray, side: int) -> BoolArray:
+    """Say of which turns the flank before (-1) or behind (1) goes between the strokes of that of a cycle ago,
+    or of the cycle to come.
+    """
+    first = np.array([turn.stroke_mm for turn in turns])
+    low, top = first[places], first[places + side]
+    found = np.zeros(places.size, dtype=bool)
+    for away in (-2, 2):
+        other = places + away
+        there = (np.minimum(other, other + side) >= 0) & (np.maximum(other, other + side) < first.size)
+        at = np.where(there, other, places)
+        apart = np.maximum(np.abs(first[at] - low), np.abs(first[at + side] - top))
+        found |= there & (apart <= _ALIKE * (top - low))
+    return found
+
+
+def _scatter_s(places: IndexArray, middle_s: FloatArray) -> float:
+    """Return how the middles of turns scatter about a motion whose period changes evenly [s]; 0 of too few.
+
+    Noise that is slower than a flank moves its crossing, and nothing within the flank shows it.
+    """
+    in_row = places[3:] - places[:-3] == 6
+    if np.count_nonzero(in_row) < _LEAST_IN_ROW - 3:
+        return 0.0
+    third = np.diff(middle_s, 3)[in_row]
+    return float(np.sqrt(np.mean(third**2) / _OF_THIRD_DIFFERENCE))
+
+
+def _both(turn: TurningPoint) -> tuple[float, float]:
+    """Return where the flanks of a turn end and begin: a dwell is split in its middle."""
+    middle_s = 0.5 * (turn.time_s + turn.leave_s)
+    return middle_s, middle_s
+
+
+def crossings(
+    record: Record,
+    begin_s: FloatArray,
+    end_s: FloatArray,
+    window_mm: tuple[float, float],
+    sigma_mm: float,
+) -> Crossings:
+    """Return where flanks cross a level.
+
+    Parameters
+    ----------
+    record : Record
+    begin_s, end_s : arrays, shape (R,)
+        Turns between which each flank lies; all go the same way, down or up.
+    window_mm : (float, float)
+        The level, and within how much of it the flanks are fitted.
+    sigma_mm : float
+        Noise of the stroke.
+    """
+    level, half_width = window_mm
+    first, last = (np.searchsorted(record.time_s, at_s) for at_s in (begin_s, end_s))
+    spans = _spans(record, first, last, level, half_width)
+    size = spans[1] - spans[0]
+    breaks = np.array(record.breaks, dtype=np.intp)
+    whole = np.searchsorted(breaks, spans[0], side="right") == np.searchsorted(breaks, spans[1] - 1, "right")
+    rows = np.flatnonzero(whole & (size >= _LEAST_SAMPLES))
+    found = np.full((4, first.size), np.nan)
+    if rows.size:
+        ones = np.ones(rows.size)
+        points = points_of(record.time_s, record.stroke_mm - level, ones, spans[0][rows], spans[1][rows])
+        found[:3, rows] = _zeros(points, sigma_mm)
+        found[3] = size
+    return Crossings(*found)
+
+
+def _spans(
+    record: Record, first: IndexArray, last: IndexArray, level: float, half_width: float
+) -> tuple[IndexArray, IndexArray]:
+    """Return the samples of flanks (first, last excluded) between the ends of the window; 0 where none are.
+
+    Where noise crosses an end of it several times, the middle of these counts.
+    """
+    begin, end = max(0, int(np.min(first)) - 1), int(np.max(last)) + 1
+    stroke = record.stroke_mm[begin:end]
+    ends = []
+    for at_mm in (level - half_width, level + half_width):
+        above = stroke > at_mm
+        changes = begin + 1 + np.flatnonzero(above[1:] != above[:-1])
+        low, high = np.searchsorted(changes, first), np.searchsorted(changes, last)
+        crossed = high > low
+        own = np.full(first.size, -1, dtype=np.intp)
+        own[crossed] = (changes[low[crossed]] + changes[high[crossed] - 1]) // 2
+        ends.append(own)
+    known = (ends[0] >= 0) & (ends[1] >= 0)
+    lowest, highest = np.minimum(*ends), np.maximum(*ends)
+    return np.where(known, lowest, 0), np.where(known, highest, 0)
+
+
+def _zeros(points: Points, sigma_mm: float) -> FloatArray:
+    """Return where polynomials through points are 0, the u of that [s] and the slope [mm/s], shape (3, R)."""
+    last = np.take_along_axis(points.time_s, points.count[:, None] - 1, axis=1)[:, 0]
+    middle, half = 0.5 * (points.time_s[:, 0] + last), 0.5 * (last - points.time_s[:, 0])
+    z = np.where(points.used, (points.time_s - middle[:, None]) / half[:, None], 0.0)
+    value = np.where(points.used, points.value, 0.0)
+    coefficients, inverse, _, errors = solved(z, value, points.used, _DEGREE)
+    slopes = derivative(coefficients)
+    at = np.zeros(middle.size)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(_NEWTON_STEPS):
+            at = at - value_at(coefficients, at) / value_at(slopes, at)
+        slope = value_at(slopes, at)
+        row = powers(at, _DEGREE)
+        gain = np.sqrt(np.maximum(np.einsum("ri,rij,rj->r", row, inverse, row), 0.0))
+        spare = points.count - _DEGREE - 1
+        scatter = np.maximum(np.sqrt(errors / np.maximum(spare, 1)), sigma_mm / np.sqrt(points.group))
+        found = np.stack((middle + half * at, half * scatter * gain / np.abs(slope), slope / half))
+    lost = ~(np.abs(at) <= 1.0) | (spare < 1) | ~np.isfinite(found).all(axis=0)
+    found[:, lost] = np.nan
+    return np.asarray(found)

@@ -1,0 +1,9 @@
+"""Does a step keep every limit? If not: which one does it break, and what is the nearest that would do?"""
+
+from __future__ import annotations
+
+from protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, KNOWN, Breach
+from protocols.admissible.judge import Judge
+from protocols.admissible.unknown import SLOW_MM_PER_S, shows_the_curve
+
+__all__ = ["BELOW_ZERO", "HYDRAULICS", "KNOWN", "SLOW_MM_PER_S", "Breach", "Judge", "shows_the_curve"]

@@ -1,0 +1,49 @@
+"""The kinds of ``[[step]]`` of a campaign file, as users write them (docs/campaign-file.md)."""
+
+from __future__ import annotations
+
+from protocols.kinds.choosing import checked_kind
+from protocols.kinds.common import Positive, Rated, StepSettings, UntilSteady, as_tuple
+from protocols.kinds.composed import HarmonicPiece, HoldPiece, MotionStep, Piece, RampPiece, ReleasePiece
+from protocols.kinds.cyclic import ConditioningStep, HarmonicStep, InnerLoopsStep, StaticStep, SweepStep
+from protocols.kinds.force_cycles import ForceCyclesStep
+from protocols.kinds.repeated import NESTED_KINDS, RepeatStep
+from protocols.kinds.single import SingleStep
+from protocols.kinds.still import CoolDownStep, HoldStep, TouchStep
+from protocols.kinds.temperatures import TemperatureSettings
+from protocols.kinds.warming import WarmUpStep
+
+Step = SingleStep | SweepStep | RepeatStep
+"""What ``[[step]]`` can be."""
+KINDS = (*NESTED_KINDS, "repeat")
+"""Kinds of ``[[step]]``."""
+
+__all__ = [
+    "KINDS",
+    "ConditioningStep",
+    "CoolDownStep",
+    "ForceCyclesStep",
+    "HarmonicPiece",
+    "HarmonicStep",
+    "HoldPiece",
+    "HoldStep",
+    "InnerLoopsStep",
+    "MotionStep",
+    "Piece",
+    "Positive",
+    "RampPiece",
+    "Rated",
+    "ReleasePiece",
+    "RepeatStep",
+    "SingleStep",
+    "StaticStep",
+    "Step",
+    "StepSettings",
+    "SweepStep",
+    "TemperatureSettings",
+    "TouchStep",
+    "UntilSteady",
+    "WarmUpStep",
+    "as_tuple",
+    "checked_kind",
+]

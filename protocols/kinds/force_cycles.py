@@ -1,0 +1,39 @@
+"""Cycles between two forces."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from protocols.kinds.common import Positive, StepSettings
+
+LARGEST_TOLERANCE_PERCENT = 20.0
+"""A wider one would let the cycles be others than those that were asked for."""
+
+
+class ForceCyclesStep(StepSettings):
+    """Load to ``force_max_kN`` at constant speed, unload to ``force_min_kN``, and so on; then release."""
+
+    kind: Literal["force-cycles"]
+    force_min_kN: float = Field(ge=0)
+    force_max_kN: Positive
+    speed_mm_per_s: Positive
+    cycles: int = Field(gt=0)
+    stroke_limit_mm: Positive | None = None
+    tolerance_percent: float = Field(default=2.0, gt=0, le=LARGEST_TOLERANCE_PERCENT)
+
+    @model_validator(mode="after")
+    def _forces_are_apart(self) -> Self:
+        least_kN = 2.0 * 0.01 * self.tolerance_percent * self.force_max_kN
+        if not self.force_max_kN > self.force_min_kN:
+            raise ValueError(
+                f"force_max_kN = {self.force_max_kN:g} must be above force_min_kN = {self.force_min_kN:g}"
+            )
+        if self.force_max_kN - self.force_min_kN < least_kN:
+            raise ValueError(
+                f"force_max_kN = {self.force_max_kN:g} and force_min_kN = {self.force_min_kN:g} are nearer "
+                f"than twice tolerance_percent = {self.tolerance_percent:g} of force_max_kN "
+                f"({least_kN:g} kN): put them further apart, or narrow the tolerance"
+            )
+        return self

@@ -1,0 +1,52 @@
+"""Steps in which hardly anything moves: holds, waits for cooling, and touching off."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import model_validator
+
+from protocols.kinds.common import Positive, StepSettings
+from protocols.zero_table import TouchForce, TouchSpeed
+
+
+class HoldStep(StepSettings):
+    """Stand still: at a stroke, where a force is reached, or (without either) at zero force."""
+
+    kind: Literal["hold"]
+    stroke_mm: Positive | None = None
+    force_kN: Positive | None = None
+    duration_s: Positive
+    approach_speed_mm_per_s: Positive = 1.0
+    record: bool = False
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.stroke_mm is not None and self.force_kN is not None:
+            raise ValueError("give stroke_mm or force_kN, not both: it stands still at one place")
+        if self.force_kN is None and "approach_speed_mm_per_s" in self.model_fields_set:
+            raise ValueError("approach_speed_mm_per_s has a meaning with force_kN only")
+        return self
+
+
+class CoolDownStep(StepSettings):
+    """Wait at zero force until every specimen sensor is at or below ``temperature_C``."""
+
+    kind: Literal["cool-down"]
+    temperature_C: float
+    timeout_s: Positive = 7200.0
+
+    def has_its_place(self) -> bool:
+        """Return whether it stays although the planner sets pauses of its own; it need not."""
+        return False
+
+
+class TouchStep(StepSettings):
+    """Set stroke 0 to first contact anew: creep to a small force, take the position, back off.
+
+    What is not given is as in ``[zero]``.
+    """
+
+    kind: Literal["touch"]
+    touch_force_kN: TouchForce | None = None
+    speed_mm_per_s: TouchSpeed | None = None

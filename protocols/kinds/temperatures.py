@@ -1,0 +1,59 @@
+"""What every step may say of temperatures: how warm it begins, and where its temperature stop lies."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from foundation.settings import Settings
+from protocols.steps import StartBand
+
+
+def _as_pair(value: object) -> object:
+    """Take a TOML array of two for a pair; another number of entries is said in one sentence."""
+    if isinstance(value, list | tuple):
+        if len(value) != 2:
+            raise ValueError(f"give two temperatures, [lowest, highest] (got {len(value)})")
+        return tuple(value)
+    return value
+
+
+class TemperatureSettings(Settings):
+    """Keys of a step that say how warm it begins and how warm it may get."""
+
+    start_temperature_C: Annotated[tuple[float, float], BeforeValidator(_as_pair)] | None = None
+    """Every specimen sensor is within [lowest, highest] when it begins [°C]; None: as warm as it is."""
+    start_timeout_s: float = Field(default=7200.0, gt=0)
+    """So long at most it waits for a specimen that is too warm [s]."""
+    too_cold: Literal["refuse", "run"] = "refuse"
+    """What becomes of a step whose specimen is too cold: nothing warms it by waiting."""
+    temperature_stop_C: float | None = None
+    """The step's own temperature stop [°C]; None: that of ``[limits]``."""
+    temperature_resume_C: float | None = None
+    """Its own resume threshold [°C]; None: that of ``[limits]``."""
+
+    @model_validator(mode="after")
+    def _temperatures_fit_together(self) -> Self:
+        band = self.start_temperature_C
+        if band is None:
+            for key in ("start_timeout_s", "too_cold"):
+                if getattr(self, key) != type(self).model_fields[key].default:
+                    raise ValueError(f"{key} has a meaning with start_temperature_C only")
+        elif not band[0] < band[1]:
+            raise ValueError(
+                f"start_temperature_C = [{band[0]:g}, {band[1]:g}]: the first must be below the second"
+            )
+        return self
+
+    def start_band(self) -> StartBand | None:
+        """Return the band in which the step begins, as the plan carries it."""
+        if self.start_temperature_C is None:
+            return None
+        low_C, high_C = self.start_temperature_C
+        return StartBand(float(low_C), float(high_C), self.start_timeout_s, self.too_cold == "refuse")
+
+    def temperatures(self) -> dict[str, Any]:
+        """Return the keys that were given, for the steps that a sweep or a repetition is made of."""
+        given = self.model_fields_set & TemperatureSettings.model_fields.keys()
+        return {key: getattr(self, key) for key in sorted(given)}

@@ -1,0 +1,35 @@
+"""Cycles until the specimen is warm."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from protocols.kinds.common import Positive
+from protocols.kinds.cyclic import SineOrSlow
+from protocols.steps import Warmth
+
+
+class WarmUpStep(SineOrSlow):
+    """Cycle until the specimen sensors are within ``temperature_C`` ± ``band_K``, and wait for the rest."""
+
+    kind: Literal["warm-up"]
+    temperature_C: float
+    band_K: Positive = 2.0
+    sensors: Literal["every", "any"] = "every"
+    max_cycles: int = Field(default=500, gt=0, le=100_000)
+    soak_s: float = Field(default=0.0, ge=0)
+    timeout_s: Positive = 7200.0
+
+    def most_cycles(self) -> int:
+        """Return how many cycles it can have."""
+        return self.max_cycles
+
+    def what(self) -> str:
+        """Return what a person calls it."""
+        return "warm-up"
+
+    def warmth(self) -> Warmth:
+        """Return when it is over, as the plan carries it."""
+        return Warmth(self.temperature_C, self.band_K, self.sensors == "every", self.timeout_s)

@@ -1,0 +1,53 @@
+"""Motions as data, when a step begins and ends, and the planned step made of them."""
+
+from __future__ import annotations
+
+from protocols.steps.conditions import (
+    Heating,
+    StartBand,
+    Steadiness,
+    Warmth,
+)
+from protocols.steps.motions import (
+    ForceCycles,
+    Harmonic,
+    Hold,
+    Motion,
+    RampTo,
+    RampToForce,
+    Release,
+    StaticCycles,
+    TouchOff,
+    WaitUntilCool,
+    motion_dict,
+    motions_after,
+)
+from protocols.steps.planned import (
+    ExpectedStop,
+    MotionEstimate,
+    PlannedStep,
+    Turns,
+)
+
+__all__ = [
+    "ExpectedStop",
+    "ForceCycles",
+    "Harmonic",
+    "Heating",
+    "Hold",
+    "Motion",
+    "MotionEstimate",
+    "PlannedStep",
+    "RampTo",
+    "RampToForce",
+    "Release",
+    "StartBand",
+    "StaticCycles",
+    "Steadiness",
+    "TouchOff",
+    "Turns",
+    "WaitUntilCool",
+    "Warmth",
+    "motion_dict",
+    "motions_after",
+]

@@ -1,0 +1,19 @@
+"""``[stroke]`` of a campaign file: whose strokes the steps ask for, and how far off is worth a warning."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from foundation.settings import Settings
+
+
+class StrokeTable(Settings):
+    """``[stroke]``; every key has a default."""
+
+    compensate: bool = True
+    """Whether asked strokes are the specimen's; False: the piston's, as the paper's. A step may say its own
+    ``compensate``."""
+    warn_percent: float = Field(default=1.0, gt=0)
+    """A sine whose amplitude is off by more than this is said aloud [% of what is asked]."""
+    warn_mm: float = Field(default=0.2, gt=0)
+    """So is one whose mean, or a static stroke that, is off by more than this [mm]."""

@@ -1,0 +1,44 @@
+"""A plugin of pytest (``-p``): a simulated controller in the place of the real one, whose orders are kept.
+
+They go to the file that the environment names in ``ORDERS``, one JSON array ``[order, parameters]`` a line.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from drivers.simulated.inprocess import open_in_process
+from drivers.stand_file import StandFile
+from foundation.clock import Clock
+from tests.contract.controller import backends
+
+
+class Recorded:
+    """Writes down every call that carries parameters, whatever it is called, before it goes on."""
+
+    def __init__(self, controller: Any, orders: Path) -> None:
+        self._controller, self._orders = controller, orders
+
+    def __getattr__(self, name: str) -> Any:
+        member = getattr(self._controller, name)
+        if not callable(member):
+            return member
+
+        def called(*values: Any, **named: Any) -> Any:
+            if values or named or name.startswith("start_"):
+                with self._orders.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps([name, list(values), named]) + "\n")
+            return member(*values, **named)
+
+        return called
+
+
+def pytest_configure() -> None:
+    def open_recorded(stand: StandFile) -> tuple[Any, Clock]:
+        made = open_in_process(stand)
+        return Recorded(made.stand.controller, Path(os.environ["ORDERS"])), made.clock
+
+    backends.open_real = open_recorded  # type: ignore[assignment]

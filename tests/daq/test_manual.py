@@ -1,0 +1,248 @@
+"""Motions by hand: the dead-man, the low limits, the end; readings; and the zero file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from daq.dead_man import LET_GO_S, DeadMan
+from daq.driving import Halt
+from daq.kept_zero import store_zero, stored_path, stored_zero
+from daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand
+from daq.reading import Reader
+from daq.signals import StopLevel, StopRequest
+from drivers.interfaces import ControllerStatus, MotionState
+from drivers.simulated.commands import Fault
+from drivers.simulated.controller import Controller
+from drivers.simulated.inprocess import InProcessStand, open_in_process
+from drivers.simulated.inprocess_controller import InProcessController
+from drivers.stand_file import StandFile, load_stand
+from foundation.errors import BadInput, DeviceFault
+from foundation.zero import ChannelZero, Zero
+from tests.contract.stand.backends import write_stand
+
+LIMITS = ManualLimits(20.0, 100.0)
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> tuple[InProcessStand, StandFile]:
+    file = load_stand(write_stand(tmp_path, (("seed = 1", "seed = 1\ngap_mm = 30.0"),)))
+    return open_in_process(file), file
+
+
+def test_the_piston_moves_while_it_is_held_and_stops_when_let_go(
+    made: tuple[InProcessStand, StandFile],
+) -> None:
+    stand, file = made
+    passes = 0
+
+    def held() -> bool:
+        nonlocal passes
+        passes += 1
+        return passes < 50
+
+    with by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lambda _: None) as hand:
+        assert not hand.jog(20.0, 2.0, held)
+        let_go_mm = stand.device.actuator.position_mm
+        assert 0.7 < let_go_mm < 3.0, "fifty passes of 20 ms at 2 mm/s"
+        hand.driver.wait(1.0)
+        assert stand.device.actuator.position_mm == pytest.approx(let_go_mm, abs=0.05)
+        assert hand.jog(5.0, SPEED_MAX_MM_PER_S, lambda: True)
+        assert stand.device.actuator.position_mm == pytest.approx(5.0, abs=0.1)
+    assert stand.device.controller.state in (MotionState.OFF, MotionState.READY)
+    assert stand.device.actuator.position_mm == pytest.approx(5.0, abs=0.1), "unloaded, it stays"
+
+
+def test_a_force_stops_it_and_it_is_unloaded(made: tuple[InProcessStand, StandFile]) -> None:
+    stand, file = made
+    lines: list[str] = []
+    with (
+        pytest.raises(Halt),
+        by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lines.append) as hand,
+    ):
+        hand.jog(60.0, SPEED_MAX_MM_PER_S, lambda: True)
+    truth = stand.truth.arrays()["force_kN"]
+    assert 15.0 < float(np.max(truth)) < 30.0
+    assert abs(float(truth[-1])) < 2.0
+    assert any(line.startswith("safe stop") and "valve off" in line for line in lines)
+
+
+def until_it_ends(stand: InProcessStand, file: StandFile, lines: list[str]) -> Halt:
+    """Jog into the specimen until something ends it; return what."""
+    with (
+        pytest.raises(Halt) as caught,
+        by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lines.append) as hand,
+    ):
+        hand.jog(60.0, SPEED_MAX_MM_PER_S, lambda: True)
+    return caught.value
+
+
+def test_the_guard_stops_it_before_the_devices_own_limit(made: tuple[InProcessStand, StandFile]) -> None:
+    stand, file = made
+    lines: list[str] = []
+    halt = until_it_ends(stand, file, lines)
+    assert (halt.trip.guard, halt.trip.device_fault) == ("force", False)
+    assert stand.device.controller.fault is Fault.NONE
+    assert stand.device.controller.force_limit_kN == pytest.approx(24.0)
+    assert not any("reset" in line for line in lines)
+
+
+def test_where_the_device_was_quicker_its_fault_is_reset_at_the_end(
+    made: tuple[InProcessStand, StandFile], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with a stiff specimen: the device stops below the guard here, whatever the guard."""
+    stand, file = made
+    lines: list[str] = []
+    monkeypatch.setattr(ManualLimits, "device_force_kN", lambda *_: 15.0)
+    halt = until_it_ends(stand, file, lines)
+    assert "it reports fault 2 (force limit of the device)" in halt.trip.reason
+    assert not halt.trip.device_fault, "the limit that was set is an ordinary end"
+    assert "fault 2 (force limit of the device) of the controller was reset: the specimen is" in lines[-1]
+    assert lines[-2].startswith("safe stop by the controller itself")
+    assert stand.device.controller.fault is Fault.NONE
+    assert stand.device.controller.state in (MotionState.OFF, MotionState.READY)
+    assert not stand.device.controller.valve_on
+    assert abs(stand.device.measured_force_kN) < 2.0
+
+
+def test_another_fault_stays_for_the_next_command_to_name_and_reset(
+    made: tuple[InProcessStand, StandFile],
+) -> None:
+    stand, file = made
+    lines: list[str] = []
+
+    def fail() -> bool:
+        stand.device.controller.fail(Fault.ACTUATOR)
+        return True
+
+    with (
+        pytest.raises(Halt) as caught,
+        by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lines.append) as hand,
+    ):
+        hand.jog(5.0, 1.0, fail)
+    assert caught.value.trip.device_fault
+    assert stand.device.controller.fault is Fault.ACTUATOR
+    lines.clear()
+    with by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lines.append) as hand:
+        assert stand.device.controller.valve_on
+        assert hand.jog(1.0, 1.0, lambda: True)
+    assert lines[0].startswith("note: the controller shows fault 4 (actuator) from before this start")
+    assert lines[1] == "fault 4 (actuator) of the controller was reset"
+
+
+def test_no_fault_is_reset_with_force_on_the_specimen(
+    made: tuple[InProcessStand, StandFile], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stand, file = made
+    stand.device.controller.fail(Fault.ACTUATOR)
+    monkeypatch.setattr(InProcessController, "_shown", _with_force(30.0))
+    with (
+        pytest.raises(
+            Halt, match=r"shows fault 4 \(actuator\) from before .* the force is 30.0 kN"
+        ) as caught,
+        by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lambda _: None),
+    ):
+        pytest.fail("it was switched on")
+    assert caught.value.trip.device_fault
+    assert stand.device.controller.fault is Fault.ACTUATOR
+    stand.device.measured_force_kN = 30.0
+    for switch in (
+        stand.stand.controller.reset_fault,
+        lambda: stand.stand.controller.enable(force_limit_kN=20.0, stroke_limit_mm=50.0, watchdog_ms=2000),
+    ):
+        with pytest.raises(DeviceFault, match=r"fault 4 was not reset: the force is 30.0 kN, the valve off"):
+            switch()
+    assert stand.device.controller.fault is Fault.ACTUATOR
+    assert not stand.device.controller.valve_on
+
+
+def _with_force(force_kN: float) -> Callable[..., ControllerStatus]:
+    shown = InProcessController._shown
+
+    def altered(self: InProcessController, controller: Controller) -> ControllerStatus:
+        return replace(shown(self, controller), force_kN=force_kN)
+
+    return altered
+
+
+def test_ctrl_c_stops_it(made: tuple[InProcessStand, StandFile]) -> None:
+    stand, file = made
+    request = StopRequest()
+    with (
+        pytest.raises(Halt, match="stopped by the operator: Ctrl-C"),
+        by_hand(stand.stand, file, stand.clock, LIMITS, request, lambda _: None) as hand,
+    ):
+        hand.jog(
+            60.0,
+            1.0,
+            lambda: request.ask(StopLevel.NOW, "Ctrl-C") or True,  # type: ignore[func-returns-value]
+        )
+    assert stand.device.controller.state in (MotionState.OFF, MotionState.READY)
+
+
+def test_a_key_counts_as_held_only_while_it_is_repeated() -> None:
+    now_s = 100.0
+    dead_man = DeadMan(lambda: now_s)
+    assert not dead_man.held()
+    dead_man.press("m")
+    now_s += 0.9 * LET_GO_S
+    assert dead_man.held()
+    dead_man.press("m")
+    now_s += 0.9 * LET_GO_S
+    assert dead_man.held()
+    now_s += 0.2 * LET_GO_S
+    assert not dead_man.held()
+    dead_man.press("m")
+    dead_man.press("q")
+    assert dead_man.quit
+    assert not dead_man.held()
+    now_s += 1000.0
+    assert dead_man.idle()
+
+
+def test_readings_are_means_and_noise_in_counts_and_units(made: tuple[InProcessStand, StandFile]) -> None:
+    stand, _ = made
+    stand.stand.controller.connect()
+    one = ChannelZero(name="stroke_1", unit="mm", value=0.5, u=0.01)
+    zero = Zero(how="tare", found=datetime.now(UTC), channel=(one,))
+    readings = {one.name: one for one in Reader(stand.stand, stand.clock).read(2.0, zero)}
+    force = readings["force"]
+    assert force.samples > 1500
+    assert force.value == pytest.approx(0.0, abs=0.02)
+    assert force.noise == pytest.approx(0.15, rel=0.1)
+    assert force.noise_counts == pytest.approx(0.15 / 9.5367431640625e-05, rel=0.1)
+    assert force.from_zero is None
+    stroke = readings["stroke_1"]
+    assert stroke.counts == pytest.approx(50.0 / 0.00762939453125, abs=2.0)
+    assert stroke.from_zero == pytest.approx(-0.5, abs=0.01)
+    assert readings["temperature_1"].value == pytest.approx(21.0, abs=0.2)
+    assert readings["temperature_1"].age_s is not None
+
+
+@given(
+    st.floats(-10.0, 10.0), st.floats(0.0, 1.0), st.text(max_size=20).filter(lambda text: text.isprintable())
+)
+def test_a_zero_is_read_back_as_it_was_stored(
+    tmp_path_factory: pytest.TempPathFactory, value: float, u: float, specimen: str
+) -> None:
+    stand = tmp_path_factory.mktemp("zero") / "stand.toml"
+    one = ChannelZero(name="stroke_1", unit="mm", value=value, u=u)
+    zero = Zero(how="tare", found=datetime.now(UTC), specimen=specimen, channel=(one,))
+    assert store_zero(stand, zero) == stored_path(stand)
+    assert stored_zero(stand) == zero
+
+
+def test_without_a_file_there_is_no_zero_and_a_wrong_one_is_refused(tmp_path: Path) -> None:
+    stand = tmp_path / "stand.toml"
+    assert stored_zero(stand) is None
+    stored_path(stand).write_text('how = "guess"\n', encoding="utf-8")
+    with pytest.raises(BadInput) as caught:
+        stored_zero(stand)
+    assert str(stored_path(stand)) in str(caught.value)

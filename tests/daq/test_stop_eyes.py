@@ -1,0 +1,236 @@
+"""What a stop sees of the samples: a piston that goes on; the force that is left, its zero taken off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from daq.acquisition import Acquisition
+from daq.controller_guard import ControllerGuard
+from daq.panel import GuardPanel, GuardSet
+from daq.safe_stop import SafeStop, SafeStopSettings
+from daq.scaling import ScaledBlock
+from daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, StopEyes
+from drivers.interfaces import ControllerStatus, Stand
+from foundation.zero import ChannelZero, Zero
+from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
+
+KN_PER_MM = 20.0
+
+
+def eyes_on(clock: FakeClock, stand: Stand) -> tuple[StopEyes, Acquisition]:
+    acquisition = Acquisition(
+        stand, clock, GuardPanel(GuardSet((), (), ControllerGuard(5.0, 5.0, 1000.0)), wall_s=0.0)
+    )
+    return StopEyes(acquisition, 600.0), acquisition
+
+
+def seen(
+    speed_mm_per_s: Callable[[float], float], *, stopping_s: float = 0.0, late_s: float = 0.01
+) -> tuple[str, float]:
+    """Return what is said of a piston that moves so after a stop at 0 s, and when [s]."""
+    clock = FakeClock()
+    eyes, _ = eyes_on(clock, fake_stand(clock)[0])
+    clock.sleep(0.9 + late_s)
+    time_s = np.arange(-0.1, 1.0, 0.001)
+    speed = np.array([speed_mm_per_s(t) for t in time_s])
+    mm = np.round(30.0 + np.cumsum(speed) * 0.001, 2)
+    for row in range(0, len(time_s), 10):
+        block = slice(row, row + 10)
+        if row == 100:
+            eyes.told()
+            eyes.done()
+        clock.sleep(0.01)
+        stamps = np.round((time_s[block] + 1.0) * 1e6).astype(np.int64)
+        values = {"position": mm[block], "force": KN_PER_MM * mm[block]}
+        received_s = float(time_s[block][-1]) + 1.0 + late_s
+        eyes.take(ScaledBlock("controller", row, stamps, values, 0, received_s))
+        if row >= 100 and (said := eyes.goes_on(stopping_s)):
+            return said, float(time_s[block][-1])
+    return "", 1.0
+
+
+def test_a_piston_that_settles_is_left_alone() -> None:
+    assert seen(lambda t: 50.0 if t < 0.0 else 50.0 * math.exp(-t / 0.014)) == ("", 1.0)
+
+
+def test_one_that_goes_on_is_seen_when_it_should_have_settled() -> None:
+    said, at_s = seen(lambda _: 50.0)
+    assert said.startswith("the piston went on toward more force (")
+    assert SETTLE_S < at_s < SETTLE_S + 0.04
+
+
+def test_one_that_begins_to_move_though_it_stood_is_seen_too() -> None:
+    said, _ = seen(lambda t: 0.0 if t < 0.1 else 2.0 * LEAST_MM_PER_S)
+    assert said
+
+
+@pytest.mark.parametrize("speed_mm_per_s", [-50.0, 0.0, 0.5 * LEAST_MM_PER_S])
+def test_one_that_draws_back_or_creeps_is_no_runaway(speed_mm_per_s: float) -> None:
+    assert seen(lambda _: speed_mm_per_s) == ("", 1.0)
+
+
+def test_a_sine_may_slow_down_at_its_own_acceleration_and_no_slower() -> None:
+    """Speed 63 mm/s of ± 10 mm at 1 Hz goes in 1 / (2 π f) = 0.16 s."""
+    stopping_s = 1.0 / (2.0 * math.pi)
+
+    def slowing(t_s: float) -> float:
+        return 63.0 * min(1.0, max(0.0, 1.0 - t_s / stopping_s))
+
+    assert seen(slowing, stopping_s=stopping_s) == ("", 1.0)
+    assert seen(slowing)[0], "another motion stops at once"
+    said, at_s = seen(lambda _: 63.0, stopping_s=stopping_s)
+    assert said
+    assert at_s < stopping_s
+
+
+def zero(force_kN: float) -> Zero:
+    one = ChannelZero(name="force", unit="kN", value=force_kN, u=0.05)
+    return Zero(how="tare", found=datetime.now(UTC), channel=(one,))
+
+
+def test_the_force_that_is_left_is_that_of_the_channel_with_its_zero_taken_off() -> None:
+    clock = FakeClock()
+    stand, _ = fake_stand(clock, Orders(add={"force": lambda _: 3.0}))
+    eyes, acquisition = eyes_on(clock, stand)
+    assert eyes.force() is None, "nothing was sampled yet"
+    clock.sleep(0.1)
+    acquisition.tick()
+    found = eyes.force()
+    assert found is not None
+    assert found.source == "channel force, no zero taken off"
+    assert found.force_kN == pytest.approx(3.0)
+    acquisition.take_zero(zero(3.0))
+    clock.sleep(0.1)
+    acquisition.tick()
+    found = eyes.force()
+    assert found is not None
+    assert found.source == "channel force, zero taken off"
+    assert found.force_kN == pytest.approx(0.0)
+    clock.sleep(1.0)
+    assert eyes.force() is None, "of a second ago: it says nothing of now"
+
+
+def test_the_channel_whose_zero_is_known_best_is_taken_and_one_that_cannot_be_is_named() -> None:
+    clock = FakeClock()
+    stand, _ = fake_stand(clock)
+    eyes, acquisition = eyes_on(clock, stand)
+    facts = acquisition.facts["controller"]
+    second = facts.channels[0].model_copy(update={"name": "force_2"})
+    rough = second.uncertainty.model_copy(update={"zero": 2.0})
+    fine = second.uncertainty.model_copy(update={"zero": 0.1})
+    acquisition._facts = {
+        "controller": replace(facts, channels=(facts.channels[0].model_copy(update={"uncertainty": rough}),)),
+        "amplifier": replace(facts, channels=(second.model_copy(update={"uncertainty": fine}),)),
+    }
+
+    def show(stream: str, name: str, kN: float) -> None:
+        stamps = np.arange(3, dtype=np.int64) * 1000
+        eyes.take(ScaledBlock(stream, 0, stamps, {name: np.full(3, kN)}, 0, clock.now_s()))
+
+    show("controller", "force", 0.5)
+    show("amplifier", "force_2", 0.1)
+    found = eyes.force()
+    assert found is not None
+    assert (found.channel, found.other_kN) == ("force_2", ())
+    assert found.force_kN == pytest.approx(0.1)
+    show("controller", "force", 40.0)
+    found = eyes.force()
+    assert found is not None
+    assert found.source == "channel force_2, no zero taken off; force shows 40.0 kN"
+    show("amplifier", "force_2", -204800.0)
+    found = eyes.force()
+    assert found is not None
+    assert found.source == "channel force, no zero taken off; force_2 shows what cannot be"
+
+
+class Off(FakeController):
+    """A controller whose own reading of the force is off, as nobody has set its zero."""
+
+    off_kN = 0.0
+
+    def status(self) -> ControllerStatus:
+        true = super().status()
+        return replace(true, force_kN=true.force_kN + self.off_kN)
+
+
+def stopped(off_kN: float, orders: Orders | None = None) -> tuple[SafeStop, Acquisition]:
+    clock = FakeClock()
+    controller = Off(clock, orders)
+    controller.off_kN = off_kN
+    stand = Stand(controller, ())
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=2000)
+    controller.start_ramp(target_mm=1.0, speed_mm_per_s=20.0)
+    clock.sleep(0.5)
+    eyes, acquisition = eyes_on(clock, stand)
+    acquisition.tick()
+    return SafeStop(
+        controller, clock, SafeStopSettings(20.0, 2.0), pump=acquisition.tick, eyes=eyes
+    ), acquisition
+
+
+def test_a_controller_whose_zero_is_off_does_not_make_an_unloaded_stand_unsafe() -> None:
+    stop, _ = stopped(off_kN=3.0)
+    report = stop.run()
+    assert report.safe
+    assert report.force_source == "channel force, no zero taken off"
+    assert "safe stop: force 0.1 kN (channel force, no zero taken off), stroke" in report.line, (
+        "mean of 15 ms"
+    )
+
+
+def test_nor_a_loaded_one_safe() -> None:
+    """5 kN are left, as it refuses to release; its own reading says −1 kN."""
+    stop, _ = stopped(off_kN=-6.0, orders=Orders(reject=frozenset({"release"})))
+    report = stop.run()
+    assert not report.safe
+    assert report.force_kN == pytest.approx(5.0, abs=0.01)
+    assert "NOT SAFE" in report.line
+
+
+def test_the_zero_is_taken_off_what_a_stop_judges() -> None:
+    stop, acquisition = stopped(off_kN=3.0, orders=Orders(add={"force": lambda _: 3.0}))
+    acquisition.take_zero(zero(3.0))
+    report = stop.run()
+    assert report.safe
+    assert report.force_source == "channel force, zero taken off"
+
+
+def test_without_fresh_samples_the_controllers_own_reading_is_judged_and_named() -> None:
+    stop, _ = stopped(off_kN=0.0, orders=Orders(silent_from_s=0.1))
+    report = stop.run()
+    assert report.safe
+    assert report.force_source == "the controller's own reading"
+
+
+def test_an_emergency_while_it_holds_ends_the_hold() -> None:
+    clock = FakeClock()
+    controller = FakeController(clock)
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=2000)
+    controller.start_ramp(target_mm=40.0, speed_mm_per_s=80.0)
+    clock.sleep(0.9)
+    controller.feed_watchdog()
+    hold = controller.start_hold
+
+    def endless() -> int:
+        hold()
+        controller._motion = lambda _: (controller.mm, False)
+        return controller.sequence
+
+    controller.start_hold = endless  # type: ignore[method-assign]
+    stop = SafeStop(
+        controller,
+        clock,
+        SafeStopSettings(20.0, 2.0),
+        pump=controller.feed_watchdog,
+        emergency=lambda: clock.now_s() > 1.0,
+    )
+    report = stop.run()
+    assert report.safe
+    assert report.problems == ("a guard demanded an emergency after the hold: released at once",)
+    assert report.duration_s < 2.0 + 0.5

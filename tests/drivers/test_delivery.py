@@ -1,0 +1,72 @@
+"""What a wire delivers: samples per block over round trip, less what status, watchdog and commands take."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from drivers.delivery import Delivery, status_rest_s
+
+PER_BLOCK = 14
+
+
+def delivery(trip_s: float, rate_Hz: float = 1000.0) -> Delivery:
+    return Delivery(PER_BLOCK, trip_s, rate_Hz, status_s=trip_s, feed_s=trip_s)
+
+
+@pytest.mark.parametrize(
+    ("trip_s", "share"),
+    [
+        (0.001, 1.0 - 0.05 - 1 / 201 - 4 * 0.001 - 6 * 0.001),
+        (0.01, 1.0 - 0.05 - 10 / 210 - 4 * 0.01 - 6 * 0.01),
+        (0.02, 1.0 - 0.05 - 20 / 220 - 4 * 0.02 - 6 * 0.02),
+        (0.05, 1.0 - 0.05 - 1 / 8 - 4 * 0.05 - 6 * 0.05),  # seven times 50 ms are more than 200 ms
+        (0.2, 0.0),
+    ],
+)
+def test_a_status_every_fifth_of_a_second_four_feeds_and_six_exchanges_for_commands(
+    trip_s: float, share: float
+) -> None:
+    found = delivery(trip_s)
+    assert found.samples_share == pytest.approx(share, rel=1e-12)
+    assert found.most_Hz == pytest.approx(share * PER_BLOCK / trip_s, rel=1e-12)
+
+
+@pytest.mark.parametrize("rate_Hz", [20.0, 300.0, 1000.0, 5000.0])
+@pytest.mark.parametrize("gap_s", [0.0, 0.0012])
+def test_the_longest_round_trip_is_that_at_which_the_rate_is_just_reached(
+    rate_Hz: float, gap_s: float
+) -> None:
+    found = Delivery(PER_BLOCK, 0.03, rate_Hz, status_s=0.01, feed_s=0.005, gap_s=gap_s)
+    ratio = found.longest_trip_s / found.round_trip_s
+    there = replace(found, round_trip_s=ratio * 0.03, status_s=ratio * 0.01, feed_s=ratio * 0.005)
+    assert there.most_Hz == pytest.approx(rate_Hz, rel=1e-6)
+
+
+def test_it_keeps_up_on_one_side_of_it_only() -> None:
+    longest_s = delivery(0.01).longest_trip_s
+    assert 0.011 < longest_s < 0.0111
+    assert delivery(0.999 * longest_s).keeps_up
+    assert not delivery(1.001 * longest_s).keeps_up
+
+
+def test_what_does_not_keep_up_says_the_figures() -> None:
+    text = delivery(0.02).text
+    assert "does not keep up: at most 461 samples/s of 1000 (14 samples a block in 20.00 ms, 66 %" in text
+    assert "a block must take less than 11.0 ms: a quicker wire" in text
+    line = replace(delivery(0.028, 600.0), line_s=0.0252).text
+    assert "a higher baud rate (the bytes of a block alone take 25.2 ms)" in line
+
+
+def test_samples_go_first_while_the_reader_is_behind() -> None:
+    for took_s, up_to_date, rest_s in [
+        (0.00004, True, 0.00028),
+        (0.00004, False, 0.2),
+        (0.01, True, 0.07),
+        (0.01, False, 0.2),
+        (0.05, True, 0.2),
+        (0.05, False, 0.35),
+        (0.4, False, 0.5),
+    ]:
+        assert status_rest_s(took_s, up_to_date=up_to_date) == pytest.approx(rest_s)

@@ -1,0 +1,3 @@
+module ringcontroller
+
+go 1.19
