@@ -64,20 +64,18 @@ class LikeFlanks:
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
-    """Where flanks cross a level, shape (R,): moment, its standard uncertainty [s], slope there [mm/s], and
-    how many samples were fitted.
+    """Where flanks cross a level, shape (R,): moment, its standard uncertainty [s], and of how many samples.
 
     NaN where a flank is not on record, or too few of its samples are.
     """
 
     time_s: FloatArray
     u_s: FloatArray
-    slope: FloatArray
     samples: FloatArray
 
     def rows(self, chosen: BoolArray) -> Crossings:
         """Return some of the flanks."""
-        return Crossings(self.time_s[chosen], self.u_s[chosen], self.slope[chosen], self.samples[chosen])
+        return Crossings(self.time_s[chosen], self.u_s[chosen], self.samples[chosen])
 
 
 def like_flanks(
@@ -137,7 +135,8 @@ def _read(
     """Return the turns of one motion by their flanks within a window of the stroke (level, half-width).
 
     Where a motion begins or ends, one flank of a turn is like those of the motion and the other is not: the
-    moment is that of the one. Where neither is, what the level is off the middle of each is doubt.
+    moment is that of the one, by the half time of the next turn with both. Where neither is, as while an
+    amplitude is still built up, the flanks say nothing of when it turns, and it is in none.
     """
     moments = np.array(
         [(turns[i - 1].leave_s, *_both(turns[i]), turns[i + 1].time_s) for i in places.tolist()]
@@ -145,10 +144,10 @@ def _read(
     down = crossings(record, moments[:, 0], moments[:, 1], window_mm, sigma_mm)
     up = crossings(record, moments[:, 2], moments[:, 3], window_mm, sigma_mm)
     good = np.isfinite(down.time_s) & np.isfinite(up.time_s)
-    places, down, up = places[good], down.rows(good), up.rows(good)
-    ends = _ends_mm(turns, places)
     like = np.stack([_like(turns, places, side) for side in (-1, 1)])
-    both, neither = like[0] & like[1], ~(like[0] | like[1])
+    both = like[0] & like[1] & good
+    good &= (like[0] | like[1]) & both.any()
+    places, like, both, down, up = places[good], like[:, good], both[good], down.rows(good), up.rows(good)
     middle_s, half_s = 0.5 * (down.time_s + up.time_s), 0.5 * (up.time_s - down.time_s)
     u_s = 0.5 * np.hypot(down.u_s, up.u_s)
     samples = _WORTH * np.minimum(down.samples, up.samples)
@@ -156,7 +155,6 @@ def _read(
     # What the turns scatter by has in it how the noise hangs together.
     samples[scatter_s > u_s] = 1.0
     u_s = np.maximum(u_s, scatter_s)
-    beside_s = 0.5 * ((window_mm[0] - ends[0]) / down.slope + (window_mm[0] - ends[1]) / up.slope)
     if both.any():
         nearest = _nearest(places, both)
         one = np.flatnonzero(like[0] ^ like[1])
@@ -167,8 +165,6 @@ def _read(
         middle_s[one] = (crossed_s + sign * half_s[nearest])[one]
         u_s[one] = np.hypot(np.maximum(own_u_s, scatter_s), u_s[nearest])[one]
         half_s[one] = half_s[nearest][one]
-        beside_s -= beside_s[nearest]
-    u_s[neither] = np.hypot(u_s, beside_s)[neither]
     return LikeFlanks(places, middle_s, half_s, u_s, samples, *window_mm)
 
 
@@ -179,16 +175,6 @@ def _nearest(places: IndexArray, known: BoolArray) -> IndexArray:
     before = np.maximum(after - 1, 0)
     closer = places - places[rows[before]] < places[rows[after]] - places
     return np.asarray(rows[np.where(closer & (places < places[rows[after]]), before, after)])
-
-
-def _ends_mm(turns: Sequence[TurningPoint], places: IndexArray) -> FloatArray:
-    """Return the middle of the strokes that the flanks before and behind turns go between, shape (2, R)."""
-    return np.array(
-        [
-            [0.5 * (turns[i - 1].leave_mm + turns[i].stroke_mm) for i in places.tolist()],
-            [0.5 * (turns[i].leave_mm + turns[i + 1].stroke_mm) for i in places.tolist()],
-        ]
-    )
 
 
 def _like(turns: Sequence[TurningPoint], places: IndexArray, side: int) -> BoolArray:
@@ -251,12 +237,12 @@ def crossings(
     breaks = np.array(record.breaks, dtype=np.intp)
     whole = np.searchsorted(breaks, spans[0], side="right") == np.searchsorted(breaks, spans[1] - 1, "right")
     rows = np.flatnonzero(whole & (size >= _LEAST_SAMPLES))
-    found = np.full((4, first.size), np.nan)
+    found = np.full((3, first.size), np.nan)
     if rows.size:
         ones = np.ones(rows.size)
         points = points_of(record.time_s, record.stroke_mm - level, ones, spans[0][rows], spans[1][rows])
-        found[:3, rows] = _zeros(points, sigma_mm)
-        found[3] = size
+        found[:2, rows] = _zeros(points, sigma_mm)
+        found[2] = size
     return Crossings(*found)
 
 
@@ -284,7 +270,7 @@ def _spans(
 
 
 def _zeros(points: Points, sigma_mm: float) -> FloatArray:
-    """Return where polynomials through points are 0, the u of that [s] and the slope [mm/s], shape (3, R)."""
+    """Return where polynomials through points are 0 and the u of that [s], shape (2, R)."""
     last = np.take_along_axis(points.time_s, points.count[:, None] - 1, axis=1)[:, 0]
     middle, half = 0.5 * (points.time_s[:, 0] + last), 0.5 * (last - points.time_s[:, 0])
     z = np.where(points.used, (points.time_s - middle[:, None]) / half[:, None], 0.0)
@@ -300,7 +286,7 @@ def _zeros(points: Points, sigma_mm: float) -> FloatArray:
         gain = np.sqrt(np.maximum(np.einsum("ri,rij,rj->r", row, inverse, row), 0.0))
         spare = points.count - _DEGREE - 1
         scatter = np.maximum(np.sqrt(errors / np.maximum(spare, 1)), sigma_mm / np.sqrt(points.group))
-        found = np.stack((middle + half * at, half * scatter * gain / np.abs(slope), slope / half))
+        found = np.stack((middle + half * at, half * scatter * gain / np.abs(slope)))
     lost = ~(np.abs(at) <= 1.0) | (spare < 1) | ~np.isfinite(found).all(axis=0)
     found[:, lost] = np.nan
     return np.asarray(found)
