@@ -64,9 +64,12 @@ def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:
         return None
     lost_s = block.lost / guard.rate_Hz
     blind = lost_s > guard.gap_stop_s
-    text = f"{block.lost} samples ({lost_s * 1e3:.0f} ms) were lost before sample {block.first_sequence}"
+    samples, were = ("sample", "was") if block.lost == 1 else ("samples", "were")
+    text = f"{block.lost} {samples} ({lost_s * 1e3:.0f} ms) {were} lost before sample {block.first_sequence}"
     if block.missed:
-        text += f", {block.missed} of them cycles that the controller missed"
+        cycles = "a cycle" if block.missed == 1 else "cycles"
+        share = "" if block.missed == block.lost else f"{block.missed} of them "
+        text += f", {share}{cycles} that the controller missed"
     return Trip(
         "ring",
         Action.STOP if blind else Action.NOTE,

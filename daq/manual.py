@@ -17,6 +17,7 @@ from daq.driving import Driver, Halt
 from daq.guards import Action, Trip
 from daq.limits import guards_for
 from daq.panel import GuardPanel, GuardSet
+from daq.passes import NOT_CAUGHT_UP, catch_up
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.signals import StopRequest
 from daq.stop_eyes import StopEyes
@@ -38,8 +39,6 @@ RELEASE_SPEED_MM_PER_S = 5.0
 DEVICE_LIMIT_FACTOR, DEVICE_LIMIT_OVER_KN = 1.1, 2.0
 """The controller's own limit lies so much over that of the guard, which is to stop first: from 20.6
 to 24 kN it takes 0.17 s at 5 mm/s into 4 kN/mm, several times what a guard takes."""
-CATCH_UP_S = 10.0
-"""So long at most the reader may take to come to the newest sample [s of the wall]."""
 
 
 @dataclass(frozen=True)
@@ -145,15 +144,15 @@ class ManualStand:
             self._say(f"{'note' if trip.action is Action.NOTE else 'STOP'}: {trip.reason}")
 
     def catch_up(self) -> None:
-        """Make passes until every sample is read, or a guard has tripped."""
-        until_s = self._clock.wall_s() + CATCH_UP_S
-        self.acquisition.renew_status()
-        self.tick()
-        reached_us = self.acquisition.device_now_us
-        while not self.acquisition.has_read_to(reached_us) and self.acquisition.panel.trip is None:
-            if self._clock.wall_s() > until_s:
-                return
-            self.tick()
+        """Make passes until every sample that was taken is read, or a guard has tripped.
+
+        Raises
+        ------
+        DeviceFault
+            If the controller gives no newer sample.
+        """
+        if not catch_up(self.acquisition, self.tick, lambda: self.acquisition.panel.trip is not None):
+            raise DeviceFault(NOT_CAUGHT_UP)
 
     def jog(
         self,

@@ -14,11 +14,47 @@ from daq.progress import Watcher
 from daq.showing import Showing
 from daq.signals import StopRequest
 from foundation.clock import Clock
+from foundation.errors import DeviceFault
 
 AFTER_STOP_S = 1.0
 """So long a run goes on after its safe stop [s of stand time]."""
 CATCH_UP_S = 20.0
-"""So long at most the reader may take to read what was sampled before a step [s of the wall]."""
+"""A reader that is behind the stand may stay so long without one newer sample [s of the wall]."""
+
+NOT_CAUGHT_UP = f"no newer sample was read for {CATCH_UP_S:g} s, though the controller has taken some"
+
+
+def catch_up(acquisition: Acquisition, tick: Callable[[], object], ended: Callable[[], bool]) -> bool:
+    """Make passes until all is read that was sampled before now: the reader can be behind the stand.
+
+    What is sampled meanwhile need not be read.
+
+    Parameters
+    ----------
+    acquisition : Acquisition
+        Whose samples are read.
+    tick : callable
+        Makes one pass.
+    ended : callable
+        Whether nothing more is to be waited for.
+
+    Returns
+    -------
+    bool
+        False where no newer sample came for :data:`CATCH_UP_S`: what is missing was not read.
+    """
+    clock = acquisition.clock
+    acquisition.renew_status()
+    tick()
+    present_us, newest_s = acquisition.device_now_us, acquisition.latest.device_s
+    until_s = clock.wall_s() + CATCH_UP_S
+    while not acquisition.has_read_to(present_us) and not ended():
+        if clock.wall_s() >= until_s:
+            return False
+        tick()
+        if acquisition.latest.device_s != newest_s:
+            newest_s, until_s = acquisition.latest.device_s, clock.wall_s() + CATCH_UP_S
+    return True
 
 
 class Passes:
@@ -97,21 +133,25 @@ class Passes:
             acquisition.rest()
 
     def catch_up(self, *, stopped: bool = False) -> None:
-        """Make passes until all is read that was sampled before now: the reader can be behind the stand.
+        """Make passes until all is read that was sampled before now (:func:`catch_up`).
 
-        What is sampled meanwhile need not be read. A trip ends it at once, unless the stand is ``stopped``
-        already and the wire is whole.
+        A trip ends it at once, unless the stand is ``stopped`` already and the wire is whole.
+
+        Raises
+        ------
+        DeviceFault
+            If the controller gives no newer sample; where the stand is stopped already it is only said.
         """
         acquisition, _ = self._need()
-        until_s = self._clock.wall_s() + CATCH_UP_S
-        acquisition.renew_status()
-        self.tick()
-        present_us = acquisition.device_now_us
-        while not acquisition.has_read_to(present_us) and self._clock.wall_s() < until_s:
+
+        def ended() -> bool:
             trip = acquisition.panel.trip
-            if trip is not None and (trip.device_fault or not stopped):
-                return
-            self.tick()
+            return trip is not None and (trip.device_fault or not stopped)
+
+        if not catch_up(acquisition, self.tick, ended):
+            if not stopped:
+                raise DeviceFault(NOT_CAUGHT_UP)
+            self._showing.warn(NOT_CAUGHT_UP)
 
     def meanwhile(self, work: Callable[[], object]) -> BaseException | None:
         """Do something lengthy in a thread while the passes go on; return what it raised."""

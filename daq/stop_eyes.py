@@ -19,7 +19,7 @@ WINDOW_S = 0.015
 SETTLE_S = 0.03
 """An actuator of 15 Hz has lost nine tenths of its speed so long after its command stands [s]."""
 SHARE_LEFT = 0.5
-"""More than this share of the speed before the stop is no settling."""
+"""More than this share of the speed that it stops from is no settling."""
 LEAST_MM_PER_S = 2.0
 """Slower is not told from an encoder's noise within the window."""
 LEAST_RISE_KN = 1.0
@@ -83,7 +83,7 @@ class StopEyes:
         self._newest: dict[str, tuple[float, float]] = {}
         self._rows: deque[NDArray[np.float64]] = deque()
         self._behind_s: deque[float] = deque(maxlen=BLOCKS_KEPT)
-        self._before_mm_per_s = 0.0
+        self._from_mm_per_s = 0.0
         self._done_s = 0.0
         self._done_kN: float | None = None
         acquisition.observers.append(self.take)
@@ -107,7 +107,7 @@ class StopEyes:
 
     def told(self) -> None:
         """Remember the piston's speed: it is being told to stop."""
-        self._before_mm_per_s = self._look()[1]
+        self._from_mm_per_s = abs(self._look()[1])
 
     def done(self) -> None:
         """Look from now on whether it goes on: the controller has taken the command."""
@@ -118,8 +118,9 @@ class StopEyes:
         """Return how the piston goes on toward more force though it was told to stop, empty if it does not.
 
         Toward more force is compression: a piston that draws back takes force away.
-        It may still settle for ``SETTLE_S``, and where the controller slows a running sine down (a hold of
-        it), at an even rate, for ``stopping_s`` [s]. It is asked after every pass.
+        It may still settle for ``SETTLE_S``: behind a turn a piston that lags its command has yet to reach
+        the speed that it stops from. Where the controller slows a running sine down (a hold of it), at an
+        even rate, it may do so for ``stopping_s`` [s]. It is asked after every pass.
         """
         at_s, speed_mm_per_s, force_kN = self._look()
         after_s = at_s - self._done_s
@@ -128,9 +129,10 @@ class StopEyes:
         if self._done_kN is None:
             self._done_kN = force_kN
         if after_s < SETTLE_S + WINDOW_S:
+            self._from_mm_per_s = max(self._from_mm_per_s, speed_mm_per_s)
             return ""
         braking = max(0.0, 1.0 - after_s / stopping_s) if stopping_s > 0.0 else 0.0
-        allowed = max((SHARE_LEFT + braking) * abs(self._before_mm_per_s), LEAST_MM_PER_S)
+        allowed = max((SHARE_LEFT + braking) * self._from_mm_per_s, LEAST_MM_PER_S)
         if speed_mm_per_s > allowed and force_kN - self._done_kN > LEAST_RISE_KN:
             return f"the piston went on toward more force ({speed_mm_per_s:.1f} mm/s)"
         return ""

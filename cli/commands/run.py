@@ -59,11 +59,13 @@ def command(
 def _check_begun_anew(record: CampaignRecord, out: Path) -> None:
     """Say that a start which recorded nothing is begun anew; refuse a folder that holds a campaign."""
     if not record.recorded_nothing(out):
-        over = sum(step.over for step in record.steps)
+        over, total = sum(step.over for step in record.steps), len(record.steps)
+        whole = f"write its report (bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))})"
+        next_is = f"go on with it (bufferstand resume {quote(str(out))})" if over < total else whole
         raise BadInput(
-            f"this folder holds a campaign already ({over} of {len(record.steps)} steps complete)",
+            f"this folder holds a campaign already ({over} of {total} steps complete)",
             file=out,
-            remedy=f"go on with it (bufferstand resume {quote(str(out))}), or choose another folder",
+            remedy=f"{next_is}, or choose another folder",
         )
     why = f": {record.reason}" if record.reason else ""
     click.echo(

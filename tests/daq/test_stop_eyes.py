@@ -89,6 +89,22 @@ def test_a_sine_may_slow_down_at_its_own_acceleration_and_no_slower() -> None:
     assert at_s < stopping_s
 
 
+def test_a_sine_behind_its_turn_has_yet_to_reach_the_speed_that_it_stops_from() -> None:
+    """A piston 40 ms behind its command stands when that is told to stop, and follows it nevertheless."""
+    lag_s, rad_per_s, most_mm_per_s = 0.04, 2.0 * math.pi * 0.85, 80.0
+    before = most_mm_per_s * math.sin(rad_per_s * lag_s)
+
+    def commanded(t_s: float) -> float:
+        if t_s < 0.0:
+            return most_mm_per_s * math.sin(rad_per_s * (t_s + lag_s))
+        return max(0.0, before - most_mm_per_s * rad_per_s * t_s)
+
+    assert seen(lambda t: commanded(t - lag_s), stopping_s=1.0 / rad_per_s) == ("", 1.0)
+    said, at_s = seen(lambda t: commanded(min(t - lag_s, 0.0)), stopping_s=1.0 / rad_per_s)
+    assert said, "one that keeps that speed goes on"
+    assert at_s < 1.0 / rad_per_s
+
+
 def zero(force_kN: float) -> Zero:
     one = ChannelZero(name="force", unit="kN", value=force_kN, u=0.05)
     return Zero(how="tare", found=datetime.now(UTC), channel=(one,))

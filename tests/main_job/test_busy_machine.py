@@ -17,7 +17,9 @@ from tests.main_job.conftest import bufferstand
 from tests.main_job.test_run import write_campaign
 
 BUSY = "while True: pass"
-MISSED = re.compile(r"(\d+) of them cycles that the controller missed")
+LOST = r"(\d+) samples? .* lost .*, (?:(\d+) of them )?(?:a )?cycles? that the controller missed"
+    r"(\d+) samples? .* lost .*, (?:(\d+) of them )?(?:a )?cycles? that the controller missed"
+)
 
 
 @contextmanager
@@ -39,8 +41,8 @@ def assert_whole(out: Path, runs: int) -> None:
         run = open_run(path)
         steps = np.rint(np.diff(run.series("force").time_s) * 1e3).astype(int)
         assert steps.min() == 1, path.name
-        missed = [MISSED.search(event.text) for event in run.events]
-        assert sum(steps - 1) == sum(int(found[1]) for found in missed if found), path.name
+        missed = [re.match(LOST, event.text) for event in run.events]
+        assert sum(steps - 1) == sum(int(found[2] or found[1]) for found in missed if found), path.name
 
 
 @pytest.mark.parametrize("speed", ["1", "100"])
