@@ -18,8 +18,6 @@ from tests.main_job.test_run import write_campaign
 
 BUSY = "while True: pass"
 LOST = r"(\d+) samples? .* lost .*, (?:(\d+) of them )?(?:a )?cycles? that the controller missed"
-    r"(\d+) samples? .* lost .*, (?:(\d+) of them )?(?:a )?cycles? that the controller missed"
-)
 
 
 @contextmanager
