@@ -61,7 +61,7 @@ def test_temperature_stop_ends_with_3_at_zero_force_and_keeps_the_data(tmp_path:
     assert done.returncode == 3, done.stderr
     last = done.stderr.strip().splitlines()[-1]
     assert "has reached the stop threshold of 24 °C" in last
-    assert re.search(r"safe stop: force -?0\.\d kN \(channel force, zero taken off\)", last)
+    assert re.search(r"safe stop: force -?0\.\d kN \(channel force, zero taken off\)", last), last
     assert "valve off" in last
     run = open_run(sorted((out / "runs").glob("*.h5"))[-1])
     assert run.status == "stopped"

@@ -65,7 +65,9 @@ def test_readings_in_counts_and_units(stand: Path) -> None:
     row = next(line.split() for line in done.stdout.splitlines() if line.startswith("stroke_1"))
     assert float(row[1]) == pytest.approx(51.5 / 0.00762939453125, abs=5.0)
     assert float(row[3]) == pytest.approx(1.5, abs=0.01)
-    document = json.loads(bufferstand("stand", "read", stand, "--json", "--for", "2").stdout)
+    done = bufferstand("stand", "read", stand, "--json", "--for", "2")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
     assert document["schema"] == "bufferstand/stand-read/1"
     force = next(one for one in document["channels"] if one["name"] == "force")
     assert force["value"] == pytest.approx(0.6, abs=0.03)
