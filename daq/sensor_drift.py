@@ -94,6 +94,7 @@ class SensorDrift:
         """The highest reading so far [°C]."""
         self.seen = 0
         """How many readings have come."""
+        self._found: tuple[int, float, tuple[Drift | None, ...]] = (-1, -np.inf, ())
 
     def take(self, block: ScaledBlock) -> None:
         """Take a sensor's readings; blocks of anything else are not looked at."""
@@ -121,7 +122,10 @@ class SensorDrift:
 
     def drifts(self, since_s: float = -np.inf) -> tuple[Drift, ...] | None:
         """Return how each sensor moves, by readings after ``since_s``; None as long as one has too few."""
-        found = [self._line(name, since_s) for name in self._kept]
+        if self._found[:2] != (self.seen, since_s):  # it is asked after every pass, and readings are rare
+            lines = tuple(self._line(name, since_s) for name in self._kept)
+            self._found = (self.seen, since_s, lines)
+        found = self._found[2]
         known = tuple(drift for drift in found if drift is not None)
         return known if len(known) == len(found) and known else None
 

@@ -128,7 +128,7 @@ def taken_away(stand: Bench) -> Tally:
     return tally
 
 
-@pytest.mark.parametrize("moment", ["warming", "cycling"])
+@pytest.mark.parametrize("moment", [pytest.param("warming", marks=pytest.mark.long), "cycling"])
 def test_a_program_killed_under_force_leaves_none(stand: Bench, tmp_path: Path, moment: str) -> None:
     at_kill = kill_at_force(stand, tmp_path / "killed", moment)
     assert at_kill.force_kN >= FORCE_KN[moment]
@@ -159,27 +159,28 @@ def test_so_it_is_at_any_moment(stand: Bench, tmp_path: Path, moment: str, numbe
 # --- the wire is cut, in virtual time ---------------------------------------------------------------
 
 
-def run(folder: Path, moment: str, lost_at_s: float | None = None) -> tuple[CampaignOutcome, InProcessStand]:
+def run(folder: Path, moment: str, lost_at_s: float) -> tuple[CampaignOutcome, InProcessStand]:
     """Run a campaign; from an instant on the wire to the controller is cut."""
     folder.mkdir()
     path = campaign(folder, STEPS[moment], zero="")
     text = (folder / "stand.toml").read_text(encoding="utf-8")
     (folder / "stand.toml").write_text(text + f"gap_mm = {GAP_MM}\n", encoding="utf-8")
     plan, stand_file = sample_plan(path)
-    faults = [] if lost_at_s is None else [parse_fault(f"controller=lost@{lost_at_s:.3f}")]
-    opened = open_in_process(stand_file, faults=faults)
+    opened = open_in_process(stand_file, faults=[parse_fault(f"controller=lost@{lost_at_s:.3f}")])
     outcome = run_campaign(plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file))
     opened.stand.close()
     return outcome, opened
 
 
+LATER_S = 60.0
+"""By then each of them is under force [s of stand time]."""
 LOSE_AT_KN = {"touching": 0.3, "warming": 60.0, "cycling": 90.0}
 
 
 @pytest.mark.parametrize("moment", STEPS)
 def test_a_wire_that_is_cut_under_force_leaves_none(tmp_path: Path, moment: str) -> None:
-    _, whole = run(tmp_path / "whole", moment)
-    truth = whole.truth.arrays()
+    _, later = run(tmp_path / "later", moment, LATER_S)
+    truth = later.truth.arrays()
     first = int(np.flatnonzero(truth["force_kN"] > LOSE_AT_KN[moment])[0])
     lost_at_s = float(truth["time_us"][first]) / 1e6
     outcome, opened = run(tmp_path / "cut", moment, lost_at_s)
