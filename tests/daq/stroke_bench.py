@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
+from daq.acquisition import Pace
+from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from drivers.profile import SHIPPED
 from drivers.simulated.inprocess import InProcessStand, open_in_process
@@ -72,6 +74,8 @@ class Case:
     simulation: tuple[tuple[str, float], ...] = ()
     """More keys of ``[simulation]``."""
     more: str = ""
+    tick_s: float = 0.05
+    """From pass to pass of the loop: five times a campaign's, for a third of the processor time."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +141,7 @@ def run(
     outcome = run_campaign(
         plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file),
         progress=shown, predictor=ModelPredictor(model),
+        settings=RunSettings(pace=Pace(tick_s=case.tick_s)),
     )  # fmt: skip
     opened.stand.close()
     return outcome, opened, shown, plan

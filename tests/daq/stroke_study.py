@@ -127,7 +127,9 @@ def table(cycles: int, reversals_s: Sequence[float]) -> None:
     for reversal_s, edition, first in product(reversals_s, EDITIONS, ("static", "harmonic")):
         begin = STATIC if first == "static" else sine(*FIRST, cycles)
         with tempfile.TemporaryDirectory() as folder:
-            found = made(Path(folder), begin, LATER, Case(edition=edition, reversal_s=reversal_s), cycles)
+            found = made(
+                Path(folder), begin, LATER, Case(edition=edition, reversal_s=reversal_s, tick_s=0.01), cycles
+            )
         worst = [
             max((abs(value) for one in found for value in values(one)), default=0.0)
             for values in (

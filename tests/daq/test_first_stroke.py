@@ -13,7 +13,7 @@ from protocols.campaign import load_campaign
 from protocols.curve_predictor import NothingKnown
 from protocols.limits import StandLimits
 from protocols.plan import make_plan
-from tests.daq.run_in_process import facts_of
+from tests.daq.run_in_process import COARSE, facts_of
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 SLOW = '[[step]]\nkind = "static"\nspeed_mm_per_s = 10.0\nforce_limit_kN = 400.0\n'
@@ -37,7 +37,13 @@ def run(tmp_path: Path, steps: str) -> CampaignOutcome:
     plan = make_plan(campaign, StandLimits(**stand_file.limits.model_dump()), predictor, specimen)
     opened = open_in_process(stand_file)
     return run_campaign(
-        plan, opened.stand, opened.clock, tmp_path / "out", facts_of(stand_file), predictor=predictor
+        plan,
+        opened.stand,
+        opened.clock,
+        tmp_path / "out",
+        facts_of(stand_file),
+        predictor=predictor,
+        settings=COARSE,
     )
 
 

@@ -26,7 +26,7 @@ from drivers.simulated.inprocess import InProcessStand, open_in_process
 from drivers.simulated.virtual_link import behind_a_wire
 from recording.runfile import open_run
 from tests.daq.cases import SAMPLES, Lines
-from tests.daq.run_in_process import facts_of, sample_plan
+from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_start_band import PREDICTOR
 from tests.drivers.profiles import changed_ring
 
@@ -56,12 +56,14 @@ def run(
     settings: RunSettings | None = None,
     shown: Lines | None = None,
     initial_C: float = 21.0,
+    ambient_C: float = 21.0,
 ) -> tuple[CampaignOutcome, InProcessStand, Lines]:
     """Run a campaign on the sample stand with all its imperfections."""
     stand = (SAMPLES / "stand.toml").read_text("utf-8")
     model = SAMPLES / "models" / "category-a-elastomer.toml"
     stand = stand.replace('model = "models/category-a-elastomer.toml"', f'model = "{model}"')
     stand = stand.replace("initial_C = 21.0", f"initial_C = {initial_C}")
+    stand = stand.replace("ambient_C = 21.0", f"ambient_C = {ambient_C}")
     (folder / "stand.toml").write_text(stand, encoding="utf-8")
     specimen = SAMPLES / "specimens" / "category-a-elastomer.toml"
     path = folder / "campaign.toml"
@@ -72,7 +74,7 @@ def run(
     opened, shown = open_in_process(stand_file), shown or Lines()
     outcome = run_campaign(
         plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file), progress=shown,
-        stop_request=request, settings=settings, predictor=PREDICTOR,
+        stop_request=request, settings=settings or COARSE, predictor=PREDICTOR,
     )  # fmt: skip
     opened.stand.close()
     return outcome, opened, shown
@@ -85,6 +87,14 @@ def reached(run_file: Path) -> list[tuple[float, float]]:
         for event in open_run(run_file).events
         if event.kind == "force-cycle"
     ]
+
+
+@pytest.fixture(scope="module")
+def default(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CampaignOutcome]:
+    """Return the folder and the outcome of four cycles from 50 to 400 kN."""
+    folder = tmp_path_factory.mktemp("cycled")
+    outcome, _, _ = run(folder, force_cycles())
+    return folder, outcome
 
 
 LATER = slice(1, None)
@@ -120,9 +130,9 @@ def test_both_forces_are_met_from_the_second_cycle_on(
     assert truth_kN.max() <= 600.0
 
 
-def test_the_plan_foresees_it(tmp_path: Path) -> None:
-    outcome, _, _ = run(tmp_path, force_cycles())
-    row = read_as_run(tmp_path / "out")[0]
+def test_the_plan_foresees_it(default: tuple[Path, CampaignOutcome]) -> None:
+    folder, outcome = default
+    row = read_as_run(folder / "out")[0]
     assert outcome.status == "complete"
     assert row.cycles == 4, "the stroke of the touch-off is none of them"
     assert row.planned is not None
@@ -143,9 +153,8 @@ def test_a_stroke_limit_turns_it_and_that_is_said(tmp_path: Path) -> None:
     ), said
 
 
-def test_the_evaluation_finds_its_cycles(tmp_path: Path) -> None:
-    outcome, _, _ = run(tmp_path, force_cycles())
-    (wanted,) = outcome.runs
+def test_the_evaluation_finds_its_cycles(tmp_path: Path, default: tuple[Path, CampaignOutcome]) -> None:
+    (wanted,) = default[1].runs
     done = subprocess.run(
         [sys.executable, "-P", "-m", "cli", "evaluate", str(wanted), "--json", str(tmp_path / "e.json")],
         capture_output=True, text=True, check=False,
@@ -195,8 +204,8 @@ def test_after_a_temperature_stop_the_cycles_left_are_run(tmp_path: Path) -> Non
     outcome, _, _ = run(
         tmp_path,
         limits + force_cycles(50.0, 550.0, 100.0, 4),
-        settings=RunSettings(pace=Pace(tick_s=0.05)),
         initial_C=23.85,
+        ambient_C=5.0,
     )
     assert outcome.status == "complete", outcome.reason
     assert len(outcome.runs) > 1, "it was stopped and continued"

@@ -32,7 +32,7 @@ from tests.daq.killing import (
     lived,
     start,
 )
-from tests.daq.run_in_process import facts_of, sample_plan
+from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 
 GAP_MM = 1.0
@@ -167,7 +167,9 @@ def run(folder: Path, moment: str, lost_at_s: float) -> tuple[CampaignOutcome, I
     (folder / "stand.toml").write_text(text + f"gap_mm = {GAP_MM}\n", encoding="utf-8")
     plan, stand_file = sample_plan(path)
     opened = open_in_process(stand_file, faults=[parse_fault(f"controller=lost@{lost_at_s:.3f}")])
-    outcome = run_campaign(plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file))
+    outcome = run_campaign(
+        plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file), settings=COARSE
+    )
     opened.stand.close()
     return outcome, opened
 

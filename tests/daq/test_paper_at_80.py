@@ -11,7 +11,7 @@ from daq.runner import run_campaign
 from drivers.simulated.inprocess import open_in_process
 from evaluation.api import evaluate
 from tests.clean_stand import stiff_stand
-from tests.daq.run_in_process import facts_of, sample_plan
+from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 
@@ -36,7 +36,9 @@ def test_the_grid_at_80_mm_runs_and_fig_8b_has_its_points(tmp_path: Path) -> Non
     plan, stand_file = sample_plan(campaign_at_80(tmp_path))
     assert [step.amplitude_mm for step in plan.steps] == [5.0, 10.0, 15.0, 15.0, 20.0]
     opened = open_in_process(stand_file)
-    outcome = run_campaign(plan, opened.stand, opened.clock, tmp_path / "out", facts_of(stand_file))
+    outcome = run_campaign(
+        plan, opened.stand, opened.clock, tmp_path / "out", facts_of(stand_file), settings=COARSE
+    )
     assert (outcome.status, outcome.exit_status) == ("complete", 0), outcome.reason
     found = [run["summary"] for run in evaluate(tmp_path / "out" / "runs", draws=0)["runs"]]
     mean = {summary["amplitude_mm"]["value"]: summary["prestress_mm"]["value"] for summary in found}

@@ -10,7 +10,7 @@ from daq.runner import run_campaign
 from drivers.simulated.inprocess import open_in_process
 from protocols.commanded import Sine
 from tests.clean_stand import stiff_stand
-from tests.daq.run_in_process import facts_of, sample_plan
+from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 HEAD = f"""
@@ -45,7 +45,9 @@ def test_force_heat_and_stroke_come_as_planned(tmp_path: Path, name: str) -> Non
     campaign_file.write_text(f'{head}\n[[step]]\nkind = "harmonic"\n{STEPS[name]}\n', encoding="utf-8")
     plan, stand_file = sample_plan(campaign_file)
     opened = open_in_process(stand_file)
-    outcome = run_campaign(plan, opened.stand, opened.clock, tmp_path / "out", facts_of(stand_file))
+    outcome = run_campaign(
+        plan, opened.stand, opened.clock, tmp_path / "out", facts_of(stand_file), settings=COARSE
+    )
     assert outcome.status == "complete", outcome.reason
     truth = opened.truth.arrays()
     (step,) = plan.steps

@@ -73,7 +73,7 @@ def test_from_the_second_step_on_at_every_reversal(
     tmp_path: Path, reversal_s: float, edition: int, first: str
 ) -> None:
     begin = STATIC if first == "static" else sine(*FIRST)
-    check(tmp_path, begin, LATER, Case(edition=edition, reversal_s=reversal_s))
+    check(tmp_path, begin, LATER, Case(edition=edition, reversal_s=reversal_s, tick_s=0.01))
 
 
 @pytest.mark.long

@@ -22,7 +22,7 @@ from evaluation.requirements.static import PRELOAD_FROM_MM, PRELOAD_TO_MM
 from foundation.zero import Zero
 from recording.runfile import open_run
 from tests.daq.cases import Lines
-from tests.daq.run_in_process import facts_of, sample_plan
+from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 from tests.main_job.conftest import bufferstand
 
@@ -70,7 +70,9 @@ def start(
         opened.device.faults.add(fault)
     known = facts_of(stand_file)
     facts = CampaignFacts(known.stand, known.watchdog_s, stored_zero=stored)
-    outcome = run_campaign(plan, opened.stand, opened.clock, folder / "out", facts, progress=shown)
+    outcome = run_campaign(
+        plan, opened.stand, opened.clock, folder / "out", facts, progress=shown, settings=COARSE
+    )
     opened.stand.close()
     return outcome, opened, shown
 
