@@ -27,6 +27,7 @@ PYTHON = ENVIRONMENT / "bin" / "python"
 OLDEST_PYTHON = (3, 11)
 OLDEST_PIP = (22, 3)
 MAIN_JOB = "tests/main_job"
+BUSY = "tests/main_job/test_busy_machine.py"
 
 
 def fingerprint() -> str:
@@ -110,14 +111,22 @@ def check() -> int:
 def test(arguments: list[str]) -> int:
     """Run every test, or those that pytest is told to; return the first status that is not 0.
 
-    Two at a time, then those of the main job one by one: they run stands in (accelerated) real time.
+    Two at a time, a file of the main job (its tests share a campaign) on one worker; then, alone, those that
+    keep the computer busy.
     """
     if any(argument != "--long" for argument in arguments):
         return run("-m", "pytest", *arguments, folder=ROOT)
     workers = str(min(4, os.cpu_count() or 1))
     timed = [*arguments, "--durations=25"]  # a suite grows slow test by test: show which
-    status = run("-m", "pytest", *timed, "-n", workers, f"--ignore={MAIN_JOB}", folder=ROOT)
-    return status or run("-m", "pytest", *timed, MAIN_JOB, folder=ROOT)
+    parts = (
+        ["-n", workers, f"--ignore={MAIN_JOB}"],
+        ["-n", workers, "--dist", "loadfile", MAIN_JOB, f"--ignore={BUSY}"],
+        [BUSY],
+    )
+    status = 0
+    for part in parts:
+        status = status or run("-m", "pytest", *timed, *part, folder=ROOT)
+    return status
 
 
 def main(arguments: list[str]) -> int:
