@@ -30,6 +30,9 @@ STATUS_REST = 3.0
 """The controller's state is asked for again after so many times what that took."""
 STATUS_WAIT_S = 0.1
 """It is asked for again after so long at the latest [s of the wall]."""
+AGREE_S = 1.0
+"""So long a second force channel may take to show what the first shows: its samples come later [s of stand
+time]."""
 LOOK_S = 0.02
 """From one look at the controller to the next, where looking takes less [s of stand time]."""
 
@@ -229,7 +232,7 @@ class SafeStop:
                 self._wait(self._at_rest, self._settings.limit_s)
             self._ask("valve off", self._controller.disable)
         if self._status is not None and not self._link_lost():
-            self._pump_safely()  # the samples of now, for the force that is left
+            self._look_at_force()
         last = self._ask("status", self._controller.status)
         self._status = last or self._status
         return self._describe("watchdog" if last is None else by, last)
@@ -266,6 +269,14 @@ class SafeStop:
             self._status = self._ask("status", self._controller.status) or self._status
         elif trouble := self._await_end("release", sequence, self._settings.limit_s):
             self._note(f"{trouble} after the release: valve off at once")
+
+    def _look_at_force(self) -> None:
+        """Take the samples of now, for the force that is left, until its channels show the same one."""
+        until_s = self._clock.now_s() + AGREE_S
+        self._pump_safely()
+        while (seen := self._eyes.force()) and seen.other_kN and self._clock.now_s() < until_s:
+            self._clock.sleep(LOOK_S)
+            self._pump_safely()
 
     def _await_end(self, what: str, sequence: int, limit_s: float, stopping_s: float = 0.0) -> str:
         """Wait for a command's end; return how the piston goes on toward more force, empty if it does not."""

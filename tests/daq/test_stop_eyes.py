@@ -15,7 +15,7 @@ from daq.controller_guard import ControllerGuard
 from daq.panel import GuardPanel, GuardSet
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.scaling import ScaledBlock
-from daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, StopEyes
+from daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, StopEyes
 from drivers.interfaces import ControllerStatus, Stand
 from foundation.zero import ChannelZero, Zero
 from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
@@ -215,6 +215,43 @@ def test_the_zero_is_taken_off_what_a_stop_judges() -> None:
     report = stop.run()
     assert report.safe
     assert report.force_source == "channel force, zero taken off"
+
+
+class SecondForce:
+    """Sees an unloaded stand; a second channel shows the force of a moment ago, for so long after 0.5 s."""
+
+    def __init__(self, clock: FakeClock, late_s: float) -> None:
+        self._clock, self._until_s = clock, 0.5 + late_s
+
+    def told(self) -> None:
+        pass
+
+    def done(self) -> None:
+        pass
+
+    def goes_on(self, stopping_s: float = 0.0) -> str:  # noqa: ARG002 - as Eyes
+        return ""
+
+    def force(self) -> ForceSeen:
+        late = self._clock.now_s() < self._until_s
+        return ForceSeen(0.1, "force", True, (("force_2", 8.0),) if late else ())
+
+
+@pytest.mark.parametrize(("late_s", "safe"), [(0.8, True), (100.0, False)])
+def test_a_second_channel_whose_samples_come_later_is_waited_for_but_not_for_long(
+    late_s: float, safe: bool
+) -> None:
+    clock = FakeClock()
+    controller = FakeController(clock)
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=2000)
+    clock.sleep(0.5)
+    report = SafeStop(
+        controller, clock, SafeStopSettings(20.0, 2.0), controller.feed_watchdog,
+        eyes=SecondForce(clock, late_s),
+    ).run()  # fmt: skip
+    assert report.safe is safe, report.line
+    assert ("force_2 shows 8.0 kN" in report.line) is not safe
+    assert report.duration_s < 1.5
 
 
 def test_without_fresh_samples_the_controllers_own_reading_is_judged_and_named() -> None:
