@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 
 # Before numpy is loaded: its threads wait for each other by spinning, and take the cores from what is tested.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -12,6 +13,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 mpl.use("Agg")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # Run in the background of a script, which has it ignored: the programs under test are to be interrupted.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile(
     "bufferstand",

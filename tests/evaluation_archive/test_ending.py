@@ -22,10 +22,9 @@ from tests.evaluation_report.make_runs import Made, write_campaign
 def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Start the command in a session of its own, as a terminal does.
 
-    Hang-up and interrupt end it, as a terminal's, though these tests be run by ``nohup`` or in the background
-    of a script, which have them ignored.
+    It ends at a hang-up, as a terminal's does, though these tests be run by ``nohup``, which has it ignored.
     """
-    as_run = {number: signal.signal(number, signal.SIG_DFL) for number in (signal.SIGHUP, signal.SIGINT)}
+    as_run = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     started: list[subprocess.Popen[str]] = []
 
     def start(*arguments: str | Path) -> subprocess.Popen[str]:
@@ -38,8 +37,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
         return started[-1]
 
     yield start
-    for number, handler in as_run.items():
-        signal.signal(number, handler)
+    signal.signal(signal.SIGHUP, as_run)
     for process in started:
         try:
             os.killpg(process.pid, signal.SIGKILL)
