@@ -9,11 +9,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from daq.cycles_judged import is_off
 from daq.scaling import ScaledBlock
 from daq.stroke_agreement import Once, Terms
 from daq.stroke_learning import StrokeKnowledge
 from daq.stroke_looking import Order, SineLook
-from daq.stroke_rows import is_off, spans
+from daq.stroke_rows import spans
 from daq.stroke_steps import Bounds, corrected
 from drivers.interfaces import Controller
 from protocols.commanded import Sine
