@@ -119,7 +119,8 @@ def test_a_piston_that_is_late_is_judged_when_its_turn_is_whole() -> None:
     [
         (Bounds(250.0, 250.0, 250.0, 1e6), "cannot be reached: force_max_kN = 250"),
         (Bounds(250.0, 49.0, 1e6, 1e6), "cannot be reached: stroke_max_mm = 49"),
-        (Bounds(250.0, 250.0, 1e6, 62.0), "cannot be reached: contact, travel or speed of the piston"),
+        (Bounds(250.0, 250.0, 1e6, 62.0), "cannot be reached: speed of the piston, at most 62 mm/s"),
+        (Bounds(50.2, 250.0, 1e6, 1e6), "cannot be reached: travel of the piston, to 50.20 mm from"),
     ],
 )
 def test_what_a_limit_leaves_out_of_reach_is_said(bounds: Bounds, why: str) -> None:
