@@ -246,9 +246,9 @@ class Commanding:
         elif row.has_note:
             self._voice.message(f"note: {row.sentence()}")
 
-    def judge(self) -> bool:
-        """Judge what has come of the motion, but correct nothing; return whether more is to be judged."""
-        return self._look is not None and self._look.judge()
+    def judge_rest(self) -> bool:
+        """Judge what has come of a motion that has ended; return whether there is more."""
+        return self._look is not None and self._look.judge_rest()
 
     def look(self, cycles_done: int) -> None:
         """Look at the motion under way, once in every pass; correct it where it is off and can be changed."""

@@ -244,11 +244,11 @@ class Driver:
 
         def passes() -> None:
             self._tick()
-            self.commanding.judge()
+            self.commanding.judge_rest()
 
         panel = self._acquisition.panel
         catch_up(self._acquisition, passes, lambda: panel.trip is not None)
-        while self.commanding.judge() and panel.trip is None:
+        while self.commanding.judge_rest() and panel.trip is None:
             self._tick()
         self.obey()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from daq.crests import Turned
 from daq.cycles_judged import CyclesJudged
 from daq.full_cycles import Change, FullCycle, FullCycles
 from daq.scaling import ScaledBlock
@@ -76,7 +77,7 @@ class SineLook:
         self._late: list[float] = []
         self._newest: CycleSeen | None = None
         self._counted = 0
-        self._warned = False
+        self._warned = self._over = False
         self._judged = CyclesJudged(self._asked, order.terms.table)
 
     def take(self, block: ScaledBlock) -> None:
@@ -91,6 +92,11 @@ class SineLook:
         cycle, self._newest = self._newest, None
         if self._order.compensates and not self._change.is_awaited:
             self._correct(cycle, self._motion.cycles - max(cycles_done, self._judged.done))
+
+    def judge_rest(self) -> bool:
+        """Judge a few cycles of a sine that has ended; return whether there are more."""
+        self._over = True
+        return self.judge()
 
     def judge(self) -> bool:
         """Judge the cycles that are over, a few at once; return whether there are more."""
@@ -112,15 +118,20 @@ class SineLook:
             if self._late and cycle.command is not None and (self._watch.newest_us or 0) < latest_us:
                 return False
             self._judged.miss(cycle.number)
-            return True
-        self._judged.take(cycle.number, period.turned.sine, period.turned.u_mm, goes_over=goes_over)
+        else:
+            self._take(cycle.number, period, period.turned, goes_over=goes_over)
         self._watch.forget_before(cycle.begin_us + 0.5 * self._watch.period_us)
+        return True
+
+    def _take(self, number: int, period: Period, turned: Turned, *, goes_over: bool) -> None:
+        """Keep what a cycle reached, and learn from it where its command was steady."""
+        self._judged.take(number, turned.sine, turned.u_mm, goes_over=goes_over)
         if not goes_over and (seen := period.seen()) is not None:
             self._newest = seen
             for doubt in self._order.terms.knowledge.take(seen, self._order.expected):
                 self._order.once(doubt)
-        self._warn(cycle.number)
-        return True
+        if not self._warned and not self._over:
+            self._warn(number)
 
     def _turned(self, begin_us: float) -> Period | None:
         """Return the first period from there on, or a little later, that has both turns of a cycle.
@@ -138,9 +149,9 @@ class SineLook:
         return None
 
     def _warn(self, number: int) -> None:
-        """Say once that a cycle is off."""
+        """Say once, while it runs, that a cycle is off."""
         row, order = self.row(), self._order
-        if self._warned or not order.compensates or row is None or not row.is_off(order.terms.table):
+        if not order.compensates or row is None or not row.is_off(order.terms.table):
             return
         self._warned = True
         left = self._motion.cycles - max(number, self._counted)
@@ -206,6 +217,9 @@ class SineLook:
         """Judge what is left, and return the row that is kept; say so where nothing could be judged."""
         while self.judge():
             """Until none is left."""
+        if self._over and self._counted >= self._motion.cycles:  # all of them were made
+            for number in range(self._judged.done + 1, self._motion.cycles + 1):
+                self._judged.miss(number)
         row = self.row()
         if row is None and self._counted > 0:
             self._order.once(
@@ -238,7 +252,7 @@ class StaticLook:
     def look(self, cycles_done: int) -> None:
         """Do nothing in a pass: what slow strokes show is read at their end."""
 
-    def judge(self) -> bool:
+    def judge_rest(self) -> bool:
         """Return that nothing waits to be judged."""
         return False
 

@@ -119,6 +119,7 @@ def judged(
         look.take(block_of(record, first, last, missed))
         missed = 0
         look.look(int(record.counted[min(max(last - 1 + ahead, 0), len(record.counted) - 1)]))
+    look.judge_rest()
     return look.end(), heard, known
 
 
@@ -193,11 +194,19 @@ def test_a_sine_whose_cycles_are_not_on_record_is_not_passed_over_in_silence() -
     assert [text for text in heard.warnings if "40 ± 10 mm at 2.5 Hz reached is not known" in text] != []
 
 
+def test_a_sine_that_ends_before_a_cycle_is_on_record_names_it() -> None:
+    record = recorded(SHARES)
+    cut = round(REST_S * RATE_HZ) + 8 * PERIOD
+    row, _, _ = judged(record, 10, lost=[(cut, len(record.time_us) - 5)])
+    assert row is not None
+    assert (row.cycles, row.cycles_unseen) == (8, "8")
+
+
 def test_a_sine_that_is_held_has_no_more_cycles_than_were_full() -> None:
     """As a step does that ends when it has settled: the command stops within a cycle."""
     record = recorded([1.0] * CYCLES)
     held = round(REST_S * RATE_HZ + (1 + 3 + 0.4) * PERIOD)
-    record.command[held:] = record.command[held]
+    record.command[held:], record.counted[held:] = record.command[held], record.counted[held]
     record.stroke[held + 20 :] = record.stroke[held + 20]
     row, _, _ = judged(record, 10)
     assert row is not None

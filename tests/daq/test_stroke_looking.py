@@ -133,6 +133,24 @@ def test_what_a_limit_leaves_out_of_reach_is_said(bounds: Bounds, why: str) -> N
     assert all(2.0 * math.pi * one.amplitude_mm <= bounds.speed_max_mm_per_s + 1e-9 for one in bench.told)
 
 
+@pytest.mark.parametrize(
+    ("bounds", "piston", "most_mm", "what"),
+    [
+        (Bounds(120.0, 100.0, 600.0, 1000.0), Sine(20.47, 20.6), 20.47, "contact: the piston's amplitude is"),
+        (Bounds(120.0, 100.0, 600.0, 1000.0), Sine(100.0, 21.0), 20.0, "travel of the piston, to 120.00 mm"),
+        (
+            Bounds(120.0, 100.0, 600.0, 100.0),
+            Sine(60.0, 21.0),
+            15.915,
+            "speed of the piston, at most 100 mm/s",
+        ),
+    ],
+)
+def test_the_one_limit_that_holds_is_named(bounds: Bounds, piston: Sine, most_mm: float, what: str) -> None:
+    assert bounds.kept(piston, 1.0).amplitude_mm == pytest.approx(most_mm, abs=0.001)
+    assert bounds.holding(piston, 1.0).startswith(what)
+
+
 def test_where_a_sine_cannot_be_changed_its_cycles_are_named() -> None:
     bench = Bench(LinearStand(), can_adjust=False)
     look, heard = looked(bench, 1.0)
