@@ -213,7 +213,7 @@ class Commanding:
     # --- what becomes of them -----------------------------------------------------------------------
 
     def begin_motion(self, motion: Motion, listeners: list[Callable[[Any], object]]) -> None:
-        """Look at a cyclic motion of the step that has just been started."""
+        """Look at a cyclic motion of the step; before it is started, so that no sample is missed."""
         if self._terms is None or not self._is_of_step(motion):
             return
         if not isinstance(motion, Harmonic | StaticCycles):
@@ -243,8 +243,12 @@ class Commanding:
             return
         if row.is_off(self._terms.table):
             self._voice.warn(f"WARNING: {row.sentence()}")
-        elif row.cycles_off or row.is_not_close:
+        elif row.has_note:
             self._voice.message(f"note: {row.sentence()}")
+
+    def judge_rest(self) -> bool:
+        """Judge what has come of a motion that has ended; return whether there is more."""
+        return self._look is not None and self._look.judge_rest()
 
     def look(self, cycles_done: int) -> None:
         """Look at the motion under way, once in every pass; correct it where it is off and can be changed."""

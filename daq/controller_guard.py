@@ -119,8 +119,8 @@ def evaluate_status(
     return memory, Trip(
         "controller",
         Action.EMERGENCY,
-        f"the controller stopped the motion: {why}; force {status.force_kN:.1f} kN, "
-        f"stroke {status.stroke_mm:.1f} mm",
+        f"the controller stopped the motion: {why}; by its own reading, no zero taken off: "
+        f"force {status.force_kN:.1f} kN, stroke {status.stroke_mm:.1f} mm",
         at_s,
         value=float(status.fault_code),
         device_fault=True,

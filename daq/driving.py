@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from daq.acquisition import Acquisition
+from daq.catching_up import catch_up
 from daq.commanding import Commandable, Commanding
 from daq.force_cycling import cycle_between_forces
 from daq.guards import Action, Trip
@@ -215,20 +216,41 @@ class Driver:
         status = self._acquisition.latest.status
         if way := self.commanding.approach(motion, None if status is None else status.command_mm):
             self._until_done(way, self._start(way), limit_s)
-        sequence = self._start(motion)
-        self._cyclic = motion if isinstance(motion, Harmonic | StaticCycles) else None
-        self._cyclic_since_s = self._device_s()
         self.commanding.begin_motion(motion, self._acquisition.listeners)
         try:
+            sequence = self._start(motion)
+            self._cyclic = motion if isinstance(motion, Harmonic | StaticCycles) else None
+            self._cyclic_since_s = self._device_s()
             if steady is not None and isinstance(motion, Harmonic):
                 self._until_settled(motion, sequence, limit_s, steady)
             elif enough is not None and self._cyclic is not None:
                 self._until_enough(motion, sequence, limit_s, enough)
             else:
                 self._until_done(motion, sequence, limit_s)
+            if isinstance(motion, Harmonic | StaticCycles):
+                self._judge_to_the_end()
         finally:
             self._cyclic = None
             self.commanding.end_motion(self._acquisition.listeners)
+
+    def _judge_to_the_end(self) -> None:
+        """Read and judge what a cyclic motion did until its end: the reader can be behind the stand.
+
+        Raises
+        ------
+        Halt
+            If a guard or the operator demands it.
+        """
+
+        def passes() -> None:
+            self._tick()
+            self.commanding.judge_rest()
+
+        panel = self._acquisition.panel
+        catch_up(self._acquisition, passes, lambda: panel.trip is not None)
+        while self.commanding.judge_rest() and panel.trip is None:
+            self._tick()
+        self.obey()
 
     def _until_settled(self, motion: Harmonic, sequence: int, limit_s: float, steady: Steadiness) -> None:
         """Let a harmonic motion go on until its cycles have settled, or to its own end."""

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 from daq.acquisition import Acquisition
 from daq.before_start import first_look
+from daq.catching_up import NOT_CAUGHT_UP, catch_up
 from daq.controller_guard import DEVICE_LIMIT_FAULTS, fault_text
 from daq.driving import Driver, Halt
 from daq.guards import Action, Trip
 from daq.limits import guards_for
 from daq.panel import GuardPanel, GuardSet
-from daq.passes import NOT_CAUGHT_UP, catch_up
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.signals import StopRequest
 from daq.stop_eyes import StopEyes

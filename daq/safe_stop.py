@@ -59,6 +59,10 @@ class Eyes(Protocol):
         """Return the force that is left, by the best channel; None without fresh samples."""
         ...
 
+    def stroke_mm(self) -> float | None:
+        """Return the specimen's stroke [mm], its zero taken off; None without fresh samples."""
+        ...
+
 
 class _Blind:
     """Without samples: the controller's own reading is all there is."""
@@ -73,6 +77,9 @@ class _Blind:
         return ""
 
     def force(self) -> ForceSeen | None:
+        return None
+
+    def stroke_mm(self) -> float | None:
         return None
 
 
@@ -90,7 +97,8 @@ class SafeStopReport:
     state : MotionState or None
         Last state seen.
     force_kN, stroke_mm : float or None
-        Last values seen: the force by the best channel, the stroke by the controller.
+        Last values seen: the force by the best channel, the stroke by the draw wires, each with its zero
+        taken off; without fresh samples by the controller.
     force_source : str
         Where the force comes from.
     duration_s : float
@@ -377,6 +385,16 @@ class SafeStop:
         seen = self._eyes.force()
         return status.force_kN if seen is None else seen.force_kN
 
+    def _stroke_mm(self, status: ControllerStatus, *, told: bool) -> tuple[float, str]:
+        """Return the stroke by the draw wires, zero taken off, or else by the controller, which is said.
+
+        ``told`` is whether it is said already that the controller's own readings are shown.
+        """
+        seen_mm = self._eyes.stroke_mm()
+        if seen_mm is not None:
+            return seen_mm, ""
+        return status.stroke_mm, "" if told else f" ({OWN_READING})"
+
     def _note(self, problem: str) -> None:
         if problem not in self._problems:
             self._problems.append(problem)
@@ -386,7 +404,7 @@ class SafeStop:
         duration_s = self._clock.now_s() - self._began_s
         seen = None if last is None else self._eyes.force()
         source = OWN_READING if seen is None else seen.source
-        force_kN = None if status is None else status.force_kN
+        force_kN, stroke_mm = (None, None) if status is None else (status.force_kN, status.stroke_mm)
         if last is None:
             safe = False
             line = (
@@ -396,13 +414,14 @@ class SafeStop:
             )
         else:
             force_kN = self._force_kN(last)
+            stroke_mm, whose = self._stroke_mm(last, told=seen is None)
             off = last.state in VALVE_OFF or last.state is MotionState.FAULT
             safe = off and abs(force_kN) <= self._zero_kN and not (seen and seen.other_kN)
             valve = "valve off" if off else f"VALVE NOT OFF (state {last.state.name.lower()})"
             own = " by the controller itself" if by == "controller" else ""
             line = (
                 f"safe stop{own}: force {round(force_kN, 1) + 0.0:.1f} kN ({source}), "
-                f"stroke {last.stroke_mm:.1f} mm, {valve}, after {duration_s:.1f} s"
+                f"stroke {round(stroke_mm, 1) + 0.0:.1f} mm{whose}, {valve}, after {duration_s:.1f} s"
             )
             if not safe:
                 line += "; NOT SAFE: use the stand's emergency stop"
@@ -413,7 +432,7 @@ class SafeStop:
             by,
             status.state if status else None,
             force_kN,
-            status.stroke_mm if status else None,
+            stroke_mm,
             source if force_kN is not None else "",
             duration_s,
             tuple(self._problems),

@@ -1,4 +1,4 @@
-"""What the last cycle of a running sine did: turns of specimen, piston and command, and the forces there."""
+"""What a cycle of a sine did: turns of specimen, piston and command, and the forces there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ HARMONICS = 8
 MOST_SAMPLES = 1000
 """Samples of a cycle that are fitted at most, evenly chosen."""
 FEWEST_SAMPLES = 12
-KEPT_CYCLES = 2.5
+EDGE_SAMPLES = 2.0
+"""A period is whole where its first and last sample are so near to its ends."""
+GAP_SHARE = 0.01
+"""A hole of so much of a period is bridged: at a crest that makes 0.05 % of the amplitude."""
 PURE_SHARE, PURE_MM = 0.01, 0.02
 """A command that departs by more than this from a sine is growing, falling or being changed."""
 TURN_SHARE = 0.2
@@ -72,6 +75,25 @@ class CycleSeen:
 
 
 @dataclass(frozen=True)
+class CommandSeen:
+    """The command of a period, fitted with a sine.
+
+    Parameters
+    ----------
+    sine : Sine
+        Mean and amplitude [mm], as recorded.
+    late_share : float
+        By how much of a cycle it rises through its mean after the first sample, −0.5 … 0.5.
+    misfit_mm : float
+        Most that a sample departs from the sine.
+    """
+
+    sine: Sine
+    late_share: float
+    misfit_mm: float
+
+
+@dataclass(frozen=True)
 class Period:
     """The samples of one period of a sine.
 
@@ -85,12 +107,28 @@ class Period:
         Of the sine.
     delays_s : mapping of str to float
         By how much a channel is late; 0 where it is not named.
+    first_us : float, optional
+        Time stamp of its first sample [µs].
     """
 
     since_s: Floats
     values: Mapping[str, Floats]
     frequency_Hz: float
     delays_s: Mapping[str, float]
+    first_us: float = 0.0
+
+    @cached_property
+    def command(self) -> CommandSeen:
+        """What the command was."""
+        phase, values = self._phase("command"), self.values["command"]
+        basis = _basis(phase, 1)
+        found = np.linalg.lstsq(basis, values, rcond=None)[0]
+        mean_mm, cos_mm, sin_mm = (float(one) for one in found)
+        return CommandSeen(
+            Sine(mean_mm, math.hypot(cos_mm, sin_mm)),
+            -math.atan2(cos_mm, sin_mm) / (2.0 * math.pi),
+            float(np.abs(values - basis @ found).max()),
+        )
 
     @cached_property
     def turned(self) -> Turned | None:
@@ -197,7 +235,7 @@ def _stiffness_before(stroke: Floats, force: Floats, start: int, turn: int) -> f
 
 
 class SineWatch:
-    """Keeps the last samples of a running sine; a listener of the acquisition.
+    """Keeps the samples of a running sine; a listener of the acquisition.
 
     Parameters
     ----------
@@ -211,6 +249,17 @@ class SineWatch:
         self._frequency_Hz = frequency_Hz
         self._delays_s = delays_s
         self._blocks: list[ScaledBlock] = []
+        self._gaps_us: list[tuple[int, int]] = []
+
+    @property
+    def period_us(self) -> float:
+        """Duration of a cycle [µs]."""
+        return 1e6 / self._frequency_Hz
+
+    @property
+    def oldest_us(self) -> int | None:
+        """Time stamp of the oldest sample that is kept [µs]."""
+        return int(self._blocks[0].time_us[0]) if self._blocks else None
 
     @property
     def newest_us(self) -> int | None:
@@ -218,30 +267,49 @@ class SineWatch:
         return int(self._blocks[-1].time_us[-1]) if self._blocks else None
 
     def take(self, block: ScaledBlock) -> None:
-        """Keep a block of the controller's samples; nothing is fitted across a gap."""
+        """Keep a block of the controller's samples."""
         if not len(block) or any(name not in block.values for name in (*_CHANNELS, "force")):
             return
-        if block.lost:
-            self._blocks.clear()
+        if block.lost and self._blocks:
+            self._gaps_us.append((int(self._blocks[-1].time_us[-1]), int(block.time_us[0])))
         self._blocks.append(block)
-        oldest_us = int(block.time_us[-1]) - KEPT_CYCLES / self._frequency_Hz * 1e6
-        while self._blocks[0].time_us[-1] < oldest_us:
-            self._blocks.pop(0)
 
-    def period_until(self, end_us: int) -> Period | None:
-        """Return the samples of the period up to a time stamp [µs]; None where it is not kept."""
-        if not self._blocks:
+    def forget_before(self, time_us: float) -> None:
+        """Keep no block that ends before a time stamp [µs]."""
+        while self._blocks and self._blocks[0].time_us[-1] < time_us:
+            self._blocks.pop(0)
+        self._gaps_us = [gap for gap in self._gaps_us if gap[1] >= time_us]
+
+    def period_from(self, begin_us: float) -> Period | None:
+        """Return the samples of the period from a time stamp [µs] on; None where they are not all on record.
+
+        A hole of a few samples, as of a cycle that the controller missed, is bridged by straight lines.
+        """
+        end_us = begin_us + self.period_us
+        blocks = [one for one in self._blocks if one.time_us[-1] >= begin_us and one.time_us[0] <= end_us]
+        if not blocks:
             return None
-        time_us = np.concatenate([block.time_us for block in self._blocks])
-        period_us = 1e6 / self._frequency_Hz
-        inside = (time_us > end_us - period_us) & (time_us <= end_us)
-        if not inside.any() or time_us[0] > end_us - 0.9 * period_us:
+        time_us = np.concatenate([block.time_us for block in blocks])
+        step_us = float(np.median(np.diff(time_us))) if len(time_us) > 1 else self.period_us
+        first, last = np.searchsorted(time_us, (begin_us - 0.5 * step_us, end_us - 0.5 * step_us))
+        inside = slice(first, last)
+        if last - first < FEWEST_SAMPLES or time_us[first] > begin_us + EDGE_SAMPLES * step_us:
             return None
-        every = max(1, math.ceil(np.count_nonzero(inside) / MOST_SAMPLES))
-        chosen = np.flatnonzero(inside)[::every]
+        if time_us[last - 1] < end_us - EDGE_SAMPLES * step_us:
+            return None
+        gaps = [gap for gap in self._gaps_us if gap[1] > time_us[first] and gap[0] < time_us[last - 1]]
+        if any(after - before - step_us > GAP_SHARE * self.period_us for before, after in gaps):
+            return None
         values = {
-            name: np.concatenate([block.values[name] for block in self._blocks])[chosen]
+            name: np.concatenate([block.values[name] for block in blocks])[inside]
             for name in (*_CHANNELS, "force")
         }
-        since_s = (time_us[chosen] - time_us[chosen[0]]) / 1e6
-        return Period(since_s, values, self._frequency_Hz, self._delays_s)
+        time_us = time_us[inside]
+        if gaps:
+            even_us = np.arange(time_us[0], time_us[-1] + 0.5 * step_us, step_us)
+            values = {name: np.interp(even_us, time_us, one) for name, one in values.items()}
+            time_us = even_us
+        every = slice(None, None, max(1, math.ceil(len(time_us) / MOST_SAMPLES)))
+        values = {name: one[every] for name, one in values.items()}
+        since_s = (time_us[every] - time_us[0]) / 1e6
+        return Period(since_s, values, self._frequency_Hz, self._delays_s, float(time_us[0]))

@@ -83,13 +83,14 @@ class StopEyes:
         self._newest: dict[str, tuple[float, float]] = {}
         self._rows: deque[NDArray[np.float64]] = deque()
         self._behind_s: deque[float] = deque(maxlen=BLOCKS_KEPT)
+        self._stroke = -math.inf, 0.0
         self._from_mm_per_s = 0.0
         self._done_s = 0.0
         self._done_kN: float | None = None
         acquisition.observers.append(self.take)
 
     def take(self, block: ScaledBlock) -> None:
-        """Keep a block: newest means of its force channels, and the piston's way."""
+        """Keep a block: newest means of its force channels and of the stroke, and the piston's way."""
         if not len(block):
             return
         time_s = block.time_us / 1e6
@@ -97,6 +98,9 @@ class StopEyes:
             if channel.name in block.values:
                 recent = block.values[channel.name][time_s > time_s[-1] - WINDOW_S]
                 self._newest[channel.name] = block.received_s, float(np.mean(recent))
+        if block.stream == CONTROLLER_STREAM and "stroke" in block.values:
+            recent = block.values["stroke"][time_s > time_s[-1] - WINDOW_S]
+            self._stroke = block.received_s, float(np.mean(recent))
         if block.stream == CONTROLLER_STREAM and {"position", "force"} <= block.values.keys():
             self._behind_s.append(block.received_s - float(time_s[-1]))
             self._rows.append(np.column_stack((time_s, block.values["position"], block.values["force"])))
@@ -175,6 +179,11 @@ class StopEyes:
             tuple((name, kN) for name, (_, kN) in true.items() if abs(kN - best_kN) > APART_KN),
             tuple(shown.keys() - true.keys()),
         )
+
+    def stroke_mm(self) -> float | None:
+        """Return the specimen's stroke [mm] with its zero taken off; None without fresh samples."""
+        at_s, stroke_mm = self._stroke
+        return stroke_mm if self._acquisition.clock.now_s() - at_s <= FRESH_S else None
 
     def _force_channels(self, stream: str) -> list[Channel]:
         facts = self._acquisition.facts.get(stream)

@@ -67,8 +67,8 @@ def commanded_sine(
     kept = bounds.kept(piston, motion.frequency_Hz)
     if kept.amplitude_mm < 0.999 * piston.amplitude_mm:
         said.append(
-            f"{name} would need ± {piston.amplitude_mm:.2f} mm of the piston; contact, its travel or its "
-            f"speed leave ± {kept.amplitude_mm:.2f} mm"
+            f"{name} would need ± {piston.amplitude_mm:.2f} mm of the piston, and "
+            f"± {kept.amplitude_mm:.2f} mm are left by {bounds.holding(piston, motion.frequency_Hz)}"
         )
         allowed = Sine(allowed.mean_mm, allowed.amplitude_mm * kept.amplitude_mm / piston.amplitude_mm)
     return CommandedSine(kept, allowed, tuple(said))

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from daq.crests import Turned
+from daq.cycles_judged import CyclesJudged
+from daq.full_cycles import Change, FullCycle, FullCycles
 from daq.scaling import ScaledBlock
-from daq.sine_watch import CycleSeen, SineWatch
+from daq.sine_watch import CycleSeen, Period, SineWatch
 from daq.static_watch import StaticWatch
 from daq.stroke_agreement import Once, Terms, Voice
-from daq.stroke_rows import CLOSE_MM, CLOSE_PERCENT, StrokeRow, harmonic_row, is_off, static_row
+from daq.stroke_rows import StrokeRow, harmonic_row, static_row
 from daq.stroke_steps import corrected
 from drivers.interfaces import Controller
 from foundation.errors import CommandRejected
 from protocols.commanded import Sine
 from protocols.steps import Harmonic, StaticCycles, Turns
 
-OVERLAP = 0.15
-"""A cycle may begin so much of a cycle before the last change is over: 5 % of the change is left then."""
 LEAST_LEFT = 2
 """Cycles that are left when a sine is changed: it goes over in the first, and the second shows it."""
-LATE = 0.25
-"""A turn that is not whole at the end of its cycle, because the piston is late, is awaited so long."""
+LATE_SHARES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)
+"""A piston may be so much of a cycle late: its turns are looked for in a period that begins so much later."""
+MOST_AT_ONCE = 8
+"""Cycles that are judged in one pass: a reader that was behind has many, and the loop must go on."""
 
 
 @dataclass(frozen=True)
@@ -68,63 +71,97 @@ class SineLook:
         self._asked = Sine(motion.mean_mm, motion.amplitude_mm)
         self._first_command = self._command = command
         self._watch = SineWatch(motion.frequency_Hz, order.terms.delays_s)
-        self._cycles_done = 0
-        self._seen_us: int | None = None
-        self._due_us: int | None = None
-        self._changing = False
-        self._changed_us: int | None = None
-        self._first: CycleSeen | None = None
-        self._last: CycleSeen | None = None
-        self._warned = False
-        self._turns: dict[int, Sine] = {}
+        self._cycles = FullCycles(self._watch, command.amplitude_mm, motion.cycles)
+        self._change = Change()
+        self._open: tuple[FullCycle, bool] | None = None
+        self._late: list[float] = []
+        self._newest: CycleSeen | None = None
+        self._counted = 0
+        self._warned = self._over = False
+        self._judged = CyclesJudged(self._asked, order.terms.table)
 
     def take(self, block: ScaledBlock) -> None:
         """Keep a block of the controller's samples."""
         self._watch.take(block)
 
     def look(self, cycles_done: int) -> None:
-        """Look at it, once in every pass."""
-        before_us, self._seen_us = self._seen_us, self._watch.newest_us
-        if self._changed_us is None and self._changing:
-            self._changed_us, self._changing = self._seen_us, False
-        if cycles_done > self._cycles_done and before_us is not None:
-            self._cycles_done = cycles_done
-            # What had been read when the count was still lower belongs to the cycles before.
-            self._due_us = before_us
-            self._see(before_us)
-        elif self._due_us is not None and self._seen_us is not None:
-            self._see(self._seen_us)
-
-    def _see(self, end_us: int) -> None:
-        """Look at the cycle that ends there; await its last turn for a while if it is not whole."""
-        period = self._watch.period_until(end_us)
-        turned = None if period is None else period.turned
-        if period is None or turned is None:
-            assert self._due_us is not None
-            if end_us - self._due_us > LATE * 1e6 / self._motion.frequency_Hz:
-                self._due_us = None
+        """Judge what has come, once in every pass; command the next cycles anew where that is possible."""
+        self._counted = cycles_done
+        if self.judge() or self._newest is None:
             return
-        self._due_us = None
-        self._turns[self._cycles_done] = turned.sine
-        if self._is_changing_at(end_us) or (cycle := period.seen()) is None:
-            return
-        self._first, self._last = self._first or cycle, cycle
-        order = self._order
-        for doubt in order.terms.knowledge.take(cycle, order.expected):
-            order.once(doubt)
-        if order.compensates:
-            self._judge(cycle)
+        cycle, self._newest = self._newest, None
+        if self._order.compensates and not self._change.is_awaited:
+            self._correct(cycle, self._motion.cycles - max(cycles_done, self._judged.done))
 
-    def _judge(self, cycle: CycleSeen) -> None:
-        """Say that a cycle is off, and command the next ones anew where that is possible."""
+    def judge_rest(self) -> bool:
+        """Judge a few cycles of a sine that has ended; return whether there are more."""
+        self._over = True
+        return self.judge()
+
+    def judge(self) -> bool:
+        """Judge the cycles that are over, a few at once; return whether there are more."""
+        for _ in range(MOST_AT_ONCE):
+            if self._open is None and (found := self._cycles.next(self._counted)) is not None:
+                goes_over = found.command is not None and self._change.goes_over(found.command.sine)
+                self._open, self._late = (found, goes_over), list(LATE_SHARES)
+            if self._open is None or not self._see(*self._open):
+                return False
+            self._open = None
+        return True
+
+    def _see(self, cycle: FullCycle, goes_over: bool) -> bool:
+        """Judge a cycle by its turns; return False if the lower one is still awaited."""
+        self._newest = None
+        period = self._turned(cycle.begin_us)
+        if period is None or period.turned is None:
+            latest_us = cycle.begin_us + (1.0 + LATE_SHARES[-1]) * self._watch.period_us
+            if self._late and cycle.command is not None and (self._watch.newest_us or 0) < latest_us:
+                return False
+            self._judged.miss(cycle.number)
+        else:
+            self._take(cycle.number, period, period.turned, goes_over=goes_over)
+        self._watch.forget_before(cycle.begin_us + 0.5 * self._watch.period_us)
+        return True
+
+    def _take(self, number: int, period: Period, turned: Turned, *, goes_over: bool) -> None:
+        """Keep what a cycle reached, and learn from it where its command was steady."""
+        self._judged.take(number, turned.sine, turned.u_mm, goes_over=goes_over)
+        if not goes_over and (seen := period.seen()) is not None:
+            self._newest = seen
+            for doubt in self._order.terms.knowledge.take(seen, self._order.expected):
+                self._order.once(doubt)
+        if not self._warned and not self._over:
+            self._warn(number)
+
+    def _turned(self, begin_us: float) -> Period | None:
+        """Return the first period from there on, or a little later, that has both turns of a cycle.
+
+        None where there is none, or not yet.
+        """
+        while self._late:
+            period = self._watch.period_from(begin_us + self._late[0] * self._watch.period_us)
+            if period is None:
+                return None
+            turned = period.turned
+            if turned is not None and turned.upper.time_s < turned.lower.time_s:
+                return period
+            self._late.pop(0)
+        return None
+
+    def _warn(self, number: int) -> None:
+        """Say once, while it runs, that a cycle is off."""
+        row, order = self.row(), self._order
+        if not order.compensates or row is None or not row.is_off(order.terms.table):
+            return
+        self._warned = True
+        left = self._motion.cycles - max(number, self._counted)
+        can = " (being corrected)" if self._controller.can_adjust and left >= LEAST_LEFT else ""
+        order.voice.warn(f"WARNING: after cycle {number}{can}: {row.sentence()}")
+
+    def _correct(self, cycle: CycleSeen, left: int) -> None:
+        """Command the cycles that are left anew, by what a cycle did."""
         motion, terms = self._motion, self._order.terms
-        row = self.row()
-        can_adjust = self._controller.can_adjust
-        if row is not None and not self._warned and row.is_off(terms.table):
-            self._warned = True
-            can = " (being corrected)" if can_adjust else ""
-            self._order.voice.warn(f"WARNING: after cycle {self._cycles_done}{can}: {row.sentence()}")
-        if not can_adjust or self._cycles_done >= motion.cycles:
+        if not self._controller.can_adjust or left < 1:
             return
         wanted, held = corrected(
             self._asked,
@@ -134,12 +171,12 @@ class SineLook:
             terms.knowledge.give_mm_per_kN,
             terms.bounds,
         )
-        if held and is_off(self._asked, cycle.stroke, CLOSE_PERCENT, CLOSE_MM):
+        if held and self._judged.last_is_not_close:
             self._order.once(
                 f"{motion.mean_mm:g} ± {motion.amplitude_mm:g} mm at {motion.frequency_Hz:g} Hz "
                 f"cannot be reached: {held}"
             )
-        if wanted != self._command and motion.cycles - self._cycles_done >= LEAST_LEFT:
+        if wanted != self._command and left >= LEAST_LEFT:
             self._adjust(wanted)
 
     def _adjust(self, wanted: Sine) -> None:
@@ -159,34 +196,37 @@ class SineLook:
             mean_mm=wanted.mean_mm,
             amplitude_mm=wanted.amplitude_mm,
         )
-        self._command, self._changing, self._changed_us = wanted, True, None
-
-    def _is_changing_at(self, end_us: int) -> bool:
-        """Return whether the cycle that ends there was still going over to another command."""
-        if self._changing:
-            return True
-        if self._changed_us is None:
-            return False
-        period_us = 1e6 / self._motion.frequency_Hz
-        return end_us - period_us < self._changed_us + (1.0 - OVERLAP) * period_us
+        self._change.order(self._command, wanted)
+        self._cycles.changed_mm = abs(wanted.mean_mm - self._command.mean_mm) + abs(
+            wanted.amplitude_mm - self._command.amplitude_mm
+        )
+        self._command = wanted
 
     def row(self) -> StrokeRow | None:
         """Return what was asked, commanded and reached up to now; None before a cycle."""
-        if self._first is None or self._last is None:
+        if self._judged.last is None:
             return None
         return harmonic_row(
-            self._asked,
             self._motion.frequency_Hz,
             (self._first_command, self._command),
-            (self._first.stroke, self._last.stroke),
-            self._turns,
-            self._order.terms.table,
+            self._judged,
             compensated=self._order.compensates,
         )
 
     def end(self) -> StrokeRow | None:
-        """Return the row that is kept."""
-        return self.row()
+        """Judge what is left, and return the row that is kept; say so where nothing could be judged."""
+        while self.judge():
+            """Until none is left."""
+        if self._over and self._counted >= self._motion.cycles:  # all of them were made
+            for number in range(self._judged.done + 1, self._motion.cycles + 1):
+                self._judged.miss(number)
+        row = self.row()
+        if row is None and self._counted > 0:
+            self._order.once(
+                f"what {self._asked.mean_mm:g} ± {self._asked.amplitude_mm:g} mm at "
+                f"{self._motion.frequency_Hz:g} Hz reached is not known: no cycle is whole among its samples"
+            )
+        return row
 
 
 class StaticLook:
@@ -211,6 +251,10 @@ class StaticLook:
 
     def look(self, cycles_done: int) -> None:
         """Do nothing in a pass: what slow strokes show is read at their end."""
+
+    def judge_rest(self) -> bool:
+        """Return that nothing waits to be judged."""
+        return False
 
     def row(self) -> StrokeRow | None:
         """Return None: what was reached is known at the end."""

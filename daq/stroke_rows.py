@@ -13,13 +13,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from daq.cycles_judged import CLOSE_MM, CLOSE_PERCENT, CyclesJudged
 from protocols.commanded import Sine
 from protocols.stroke_table import StrokeTable
 
 STROKES_NAME = "strokes.jsonl"
 MOST_SPANS = 12
-CLOSE_PERCENT, CLOSE_MM = 0.5, 0.1
-"""What compensation is to reach: amplitude, in per cent of what is asked, and mean [mm]."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class StrokeRow:
     last_commanded_mean_mm, last_commanded_amplitude_mm : float, float or None
         At its end: other ones where it was corrected meanwhile.
     first_mean_mm, first_amplitude_mm : float, float or None
-        Reached in the first cycle that could be judged.
+        Reached in the first full cycle.
     reached_mean_mm, reached_amplitude_mm : float, float or None
         Reached in the last one.
     by_force : bool
@@ -47,9 +46,15 @@ class StrokeRow:
     compensated : bool
         Whether the specimen's stroke was asked for; else the piston's.
     cycles : int
-        Full cycles of a sine whose turns were seen.
+        Full cycles of a sine that are over.
     cycles_off : str
         Those of them that were off by more than the campaign states, as ``1-3, 6``.
+    cycles_changed : str
+        Those of ``cycles_off`` in which the command went over to another one.
+    cycles_not_close : str
+        Those that were off by less than that, but by more than compensation is to reach.
+    cycles_unseen : str
+        Those whose turns are not whole on record.
     """
 
     motion: Literal["harmonic", "static"]
@@ -68,6 +73,9 @@ class StrokeRow:
     compensated: bool = True
     cycles: int = 0
     cycles_off: str = ""
+    cycles_changed: str = ""
+    cycles_not_close: str = ""
+    cycles_unseen: str = ""
 
     @property
     def off_mm(self) -> float:
@@ -86,6 +94,12 @@ class StrokeRow:
         """Return whether a sine is off by more than compensation is to reach."""
         percent = self.off_percent
         return percent is not None and (abs(percent) > CLOSE_PERCENT or abs(self.off_mm) > CLOSE_MM)
+
+    @property
+    def has_note(self) -> bool:
+        """Return whether a step that is right at its end is worth a word all the same."""
+        cycles = self.cycles_off or self.cycles_not_close or self.cycles_unseen
+        return self.is_not_close or bool(cycles)
 
     def is_off(self, table: StrokeTable) -> bool:
         """Return whether it is off by more than the campaign states."""
@@ -112,17 +126,20 @@ class StrokeRow:
         return f"{text}: {self.off_mm:+.2f} mm{amplitude}{self._which()}"
 
     def _which(self) -> str:
-        return f"; off in cycles {self.cycles_off} of {self.cycles}" if self.cycles_off else ""
+        said = ""
+        if self.cycles_off:
+            said += f"; off in cycles {self.cycles_off} of {self.cycles}"
+            said += f" ({self.cycles_changed} being corrected)" if self.cycles_changed else ""
+        if self.cycles_not_close:
+            limits = f"{CLOSE_PERCENT:g} % or {CLOSE_MM:g} mm"
+            said += f"; by more than {limits} in {self.cycles_not_close} of {self.cycles}"
+        if self.cycles_unseen:
+            said += f"; not on record: {self.cycles_unseen} of {self.cycles}"
+        return said
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON-ready data, with what it is off."""
         return {**asdict(self), "off_mm": self.off_mm, "off_percent": self.off_percent}
-
-
-def is_off(asked: Sine, reached: Sine, percent: float, mm: float) -> bool:
-    """Return whether a sine is off by more than so many per cent of its amplitude, or mm of its mean."""
-    share = abs(reached.amplitude_mm / asked.amplitude_mm - 1.0)
-    return 100.0 * share > percent or abs(reached.mean_mm - asked.mean_mm) > mm
 
 
 def spans(numbers: Sequence[int]) -> str:
@@ -138,44 +155,37 @@ def spans(numbers: Sequence[int]) -> str:
 
 
 def harmonic_row(
-    asked: Sine,
-    frequency_Hz: float,
-    commanded: tuple[Sine, Sine],
-    reached: tuple[Sine, Sine],
-    turns: Mapping[int, Sine],
-    table: StrokeTable,
-    *,
-    compensated: bool,
+    frequency_Hz: float, commanded: tuple[Sine, Sine], judged: CyclesJudged, *, compensated: bool
 ) -> StrokeRow:
     """Return the row of a sine.
 
     Parameters
     ----------
-    asked : Sine
     frequency_Hz : float
-    commanded, reached : (Sine, Sine)
-        The first and the last; what was reached in cycles of a steady command.
-    turns : mapping of int to Sine
-        What every cycle reached that was seen, by its number.
-    table : StrokeTable
-        How far off is worth a word.
+    commanded : (Sine, Sine)
+        The first and the last.
+    judged : CyclesJudged
+        What its cycles reached, of what was asked; one at least.
     compensated : bool
         Whether the specimen's stroke was asked for.
     """
-    first, last = commanded
-    began, ended = reached
-    off = [number for number, one in turns.items() if is_off(asked, one, table.warn_percent, table.warn_mm)]
+    asked, (first, last) = judged.asked, commanded
+    assert judged.first is not None
+    assert judged.last is not None
     return StrokeRow(
         "harmonic",
         frequency_Hz,
         *(asked.mean_mm, asked.amplitude_mm),
         *(first.mean_mm, first.amplitude_mm),
         *(last.mean_mm, last.amplitude_mm),
-        *(began.mean_mm, began.amplitude_mm),
-        *(ended.mean_mm, ended.amplitude_mm),
+        *(judged.first.mean_mm, judged.first.amplitude_mm),
+        *(judged.last.mean_mm, judged.last.amplitude_mm),
         compensated=compensated,
-        cycles=len(turns),
-        cycles_off=spans(off) if compensated else "",
+        cycles=judged.done,
+        cycles_off=spans(judged.off) if compensated else "",
+        cycles_changed=spans(judged.changed) if compensated else "",
+        cycles_not_close=spans(judged.not_close) if compensated else "",
+        cycles_unseen=spans(judged.unseen),
     )
 
 

@@ -45,9 +45,26 @@ class Bounds:
         The mean stays where it can, because the step's other motions lead there.
         """
         mean = min(piston.mean_mm, self.piston_max_mm)
-        fastest = self.speed_max_mm_per_s / (2.0 * math.pi * frequency_Hz)
-        amplitude = min(piston.amplitude_mm, fastest, mean, self.piston_max_mm - mean)
-        return Sine(mean, max(0.0, amplitude))
+        most_mm, _ = self._most(mean, frequency_Hz)
+        return Sine(mean, max(0.0, min(piston.amplitude_mm, most_mm)))
+
+    def holding(self, piston: Sine, frequency_Hz: float) -> str:
+        """Return which of them keeps the amplitude of a piston's sine from being greater."""
+        return self._most(min(piston.mean_mm, self.piston_max_mm), frequency_Hz)[1]
+
+    def _most(self, mean_mm: float, frequency_Hz: float) -> tuple[float, str]:
+        """Return the greatest amplitude [mm] about a mean, and what it is that leaves no more."""
+        return min(
+            (
+                self.speed_max_mm_per_s / (2.0 * math.pi * frequency_Hz),
+                f"speed of the piston, at most {self.speed_max_mm_per_s:g} mm/s",
+            ),
+            (mean_mm, f"contact: the piston's amplitude is its mean of {mean_mm:.2f} mm at most"),
+            (
+                self.piston_max_mm - mean_mm,
+                f"travel of the piston, to {self.piston_max_mm:.2f} mm from first contact",
+            ),
+        )
 
 
 def within_force(asked: Sine, lower_kN: float, upper_kN: float, most_kN: float) -> Sine:
@@ -112,7 +129,7 @@ def corrected(
     wanted = Sine(command.mean_mm + share * mean, command.amplitude_mm + share * amplitude)
     kept = bounds.kept(wanted, seen.frequency_Hz)
     if kept.amplitude_mm < wanted.amplitude_mm:
-        held = "contact, travel or speed of the piston"
+        held = bounds.holding(wanted, seen.frequency_Hz)
     least_mm = max(LEAST_MM, seen.u_mm)
     if (
         kept.amplitude_mm <= 0.0

@@ -217,6 +217,17 @@ def test_the_zero_is_taken_off_what_a_stop_judges() -> None:
     assert report.force_source == "channel force, zero taken off"
 
 
+def test_the_zero_is_taken_off_the_stroke_that_a_stop_shows() -> None:
+    """Wires 1.05 mm off, as the controller's own reading is: a force and a stroke of two zeros mislead."""
+    off: dict[str, Callable[[float], float]] = {name: lambda _: 1.05 for name in ("stroke_1", "stroke_2")}
+    stop, acquisition = stopped(off_kN=0.0, orders=Orders(add=off))
+    channels = (ChannelZero(name=name, unit="mm", value=1.05, u=0.05) for name in off)
+    acquisition.take_zero(Zero(how="tare", found=datetime.now(UTC), channel=tuple(channels)))
+    report = stop.run()
+    assert report.stroke_mm == pytest.approx(0.0, abs=0.02)
+    assert "stroke 0.0 mm, valve off" in report.line
+
+
 class SecondForce:
     """Sees an unloaded stand; a second channel shows the force of a moment ago, for so long after 0.5 s."""
 
@@ -235,6 +246,9 @@ class SecondForce:
     def force(self) -> ForceSeen:
         late = self._clock.now_s() < self._until_s
         return ForceSeen(0.1, "force", True, (("force_2", 8.0),) if late else ())
+
+    def stroke_mm(self) -> float | None:
+        return None
 
 
 @pytest.mark.parametrize(("late_s", "safe"), [(0.8, True), (100.0, False)])
@@ -259,6 +273,7 @@ def test_without_fresh_samples_the_controllers_own_reading_is_judged_and_named()
     report = stop.run()
     assert report.safe
     assert report.force_source == "the controller's own reading"
+    assert report.line.count("the controller's own reading") == 1, "of force and stroke alike"
 
 
 def test_an_emergency_while_it_holds_ends_the_hold() -> None:

@@ -9,11 +9,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from daq.cycles_judged import is_off
 from daq.scaling import ScaledBlock
 from daq.stroke_agreement import Once, Terms
 from daq.stroke_learning import StrokeKnowledge
 from daq.stroke_looking import Order, SineLook
-from daq.stroke_rows import is_off, spans
+from daq.stroke_rows import spans
 from daq.stroke_steps import Bounds, corrected
 from drivers.interfaces import Controller
 from protocols.commanded import Sine
@@ -118,7 +119,8 @@ def test_a_piston_that_is_late_is_judged_when_its_turn_is_whole() -> None:
     [
         (Bounds(250.0, 250.0, 250.0, 1e6), "cannot be reached: force_max_kN = 250"),
         (Bounds(250.0, 49.0, 1e6, 1e6), "cannot be reached: stroke_max_mm = 49"),
-        (Bounds(250.0, 250.0, 1e6, 62.0), "cannot be reached: contact, travel or speed of the piston"),
+        (Bounds(250.0, 250.0, 1e6, 62.0), "cannot be reached: speed of the piston, at most 62 mm/s"),
+        (Bounds(50.2, 250.0, 1e6, 1e6), "cannot be reached: travel of the piston, to 50.20 mm from"),
     ],
 )
 def test_what_a_limit_leaves_out_of_reach_is_said(bounds: Bounds, why: str) -> None:
@@ -129,6 +131,24 @@ def test_what_a_limit_leaves_out_of_reach_is_said(bounds: Bounds, why: str) -> N
     assert row is not None
     assert row.reached_mean_mm + (row.reached_amplitude_mm or 0.0) <= bounds.stroke_max_mm + 0.02
     assert all(2.0 * math.pi * one.amplitude_mm <= bounds.speed_max_mm_per_s + 1e-9 for one in bench.told)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "piston", "most_mm", "what"),
+    [
+        (Bounds(120.0, 100.0, 600.0, 1000.0), Sine(20.47, 20.6), 20.47, "contact: the piston's amplitude is"),
+        (Bounds(120.0, 100.0, 600.0, 1000.0), Sine(100.0, 21.0), 20.0, "travel of the piston, to 120.00 mm"),
+        (
+            Bounds(120.0, 100.0, 600.0, 100.0),
+            Sine(60.0, 21.0),
+            15.915,
+            "speed of the piston, at most 100 mm/s",
+        ),
+    ],
+)
+def test_the_one_limit_that_holds_is_named(bounds: Bounds, piston: Sine, most_mm: float, what: str) -> None:
+    assert bounds.kept(piston, 1.0).amplitude_mm == pytest.approx(most_mm, abs=0.001)
+    assert bounds.holding(piston, 1.0).startswith(what)
 
 
 def test_where_a_sine_cannot_be_changed_its_cycles_are_named() -> None:
