@@ -79,7 +79,7 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
     """Say in one line how it ended and what comes next; return the exit status."""
     from daq.as_run import read_as_run, totals
 
-    kept = f"{len(outcome.runs)} run file{'' if len(outcome.runs) == 1 else 's'} in {out / 'runs'}"
+    kept = _kept(outcome, out)
     if outcome.status == "complete":
         report = quote(str(out / "report"))
         click.echo(f"campaign complete: {kept}; next: bufferstand report {quote(str(out))} --out {report}")
@@ -98,6 +98,16 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
         )
         click.echo(f"bufferstand: {told}; {safe}; {kept}; {_next(out)}", err=True)
     return int(outcome.exit_status)
+
+
+def _kept(outcome: CampaignOutcome, out: Path) -> str:
+    """Say how many run files lie in the campaign's folder, and how many of them this start has made."""
+    from daq.folder import RUNS_NAME
+
+    folder = out / RUNS_NAME
+    there = len(list(folder.glob("*.h5")))
+    kept = f"{there} run file{'' if there == 1 else 's'} in {folder}"
+    return kept if there == len(outcome.runs) else f"{kept}, {len(outcome.runs)} of this start"
 
 
 def nothing_left(record: CampaignRecord, out: Path) -> int:
