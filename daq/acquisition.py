@@ -171,6 +171,7 @@ class Acquisition:
         self._civil_s = civil_s
         self._waited_for = waited_for
         self._host = HostMemory(civil_s(), time.monotonic())
+        self._guarded = False
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
         self._device_us: int | None = None
@@ -442,7 +443,20 @@ class Acquisition:
             self.panel.latch(trip)
 
     def _look_at_host(self) -> None:
-        self._host, said = evaluate_host(self._host, self._civil_s(), time.monotonic(), self.clock.now_s())
+        """Look at this computer's clocks.
+
+        A late pass counts from the first one on after the actuator was switched on, and not at all at a stand
+        that waits for its reader: it stands still while this program does.
+        """
+        guarded = self.feeding and not self._waited_for
+        self._host, said = evaluate_host(
+            self._host,
+            self._civil_s(),
+            time.monotonic(),
+            self.clock.now_s(),
+            guarded=guarded and self._guarded,
+        )
+        self._guarded = guarded
         for trip in said:
             self.panel.latch(trip)
 

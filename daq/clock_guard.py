@@ -66,9 +66,22 @@ class HostMemory:
 
 
 def evaluate_host(
-    memory: HostMemory, civil_s: float, steady_s: float, at_s: float
+    memory: HostMemory, civil_s: float, steady_s: float, at_s: float, *, guarded: bool
 ) -> tuple[HostMemory, list[Trip]]:
-    """Say when the civil time was set, or this program stood still; neither alters a recorded time."""
+    """Say when the civil time was set, or this program stood still; neither alters a recorded time.
+
+    Parameters
+    ----------
+    memory : HostMemory
+        Of the pass before.
+    civil_s, steady_s : float
+        Civil time, and a time of the wall that nobody sets [s].
+    at_s : float
+        Present stand time [s].
+    guarded : bool
+        Whether guards were to look since the pass before, at a stand that goes on by itself: where nothing
+        could move, or all stood still with this program, a late pass means nothing.
+    """
     said: list[Trip] = []
     pause_s = steady_s - memory.steady_s
     jump_s = civil_s - memory.civil_s - pause_s
@@ -79,7 +92,7 @@ def evaluate_host(
             "only the times of day of this run jump"
         )
         said.append(replace(note, guard="clock", reason=text, value=jump_s, limit=CIVIL_JUMP_S))
-    if pause_s > PAUSE_S:
+    if guarded and pause_s > PAUSE_S:
         text = (
             f"this program stood still for {pause_s:.1f} s (stopped, or the computer is overloaded): "
             "meanwhile no guard looked"

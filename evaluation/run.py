@@ -13,6 +13,7 @@ from evaluation.contact import contact_warnings, first_contact_of
 from evaluation.error_model import Draws, draw_errors, drum_periods_mm, missing_facts
 from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
 from evaluation.gaps.found import Found, found_in
+from evaluation.held_against import held_against
 from evaluation.history import history_of
 from evaluation.noise import Noise, record_noise
 from evaluation.nulls import missing_warnings, temperature_warnings
@@ -320,7 +321,10 @@ def _numbered(numbers: Sequence[int]) -> str:
 
 
 def _off_plan(facts: RunFacts, whole: SummedUp) -> list[str]:
-    """Return a warning for every figure in which a harmonic run is not the step that was planned."""
+    """Return a warning for every figure in which a harmonic run is not the step that was planned.
+
+    Where the piston's stroke was asked for, the specimen is held against what the plan expected of it.
+    """
     if facts.kind != "harmonic":
         return []
     tolerance = _ASKED_TOLERANCE if facts.step.get("compensate") is True else _PLAN_TOLERANCE
@@ -328,10 +332,13 @@ def _off_plan(facts: RunFacts, whole: SummedUp) -> list[str]:
     warnings = []
     for part, summary in summaries.items():
         for name, (share, least) in tolerance.items():
-            planned, measured = facts.step.get(name), summary.values[name].value
-            if not isinstance(planned, int | float) or measured is None:
+            planned, measured = held_against(facts.step, name), summary.values[name].value
+            if planned is None or measured is None:
                 continue
-            if abs(measured - planned) > max(share * abs(planned), least):
-                text = f"{part}the run is not its step: {name} is {measured:.4g}, planned was {planned:.4g}"
+            if abs(measured - planned.value) > max(share * abs(planned.value), least):
+                text = f"{part}the run is not its step: {name} is {measured:.4g}"
+                text += f", planned was {planned.value:.4g}"
+                if planned.of_piston is not None:
+                    text += f" of the specimen for {planned.of_piston:.4g} of the piston"
                 warnings.append(text)
     return warnings

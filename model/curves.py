@@ -5,7 +5,7 @@ Symbols of the paper (eqs. (3), (4)): F_l, F_u [kN] curves, k_l, k_u, k_t [kN/mm
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -90,6 +90,21 @@ class Curves:
             loading_kN=(loading[0], loading[0] + loading[1] * end_mm),
             unloading_kN=(unloading[0], unloading[0] + unloading[1] * end_mm),
             transition_stiffness_kN_per_mm=(transition_kN_per_mm, transition_kN_per_mm),
+        )
+
+    def scaled(self, factor: float) -> Curves:
+        """Return the curves of a spring with so many times the force, and the stiffness, at every stroke."""
+
+        def times(values: tuple[float, ...]) -> tuple[float, ...]:
+            return tuple(factor * value for value in values)
+
+        transition = self.transition_stiffness_kN_per_mm
+        return replace(
+            self,
+            loading_kN=times(self.loading_kN),
+            unloading_kN=times(self.unloading_kN),
+            transition_stiffness_kN_per_mm=None if transition is None else times(transition),
+            stop_stiffness_kN_per_mm=factor * self.stop_stiffness_kN_per_mm,
         )
 
     @property

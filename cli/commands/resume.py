@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 @click.command("resume", epilog="Example:  bufferstand resume campaign --simulate --speed 10")
 @click.argument("folder", metavar="DIR", type=EXISTING)
-@click.option("--simulate", is_flag=True, help="On a simulated stand, started for this campaign.")
+@click.option(
+    "--simulate",
+    is_flag=True,
+    help="On a simulated stand, started for this campaign; the spring in it is the specimen file's model.",
+)
 @click.option(
     "--speed",
     type=FiniteRange(min=0.01, max=100.0),

@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 )
 @click.argument("campaign", metavar="CAMPAIGN.toml", type=EXISTING)
 @out_option("Folder of the campaign: one HDF5 file a run in DIR/runs, and what is needed to resume.")
-@click.option("--simulate", is_flag=True, help="On a simulated stand, started for this campaign.")
+@click.option(
+    "--simulate",
+    is_flag=True,
+    help="On a simulated stand, started for this campaign; the spring in it is the specimen file's model.",
+)
 @click.option(
     "--speed",
     type=FiniteRange(min=0.01, max=100.0),
@@ -39,6 +43,10 @@ def command(
     """Run a campaign with live progress; record one HDF5 file a run.
 
     On a real stand it shows what will move and asks for the specimen's id first.
+
+    With --simulate the true spring is the model of the campaign's specimen file, not [simulation] model of
+    the stand file, which is for a stand that is served on its own. For a spring that is not as its model says
+    set specimen_force_factor in [simulation] (0.9: 10 % softer).
 
     Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3
     when a limit or the operator stopped it, 4 on a fault of a device.
@@ -79,7 +87,7 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
     """Say in one line how it ended and what comes next; return the exit status."""
     from daq.as_run import read_as_run, totals
 
-    kept = f"{len(outcome.runs)} run file{'' if len(outcome.runs) == 1 else 's'} in {out / 'runs'}"
+    kept = _kept(outcome, out)
     if outcome.status == "complete":
         report = quote(str(out / "report"))
         click.echo(f"campaign complete: {kept}; next: bufferstand report {quote(str(out))} --out {report}")
@@ -98,6 +106,16 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
         )
         click.echo(f"bufferstand: {told}; {safe}; {kept}; {_next(out)}", err=True)
     return int(outcome.exit_status)
+
+
+def _kept(outcome: CampaignOutcome, out: Path) -> str:
+    """Say how many run files lie in the campaign's folder, and how many of them this start has made."""
+    from daq.folder import RUNS_NAME
+
+    folder = out / RUNS_NAME
+    there = len(list(folder.glob("*.h5")))
+    kept = f"{there} run file{'' if there == 1 else 's'} in {folder}"
+    return kept if there == len(outcome.runs) else f"{kept}, {len(outcome.runs)} of this start"
 
 
 def nothing_left(record: CampaignRecord, out: Path) -> int:

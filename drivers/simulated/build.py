@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from drivers.simulated.device import SimulatedDevice
@@ -83,5 +84,7 @@ def make_device(
         demand_possible(stand_file, fault)
     if spring is None:
         initial_C = settings.ambient_C if settings.initial_C is None else settings.initial_C
-        spring = SpringStepper(load_model(model_path(stand_file, model)), initial_C, settings.ambient_C)
+        stated = load_model(model_path(stand_file, model))
+        true = replace(stated, curves=stated.curves.scaled(settings.specimen_force_factor))
+        spring = SpringStepper(true, initial_C, settings.ambient_C)
     return SimulatedDevice(stand_file, settings, spring, wall_s, truth, faults, fault_seed)

@@ -229,6 +229,9 @@ class Controller:
         self._running = True
         self.state = motion.state
         self.cycles_done = 0
+        if isinstance(motion, Hold) and motion.stands_at(self.position_mm):
+            # Nothing is left to do. A stand that waits for its reader may make no next sample to say so.
+            self._arrive(motion)
 
     def _finish(self, why: EndReason) -> None:
         """Note that the running motion has ended; why a commanded one did outlasts the fallback after it."""

@@ -76,9 +76,16 @@ class Hold(Motion):
             slower = max(0.0, abs(self._rate_mm) - self._deceleration_mm)
             self._rate_mm = math.copysign(slower, self._rate_mm) if slower else 0.0
             self.command_mm += self._rate_mm
-        elif self.end is EndReason.NONE and abs(position_mm - self.command_mm) < SETTLED_MM:
-            self.end = EndReason.REACHED
+        else:
+            self.stands_at(position_mm)
         return self.command_mm
+
+    def stands_at(self, position_mm: float) -> bool:
+        """Return whether it has come to rest, with the piston at a position [mm]; it is over then."""
+        settled = self._rate_mm == 0.0 and abs(position_mm - self.command_mm) < SETTLED_MM
+        if settled and self.end is EndReason.NONE:
+            self.end = EndReason.REACHED
+        return self.end is not EndReason.NONE
 
     def still_samples(self) -> int:
         """Return for how many samples the command is sure to stay as it is."""

@@ -36,6 +36,8 @@ class SimulationSettings(Settings):
     """Physics and imperfections of the simulated stand."""
 
     model: str = Field(default="", description="spring model of the specimen, relative to the stand file")
+    specimen_force_factor: float = Field(default=1.0, ge=0.3, le=3.0)
+    """True force of the specimen at every stroke, as a multiple of its model's: softer below 1."""
     ambient_C: float = Field(default=21.0, ge=-60.0, le=80.0)
     initial_C: float | None = Field(default=None, ge=-60.0, le=150.0)
     """Temperature of the specimen at the start [°C]; that of the air if left out."""

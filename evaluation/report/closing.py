@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from evaluation.held_against import expected_turns, held_against
 from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Signature, Signatures, Table, Texts
 from evaluation.report.identification import operator
-from evaluation.report.numbers import fixed, significant, usable
+from evaluation.report.numbers import fixed, significant
 from evaluation.report.source import ReportRun, Source, runs_text
 from evaluation.report.verdicts import grouped_points, is_condition
 
@@ -90,12 +91,6 @@ def _strokes(source: Source) -> Table | None:
     rows = []
     for run in source.runs:
         for row in run.strokes:
-            off = "turned at its force limit"
-            if not row["by_force"]:
-                percent = row["off_percent"]
-                share = "" if percent is None else f"; amplitude {percent:+.2f} %"
-                cycles = f"; cycles {row['cycles_off']} of {row['cycles']}" if row.get("cycles_off") else ""
-                off = f"{row['off_mm']:+.2f} mm{share}{cycles}"
             whose = "specimen" if row["compensated"] else "piston"
             rows.append(
                 (
@@ -103,17 +98,35 @@ def _strokes(source: Source) -> Table | None:
                     Cell(f"{pair(row, 'asked')} ({whose})"),
                     Cell(pair(row, "last_commanded")),
                     Cell(pair(row, "reached")),
-                    Cell(off),
+                    _off(run, row),
                 )
             )
     heads = ("Run", "Asked mm", "Commanded mm", "Reached mm", "Off")
     note = (
         "Mean ± amplitude of a sine, or the stroke at which a slow one turns: of the piston as commanded "
         "last, of the specimen as it was reached in the last full cycle. Cycles that are named were off by "
-        "more than the campaign states."
+        "more than the campaign states. Where the piston’s stroke was asked for, what the plan expected of "
+        "the specimen stands in place of a deviation."
     )
     columns = tuple(Column(head) for head in heads)
     return Table("Strokes asked, commanded and reached", columns, tuple(rows), note=note) if rows else None
+
+
+def _off(run: ReportRun, row: Mapping[str, Any]) -> Cell:
+    """Return by how much a motion missed what was asked of the specimen, or what was expected of it."""
+    if row["by_force"]:
+        return Cell("turned at its force limit")
+    if row["compensated"]:
+        percent = row["off_percent"]
+        share = "" if percent is None else f"; amplitude {percent:+.2f} %"
+        cycles = f"; cycles {row['cycles_off']} of {row['cycles']}" if row.get("cycles_off") else ""
+        return Cell(f"{row['off_mm']:+.2f} mm{share}{cycles}")
+    expected = expected_turns(run.fact("step") or {}, row["motion"])
+    if expected is None:
+        return Cell(DASH, "missing", "what the plan expected of the specimen is not on record")
+    if row["reached_amplitude_mm"] is None:
+        return Cell(f"expected {fixed(expected.upper_mm, 2)}")
+    return Cell(f"expected {fixed(expected.mean_mm, 2)} ± {fixed(expected.amplitude_mm, 2)}")
 
 
 def _derived_deviations(source: Source) -> list[str]:
@@ -157,14 +170,17 @@ def not_as_required(run: ReportRun) -> list[str]:
     """Say where a harmonic run is not the step that it was recorded for."""
     texts = []
     for name, words, unit, absolute, relative in _TOLERANCES:
-        required, measured = usable(run.fact("step", name)), run.result(name)
+        required, measured = held_against(run.fact("step") or {}, name), run.result(name)
         if run.kind != "harmonic" or required is None or measured is None:
             continue
-        if abs(measured - required) > max(absolute, relative * abs(required)):
-            texts.append(
-                f"Run {run.number}: {words} {significant(measured, 3)} {unit} is not the required "
-                f"{significant(required, 3)} {unit} of the step."
-            )
+        if abs(measured - required.value) <= max(absolute, relative * abs(required.value)):
+            continue
+        value = f"{significant(required.value, 3)} {unit}"
+        what = f"the required {value} of the step"
+        if required.of_piston is not None:
+            of_piston = f"{significant(required.of_piston, 3)} {unit}"
+            what = f"the {value} that the plan expected of the specimen for {of_piston} of the piston"
+        texts.append(f"Run {run.number}: {words} {significant(measured, 3)} {unit} is not {what}.")
     return texts
 
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -27,13 +31,20 @@ def acquire(
     clock: FakeClock | None = None,
     pace: Pace | None = None,
     waited_for: bool = False,
+    civil_s: Callable[[], float] = time.time,
     **stand: object,
 ) -> tuple[Acquisition, FakeController, ListRecorder]:
     clock = clock or FakeClock()
     opened, controller = fake_stand(clock, orders, **stand)  # type: ignore[arg-type]
     guards = GuardPanel(GUARDS, wall_s=0.0)
     acquisition = Acquisition(
-        opened, clock, guards, pace=pace, utc=lambda: "2026-01-01T00:00:00+00:00", waited_for=waited_for
+        opened,
+        clock,
+        guards,
+        pace=pace,
+        utc=lambda: "2026-01-01T00:00:00+00:00",
+        civil_s=civil_s,
+        waited_for=waited_for,
     )
     recorder = ListRecorder()
     acquisition.attach(recorder)
@@ -156,6 +167,31 @@ def test_before_it_switches_on_a_program_feeds_nobody() -> None:
     controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=500)
     run(acquisition, 1.0)
     assert controller.watchdog_trips == 1
+
+
+@pytest.mark.parametrize("waited_for", [False, True])
+def test_a_late_pass_is_said_only_where_guards_were_to_look(
+    monkeypatch: pytest.MonkeyPatch, waited_for: bool
+) -> None:
+    """Not before the actuator is switched on, nor where the stand stood still with this program."""
+    steady_s = [0.0]
+    monkeypatch.setattr("daq.acquisition.time", SimpleNamespace(monotonic=lambda: steady_s[0]))
+    civil_s = lambda: 1000.0 + steady_s[0]  # noqa: E731
+    acquisition, _, recorder = acquire(waited_for=waited_for, civil_s=civil_s)
+
+    def passes(late_s: float) -> int:
+        """Make a pass that comes late and one that does not; return how often that was said."""
+        before = len(recorder.events)
+        for pause_s in (late_s, 0.02):
+            steady_s[0] += pause_s
+            acquisition.tick()
+        return len([event for event in recorder.events[before:] if "stood still" in str(event)])
+
+    acquisition.feeding = False
+    assert passes(10.0) == 0
+    acquisition.feeding = True
+    assert passes(10.0) == 0, "it took so long to switch on"
+    assert passes(10.0) == (0 if waited_for else 1)
 
 
 def test_feeding_counts_the_walls_time_on_a_fast_stand() -> None:

@@ -335,6 +335,19 @@ def test_a_number_that_an_earlier_user_has_finished_does_not_look_done(stand: Si
     finish(stand, done)
 
 
+def test_a_hold_of_a_piston_that_stands_is_over_at_once(stand: SimulatedDevice) -> None:
+    sequence = give(stand, Code.HOLD)
+    controller = stand.controller
+    assert (controller.done_sequence, controller.end_reason) == (sequence, EndReason.REACHED)
+    assert controller.state is MotionState.HOLDING
+    give(stand, Code.RAMP, target_mm=80.0, speed_mm_per_s=10.0)
+    stand.advance(100)
+    sequence = give(stand, Code.HOLD)
+    assert (controller.done_sequence, controller.end_reason) == (sequence - 1, EndReason.COMMANDED)
+    finish(stand, sequence)
+    assert controller.end_reason is EndReason.REACHED
+
+
 def test_motion_in_progress_is_not_replaced_by_another(stand: SimulatedDevice) -> None:
     give(stand, Code.RAMP, target_mm=80.0, speed_mm_per_s=10.0)
     stand.advance(100)

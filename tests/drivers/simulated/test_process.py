@@ -114,6 +114,28 @@ def test_a_run_over_real_wires_matches_the_truth(tmp_path: Path) -> None:
     assert set(sensed) == {"amplifier", "temperature_1", "temperature_2"}
 
 
+def test_a_stand_that_waits_takes_a_hold_in_one_request_while_nobody_reads(tmp_path: Path) -> None:
+    """Switching on reads no samples, so the stand makes none meanwhile: a hold at rest must not need one."""
+    with started(tmp_path, speed=50.0) as running:
+        stand = opened(running, tmp_path)
+        controller = stand.controller
+        ticks = [0, 1]
+
+        def waits() -> bool:
+            ticks.append(controller.status().tick_us or 0)
+            return ticks[-1] == ticks[-2]
+
+        controller.skip_backlog()
+        while (block := controller.read_block()) is not None and block.more:
+            pass
+        until(waits)
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=105.0, watchdog_ms=60_000)
+        assert controller.stops_at_once
+        assert not [text for text in controller.events() if "in one request" in text]
+        controller.disable()
+        stand.close()
+
+
 def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
     running = started(tmp_path)
     served = running.served
