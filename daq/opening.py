@@ -15,6 +15,7 @@ from daq.before_start import (
     first_look,
     specimen_gaps,
     stroke_trouble,
+    use_trouble,
     zero_trouble,
 )
 from daq.driving import Driver, Halt
@@ -103,10 +104,14 @@ class Opening:
 
         Raises
         ------
+        Halt
+            If the stand is in use: nothing was written to the controller then but the number of a request.
         DeviceFault
             If a device does not answer.
         """
         identity = self.stand.controller.connect()
+        if why := use_trouble(self.stand.controller, self.table.zero_force_max_kN):
+            raise Halt(trip_at(self.clock, "controller", why))
         self.stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
         for sensor in self.stand.sensors:
             sensor.start()

@@ -161,6 +161,10 @@ class Controller(Protocol):
         """Get one consistent snapshot."""
         ...
 
+    def other_writer(self) -> int | None:
+        """Return which other program may give commands; 0 for none, None where the controller has no lock."""
+        ...
+
     def feed_watchdog(self) -> None:
         """Write the heartbeat; without it the controller falls back to zero force by itself."""
         ...

@@ -241,6 +241,16 @@ class PollingController:
         """
         return self._bus.call(self._inner.status)
 
+    def other_writer(self) -> int | None:
+        """Return the number of another program that may give commands; 0 for none, None without a lock.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._bus.call(self._inner.other_writer)
+
     def feed_watchdog(self) -> None:
         """Write the heartbeat.
 
