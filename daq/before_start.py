@@ -10,6 +10,7 @@ from daq.acquisition import Acquisition
 from daq.controller_guard import fault_text
 from daq.scaling import STROKE_WIRES
 from drivers.interfaces import Controller, MotionState
+from drivers.poll_delivery import PollDelivery
 from foundation.specimen import Specimen
 from foundation.zero import Zero
 from protocols.steps import PlannedStep
@@ -56,9 +57,9 @@ def use_trouble(controller: Controller, most_kN: float) -> str:
     shown = f"{status.state.name.lower()}, force {status.force_kN:.1f} kN, stroke {status.stroke_mm:.1f} mm"
     if writer:
         return (
-            f"another program (number {writer}) gives the controller commands ({shown}): end that program. If "
-            "it was killed, wait: the controller's watchdog takes the force away and switches the valve off, "
-            "and 10 s after that program's last heartbeat the controller drops it; then start again"
+            f"another program (number {writer}) gives the controller commands ({shown}): end that program. "
+            "If it was killed, wait: the controller's watchdog takes the force away and switches the valve "
+            "off, and 10 s after that program's last heartbeat the controller drops it; then start again"
         )
     if status.fault_code and status.state is MotionState.RELEASING:
         return (
@@ -119,6 +120,12 @@ def delivery_trouble(acquisition: Acquisition, pump: Callable[[], object]) -> st
             return f"the controller {delivery.text}"
         pump()
     return ""
+
+
+def delivery_remark(acquisition: Acquisition) -> str:
+    """Return what is to be said of a wire that just keeps up; empty where there is nothing to say."""
+    delivery = acquisition.stand.controller.delivery()
+    return delivery.remark if isinstance(delivery, PollDelivery) else ""
 
 
 def zero_trouble(force_kN: float, most_kN: float, *, tared: bool = False) -> tuple[str, bool]:

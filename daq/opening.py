@@ -10,6 +10,7 @@ from pathlib import Path
 from daq.acquisition import Acquisition
 from daq.alive import Alive
 from daq.before_start import (
+    delivery_remark,
     delivery_trouble,
     disk_trouble,
     first_look,
@@ -166,11 +167,19 @@ class Opening:
                 self.showing.message(f"WARNING: {text}")
         if why := disk_trouble(self.notes, steps):
             raise Halt(trip_at(self.clock, "disk", why))
+        if alive.acquisition.stand.controller.facts.clock == "host":
+            self._judge_wire(alive)  # known since connecting; of a wire too slow no sample may ever come
         rest = first_look(alive.acquisition, alive.driver.pump)
+        self._judge_wire(alive)
+        if remark := delivery_remark(alive.acquisition):
+            self.showing.message(f"WARNING: the controller: {remark}")
+        self._judge_rest(alive.zeroing, rest)
+
+    def _judge_wire(self, alive: Alive) -> None:
+        """Refuse a wire that cannot carry the samples, unless the stand waits for its reader."""
         waits = self.settings.waited_for or self.settings.says_it_waits
         if not waits and (why := delivery_trouble(alive.acquisition, alive.driver.pump)):
             raise Halt(trip_at(self.clock, "lag", why))
-        self._judge_rest(alive.zeroing, rest)
 
     def keep(self, zero: Zero) -> None:
         """Keep a zero in the campaign's folder."""
