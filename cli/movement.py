@@ -37,7 +37,7 @@ def campaign_movement(prepared: Prepared, left: Sequence[tuple[PlannedStep, Sequ
         (
             ("stand", stand_text(prepared.wired)),
             ("specimen", _specimen_text(specimen)),
-            ("limits", _limits_text(prepared.plan)),
+            ("limits", _limits_text(prepared.plan, prepared.stand_file)),
             *_touch_rows(prepared.plan),
             ("first motion", _first_text(left, len(prepared.plan.steps))),
             ("in all", _all_text([step for step, _ in left])),
@@ -78,12 +78,15 @@ def _specimen_text(specimen: Specimen) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def _limits_text(plan: Plan) -> str:
+def _limits_text(plan: Plan, stand_file: StandFile) -> str:
     limits, test = plan.limits, plan.campaign.limits
+    table = stand_file.temperature
+    watched = table is not None and any(sensor.role == "specimen" for sensor in table.sensor)
+    heat = f"{test.temperature_stop_C:g} °C" if watched else "none for heat: no thermometer on the specimen"
     return (
         f"{limits.force.value:g} kN, {limits.stroke.value:g} mm, {limits.speed.value:g} mm/s, "
         f"{limits.frequency.value:g} Hz; guards stop it at {limits.force_trip_kN:g} kN, "
-        f"{limits.stroke_trip_mm:g} mm, {test.temperature_stop_C:g} °C"
+        f"{limits.stroke_trip_mm:g} mm, {heat}"
     )
 
 

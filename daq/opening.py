@@ -10,11 +10,13 @@ from pathlib import Path
 from daq.acquisition import Acquisition
 from daq.alive import Alive
 from daq.before_start import (
+    delivery_remark,
     delivery_trouble,
     disk_trouble,
     first_look,
     specimen_gaps,
     stroke_trouble,
+    use_trouble,
     zero_trouble,
 )
 from daq.driving import Driver, Halt
@@ -103,10 +105,14 @@ class Opening:
 
         Raises
         ------
+        Halt
+            If the stand is in use: nothing was written to the controller then but the number of a request.
         DeviceFault
             If a device does not answer.
         """
         identity = self.stand.controller.connect()
+        if why := use_trouble(self.stand.controller, self.table.zero_force_max_kN):
+            raise Halt(trip_at(self.clock, "controller", why))
         self.stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
         for sensor in self.stand.sensors:
             sensor.start()
@@ -161,11 +167,19 @@ class Opening:
                 self.showing.message(f"WARNING: {text}")
         if why := disk_trouble(self.notes, steps):
             raise Halt(trip_at(self.clock, "disk", why))
+        if alive.acquisition.stand.controller.facts.clock == "host":
+            self._judge_wire(alive)  # known since connecting; of a wire too slow no sample may ever come
         rest = first_look(alive.acquisition, alive.driver.pump)
+        self._judge_wire(alive)
+        if remark := delivery_remark(alive.acquisition):
+            self.showing.message(f"WARNING: the controller: {remark}")
+        self._judge_rest(alive.zeroing, rest)
+
+    def _judge_wire(self, alive: Alive) -> None:
+        """Refuse a wire that cannot carry the samples, unless the stand waits for its reader."""
         waits = self.settings.waited_for or self.settings.says_it_waits
         if not waits and (why := delivery_trouble(alive.acquisition, alive.driver.pump)):
             raise Halt(trip_at(self.clock, "lag", why))
-        self._judge_rest(alive.zeroing, rest)
 
     def keep(self, zero: Zero) -> None:
         """Keep a zero in the campaign's folder."""

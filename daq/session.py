@@ -18,6 +18,7 @@ from daq.heat_log import LATE_S, HeatLog, Seen
 from daq.metadata import CampaignFacts, run_document
 from daq.opening import Opening, expired_today, guards_of, trip_at
 from daq.passes import Passes
+from daq.polled_periods import PolledPeriods
 from daq.progress import ProgressSink, Watcher
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStopReport
@@ -103,6 +104,7 @@ class Session:
             watcher,
         )
         self._alive: Alive | None = None
+        self._polled: PolledPeriods | None = None
         self._terms: Terms | None = None
         self._off: list[int] = []
         self._warmed: Warmed | None = None
@@ -143,6 +145,10 @@ class Session:
         """
         prepare()  # before anything is read: it takes a moment
         self._alive = alive = self._opening.assemble(steps)
+        controller = self._stand.controller.facts
+        if controller.clock == "host":
+            self._polled = PolledPeriods(controller.rate_Hz)
+            alive.acquisition.listeners.append(self._polled.take)
         self._terms = terms_for(self._plan, self._stand, self._notes)
         alive.driver.commanding.agree(self._terms, SessionVoice(alive.acquisition, self._showing))
         self._opening.look(alive, steps)
@@ -308,6 +314,8 @@ class Session:
         alive.driver.obey()
         if where is not None:
             alive.acquisition.attach(self._recorder(*where, step))
+            if self._polled is not None:
+                self._polled.begin()
             self._passes.run_id = where[1]
         alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
         if step.start_band is not None:
@@ -404,6 +412,8 @@ class Session:
             if status != "complete":
                 self._passes.watch_rest()
             self._passes.catch_up(stopped=True)  # what led to the stop belongs into the run
+        if self._polled is not None:
+            alive.acquisition.say("polls", self._polled.sentence(), **self._polled.facts())
         recorder, self._passes.run_id = alive.acquisition.detach(), ""
         if recorder is None:
             return None

@@ -45,6 +45,9 @@ U_GIVE_SHARE, U_GIVE = 0.5, 0.01
 """Of what the stand file states, relative; and where it states nothing [mm/kN]."""
 MOST_GIVE_TIMES, MOST_GIVE = 5.0, 0.05
 """More than so many times what is stated, or (where nothing is) than this [mm/kN], is no machine."""
+LEAST_GIVE = -0.0005
+"""A rigid machine may seem to give way by as little as this [mm/kN]: linearity of draw wires, 0.03 mm over
+60 kN."""
 MOST_OFFSET_MM = 1.0
 MOST_TURN_S = 0.1
 GAIN_RANGE = (0.5, 1.5)
@@ -186,9 +189,12 @@ class StrokeKnowledge:
         found = []
         offset_mm, give = self._machine()
         if not self._give_is_possible(give):
+            instead = (
+                "what the stand file states is used" if self.stated_mm_per_kN else "it is taken for rigid"
+            )
             found.append(
                 f"piston and draw wires make the machine give way by {1e3 * give:.2f} mm per 1000 kN, which "
-                "cannot be; what the stand file states is used: look at the draw wires and at the zero"
+                f"cannot be; {instead}: look at the draw wires and at the zero"
             )
         if abs(offset_mm) > MOST_OFFSET_MM:
             found.append(
@@ -211,7 +217,7 @@ class StrokeKnowledge:
     def give_mm_per_kN(self) -> float:  # noqa: N802 - the unit keeps its capital
         """By how much the machine gives way under 1 kN [mm/kN]; as stated until it was measured."""
         give = self._machine()[1]
-        return give if self._give_is_possible(give) else self.stated_mm_per_kN or 0.0
+        return max(give, 0.0) if self._give_is_possible(give) else self.stated_mm_per_kN or 0.0
 
     @property
     def offset_mm(self) -> float:
@@ -252,7 +258,7 @@ class StrokeKnowledge:
 
     def _give_is_possible(self, give: float) -> bool:
         stated = self.stated_mm_per_kN
-        return 0.0 <= give <= (MOST_GIVE if not stated else MOST_GIVE_TIMES * stated)
+        return LEAST_GIVE <= give <= (MOST_GIVE if not stated else MOST_GIVE_TIMES * stated)
 
     def _nearest(self, frequency_Hz: float) -> float | None:
         """Return the frequency nearest to one at which a response was measured."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
 
-from drivers.check_clock import LEAST_PAIRS, drift_row, fit_drift
+from drivers.check_clock import drift_row, fit_drift
 from drivers.check_hints import controller_hint, port_hint
 from drivers.check_rows import (
     CheckRow,
@@ -21,9 +21,9 @@ from drivers.check_rows import (
     rate_row,
     value_row,
 )
+from drivers.check_samples import POLL_S, delivery_row, missed_row, sample_rate_row, watch
 from drivers.check_verdict import WATCH_S, Verdict
 from drivers.connect import build_controller, build_sensors
-from drivers.delivery import Delivery
 from drivers.interfaces import Controller, DeviceFault, MotionState, SampleBlock, Sensor, SensorFault
 from drivers.register_panel import FAULT_TEXTS
 from drivers.stand_file import StandFile
@@ -42,15 +42,11 @@ SECOND_CHANCE_S = 1.5
 """Wait for a reading after a fault of the same sensor [s of wall time]."""
 STALE_S = 5.0
 """A reading older than this, and than three of its periods, is stale [s of stand time]."""
-RATE_TOLERANCE = 0.02
 SENSOR_RATE_TOLERANCE = 0.05
 SLOW_RATE_TOLERANCE = 0.5
-"""Shares by which rates may differ from those stated: controller, amplifier, temperature sensors."""
-POLL_TOLERANCE = 0.1
-"""Share of polls that may be left out, of a controller that is polled."""
-_POLL_S = 0.01
-_BLOCKS_AT_ONCE = 50
-_LEAST_SAMPLES = 100
+"""Shares by which rates may differ from those stated: amplifier, temperature sensors."""
+IN_USE = (MotionState.HOLDING, MotionState.RAMPING, MotionState.WAVEFORM, MotionState.RELEASING)
+"""States of a controller whose valve is on."""
 _LEAST_SPAN_S = 0.5
 
 
@@ -141,19 +137,27 @@ def _controller_rows(
         f"{identity.device}, serial {identity.serial}, {identity.sample_rate_Hz:g} Hz, at {identity.address}",
     )
     yield from _liveness_rows(controller, clock)
+    polled = controller.facts.clock == "host"
+    user = _user_row(controller)
+    if user is not None:
+        yield user
+        if not polled:  # to read a ring is to write what was wanted last: that is the other program's
+            yield from _rows_beside(controller, clock, watch_s)
+            return
     controller.skip_backlog()
     newest = _newest_block(controller, clock)
     if newest is None:
-        remark = "its ring stays empty; look whether sampling is switched on in the controller"
-        yield CheckRow("controller", "samples", "none", Verdict.FAULT, remark)
+        yield from _no_samples_rows(controller, polled=polled)
         return
     if watch_s > 0.0:
-        seen = _watch(controller, clock, newest, watch_s)
-        yield _sample_rate_row(seen, identity.sample_rate_Hz, polled=controller.facts.clock == "host")
+        seen = watch(controller, clock, newest, watch_s)
+        yield sample_rate_row(seen, identity.sample_rate_Hz, polled=polled)
+        if missed := missed_row(seen):
+            yield missed
         yield drift_row(fit_drift(seen.host_s, seen.trip_s, seen.tick_us))
-        newest = seen.newest
+        newest = seen.newest or newest
     if delivery := controller.delivery():
-        yield _delivery_row(delivery)
+        yield delivery_row(delivery)
     values = _mean_values(controller.facts.channels, newest)
     forces["force"] = values["force"]
     age_s = clock.now_s() - newest.received_s
@@ -165,90 +169,58 @@ def _controller_rows(
     yield difference_row(values["stroke_1"], values["stroke_2"], stand_file.stand.tilt_max_mm)
 
 
+def _user_row(controller: Controller) -> CheckRow | None:
+    """Return which other program commands the stand, None where none is seen to."""
+    writer, status = controller.other_writer(), controller.status()
+    if writer:
+        who = f"program {writer} gives commands ({status.state.name.lower()})"
+    elif writer is None and status.state in IN_USE:
+        who = f"somebody has switched it on ({status.state.name.lower()})"
+    else:
+        return None
+    remark = "another program is at work here: it is left alone"
+    return CheckRow("controller", "in use", who, Verdict.NOTE, remark)
+
+
+def _rows_beside(controller: Controller, clock: Clock, watch_s: float) -> Iterator[CheckRow]:
+    """Yield what can be read of a controller with a ring beside the program that reads it."""
+    remark = (
+        "its ring is not read, since that would acknowledge samples that the other program still wants: "
+        "check rate, channels and whether the wire keeps up once that one has ended"
+    )
+    yield CheckRow("controller", "samples", "not read", Verdict.NOTE, remark)
+    if watch_s > 0.0:
+        seen = watch(controller, clock, None, watch_s, samples=False)
+        yield drift_row(fit_drift(seen.host_s, seen.trip_s, seen.tick_us))
+    status = controller.status()
+    figures = {
+        "value_kN": status.force_kN,
+        "stroke_mm": status.stroke_mm,
+        "position_mm": status.position_mm,
+        "command_mm": status.command_mm,
+    }
+    value = (
+        f"force {status.force_kN:.2f} kN, stroke {status.stroke_mm:.2f} mm, "
+        f"position {status.position_mm:.2f} mm, command {status.command_mm:.2f} mm"
+    )
+    yield CheckRow("controller", "its own reading", value, figures=figures)
+
+
+def _no_samples_rows(controller: Controller, *, polled: bool) -> Iterator[CheckRow]:
+    """Yield why no samples come, as far as it can be seen."""
+    remark = "its ring stays empty; look whether sampling is switched on in the controller"
+    if polled:
+        remark = "every poll was left out: its reads come further apart than one period"
+        if delivery := controller.delivery():
+            yield delivery_row(delivery)
+    yield CheckRow("controller", "samples", "none", Verdict.FAULT, remark)
+
+
 def _implausible(row: CheckRow, channel: Channel, block: SampleBlock) -> CheckRow:
     """Return the row, as a fault where the channel's own limits say that transducer or wire has failed."""
     raw = block.counts[channel.name]
     found = Watch(channel).look(block.time_us, raw, channel.calibration.apply(raw))
     return replace(row, verdict=Verdict.FAULT, remark=found[0].what) if found else row
-
-
-@dataclass
-class _Seen:
-    """What came of a controller while it was watched; counted from when the ring's history was read."""
-
-    newest: SampleBlock
-    samples: int = 0
-    lost: int = 0
-    since_s: float | None = None
-    late_s: tuple[float, float] = (0.0, 0.0)
-    """By how much what was received at the beginning and the end may be older than its reception [s]."""
-    host_s: list[float] = field(default_factory=list)
-    trip_s: list[float] = field(default_factory=list)
-    tick_us: list[int] = field(default_factory=list)
-
-
-def _watch(controller: Controller, clock: Clock, newest: SampleBlock, watch_s: float) -> _Seen:
-    """Read samples and clock of a controller for a while, and at least :data:`LEAST_PAIRS` times."""
-    seen = _Seen(newest)
-    end_s, rounds = clock.wall_s() + watch_s, 0
-    while clock.wall_s() < end_s or rounds < LEAST_PAIRS:
-        rounds += 1
-        asked_s = clock.wall_s()
-        status = controller.status()
-        answered_s = clock.wall_s()
-        if status.tick_us is not None:
-            seen.host_s.append(0.5 * (asked_s + answered_s))
-            seen.trip_s.append(answered_s - asked_s)
-            seen.tick_us.append(status.tick_us)
-        ahead_s: float | None = None  # a block that has more behind it may have asked for that already
-        for _ in range(_BLOCKS_AT_ONCE):
-            request_s = clock.now_s()
-            block = controller.read_block()
-            if block is not None:
-                seen.newest = block
-                late_s = block.received_s - (request_s if ahead_s is None else ahead_s)
-                seen.late_s = (late_s if seen.since_s is None else seen.late_s[0], late_s)
-                ahead_s = request_s if block.more else None
-                if seen.since_s is not None:
-                    seen.samples += len(block.time_us) + block.lost
-                    seen.lost += block.lost
-            if block is None or not block.more:
-                seen.since_s = seen.newest.received_s if seen.since_s is None else seen.since_s
-                break
-        clock.sleep(_POLL_S)
-    return seen
-
-
-def _sample_rate_row(seen: _Seen, stated_Hz: float, *, polled: bool) -> CheckRow:
-    """Return how many samples a second come; of a ring with a long history that may not be known yet."""
-    span_s = 0.0 if seen.since_s is None else seen.newest.received_s - seen.since_s
-    if span_s * stated_Hz < _LEAST_SAMPLES:
-        remark = "its ring held more than could be read meanwhile; watch it longer (--watch)"
-        return CheckRow("controller", "sample rate", "—", Verdict.NOTE, remark)
-    rate_Hz = seen.samples / span_s
-    doubt = sum(seen.late_s) / span_s  # a busy computer receives late what was made in time
-    if polled:  # the computer makes this rate, and leaves out what it is too late for
-        row = rate_row("controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=POLL_TOLERANCE)
-        if row.verdict is Verdict.OK or seen.lost > POLL_TOLERANCE * seen.samples:
-            return row
-        remark = "polls that came too late were left out; line or computer are busy"
-        return replace(row, verdict=Verdict.NOTE, remark=remark)
-    return rate_row(
-        "controller", "sample rate", rate_Hz, stated_Hz, seen.lost, tolerance=RATE_TOLERANCE + doubt
-    )
-
-
-def _delivery_row(delivery: Delivery) -> CheckRow:
-    """Return whether the reader can keep up with the controller: samples per block over round trip."""
-    figures = {
-        "block_round_trip_ms": delivery.round_trip_s * 1e3,
-        "samples_per_block": float(delivery.samples_per_block),
-        "most_Hz": delivery.most_Hz,
-        "longest_round_trip_ms": delivery.longest_trip_s * 1e3,
-    }
-    verdict = Verdict.OK if delivery.keeps_up else Verdict.FAULT
-    value, _, remark = delivery.text.partition("; ")
-    return CheckRow("controller", "keeping up", value, verdict, remark, figures=figures)
 
 
 def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:
@@ -265,7 +237,7 @@ def _liveness_rows(controller: Controller, clock: Clock) -> Iterator[CheckRow]:
     yield CheckRow("controller", "round trip", text, figures=figures)
     deadline_s = clock.wall_s() + ANSWER_WAIT_S
     while status.heartbeat == first.heartbeat and clock.wall_s() < deadline_s:
-        clock.sleep(_POLL_S)
+        clock.sleep(POLL_S)
         status = controller.status()
     if status.heartbeat == first.heartbeat:
         remark = "it answers but its heartbeat does not count: its control loop stands still"
@@ -300,7 +272,7 @@ def _newest_block(controller: Controller, clock: Clock) -> SampleBlock | None:
         block = controller.read_block()
         newest = block or newest
         if block is None:
-            clock.sleep(_POLL_S)
+            clock.sleep(POLL_S)
         if newest is not None and (block is None or not block.more):
             break
     return newest
@@ -367,7 +339,7 @@ def _readings(sensor: Sensor, clock: Clock) -> tuple[list[SampleBlock], list[Sen
             faults.append(item)
         if blocks or clock.wall_s() >= deadline_s:
             return blocks, faults
-        clock.sleep(_POLL_S)
+        clock.sleep(POLL_S)
 
 
 def _rate_rows(sensor: Sensor, blocks: Sequence[SampleBlock]) -> Iterator[CheckRow]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.delivery import Delivery
+from drivers.poll_delivery import PollDelivery
 from foundation.channel import Channel
 from foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
 from foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
@@ -153,12 +154,16 @@ class Controller(Protocol):
         """Get the next samples from the ring (None where there are none yet) and acknowledge the last."""
         ...
 
-    def delivery(self) -> Delivery | None:
+    def delivery(self) -> Delivery | PollDelivery | None:
         """Return how many samples a second can be read; None where no round trip bounds that."""
         ...
 
     def status(self) -> ControllerStatus:
         """Get one consistent snapshot."""
+        ...
+
+    def other_writer(self) -> int | None:
+        """Return which other program may give commands; 0 for none, None where the controller has no lock."""
         ...
 
     def feed_watchdog(self) -> None:

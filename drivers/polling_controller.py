@@ -16,6 +16,7 @@ import numpy as np
 from drivers.bus_thread import Bus, BusThread
 from drivers.interfaces import ControllerStatus, DeviceFault, Identity, SampleBlock, StreamFacts
 from drivers.modbus_link import ModbusLink
+from drivers.poll_delivery import PollDelivery
 from drivers.poll_skew import PolledAt, SkewMeter
 from drivers.profile import Profile
 from drivers.register_controller import RegisterController
@@ -35,6 +36,10 @@ PAUSE = 5
 time stamp says so."""
 KEPT = 100_000
 """Samples that wait for the reader at most."""
+TIMED = 100
+"""Polls by whose duration it is judged whether the wire allows the rate."""
+QUICK_PERCENT = 25.0
+"""Judged is by this percentile of them: a busy computer makes single ones long."""
 
 
 class PollingController:
@@ -91,7 +96,8 @@ class PollingController:
         self._samples: deque[tuple[int, int, dict[str, float | int]]] = deque(maxlen=KEPT)
         self._fault: DeviceFault | None = None
         self._next: int | None = None
-        self._left_out = 0
+        self._took_s: deque[float] = deque(maxlen=TIMED)
+        self._without = 0
         self._last_slot: int | None = None
         self._number = 0
         self._said_s = -math.inf
@@ -179,8 +185,12 @@ class PollingController:
         time_us = np.array([row[1] for row in rows], dtype=np.int64)
         return SampleBlock(STREAM, first, time_us, counts, lost, self._clock.now_s())
 
-    def delivery(self) -> None:
-        """Return nothing: it is the poll rate that is chosen to suit the wire."""
+    def delivery(self) -> PollDelivery | None:
+        """Return what was measured of the polls made last, at connect to begin with; None before that."""
+        if not self._took_s:
+            return None
+        poll_s = float(np.percentile(self._took_s, QUICK_PERCENT))
+        return PollDelivery(len(self._blocks), max(poll_s, 1e-6), self._poll.rate_Hz)
 
     def _poll_slot(self, slot: int) -> None:
         """Make one poll; called by the bus thread."""
@@ -191,7 +201,6 @@ class PollingController:
                 self._fault = fault
             return
         if max(polled.middle_s) - min(polled.middle_s) > 1.0 / self._poll.rate_Hz:
-            self._left_out += 1
             return
         self._meter.add(polled)
         stamp_us = round(polled.middle_s[self._meter.stamp_index] * 1e6)
@@ -200,14 +209,15 @@ class PollingController:
         now_s = self._clock.now_s()
         if now_s - self._said_s >= SAID_S:
             self._said_s = now_s
-            apart = f"; {self._left_out} polls left out, whose parts came further apart than one period"
-            self._link.note(self._meter.text(self._poll.rate_Hz) + (apart if self._left_out else ""))
+            without = f"; {self._without} of {slot + 1} periods without a sample since polling began"
+            self._link.note(self._meter.text(self._poll.rate_Hz) + (without if self._without else ""))
 
     def _numbered(self, slot: int) -> int:
         """Return the sequence number of the sample of a slot."""
         last, self._last_slot = self._last_slot, slot
         if last is not None:
             missed = slot - last - 1
+            self._without += missed
             self._number += 1 + (missed if missed >= PAUSE else 0)
         return self._number
 
@@ -229,6 +239,7 @@ class PollingController:
             values |= _counts(block, registers)
             middles.append(0.5 * (sent_s + here_s))
             trips.append(here_s - sent_s)
+        self._took_s.append(sum(trips))
         return values, PolledAt(tuple(middles), tuple(trips))
 
     def status(self) -> ControllerStatus:
@@ -240,6 +251,16 @@ class PollingController:
             If the wire fails, or the state is none that the profile knows.
         """
         return self._bus.call(self._inner.status)
+
+    def other_writer(self) -> int | None:
+        """Return the number of another program that may give commands; 0 for none, None without a lock.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._bus.call(self._inner.other_writer)
 
     def feed_watchdog(self) -> None:
         """Write the heartbeat.

@@ -32,7 +32,7 @@ class RegisterController:
         self._link = link
         self._profile = profile
         self._panel = RegisterPanel(link, profile, timeout_s)
-        lock = WriterLock(self._panel)
+        self._lock = lock = WriterLock(self._panel)
         self._commands = command.CommandPort(self._panel, lock)
         self._switch = ActuatorSwitch(self._panel, lock)
         self._no_numbers: set[str] = set()
@@ -114,6 +114,21 @@ class RegisterController:
                 "look at its transducer and at the controller's own messages"
             )
         self._no_numbers = wrong
+
+    def other_writer(self) -> int | None:
+        """Return the number of another program that may give commands; nothing is written.
+
+        Returns
+        -------
+        int or None
+            0 where no other program may; None where the profile has no register ``writer``.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._lock.other_holder()
 
     def feed_watchdog(self) -> None:
         """Write the heartbeat; without it the controller falls back to zero force by itself.

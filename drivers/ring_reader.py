@@ -37,7 +37,8 @@ class RingRows:
     lost : int
         Samples missing before row 0.
     missed : tuple of tuple of int and int
-        Rows before which the device's clock went on without a sample, and by how many cycles.
+        Rows before which the device's clock went on without a sample, and by how many cycles, whether its
+        numbers leave them out or not. They are not among ``lost``.
     """
 
     first_sequence: int
@@ -84,7 +85,9 @@ class RingReader:
     fields), its sequence continues (or leaves a gap, which is counted) and its ticks are those that the
     sequence and the sample rate demand; so a torn, late or repeated window cannot pass. A clock that goes on
     by some periods without a sample shows cycles that the controller missed: they are counted. Without a CRC
-    that is believed only of a window that came twice alike.
+    that is believed only of a window that came twice alike. A hole in the numbers is of missed cycles, too,
+    where the counter of overruns did not rise and the clock went on by no more than a pause: then nothing
+    was overwritten.
 
     Parameters
     ----------
@@ -182,7 +185,15 @@ class RingReader:
             )
         if self._next_sequence is None:
             lost = 0
-        self._note_overruns(window.overruns, lost=lost, at=first)
+        rose = self._note_overruns(window.overruns, lost=lost, at=first)
+        if lost and not rose:  # nothing was overwritten: it never took them
+            if missed_cycles((lost + 1) * self._period_us, self._period_us):
+                missed, lost = _with_hole(missed, lost), 0
+            else:
+                self.events.append(
+                    f"{lost} samples are missing before sequence {first}: the controller's numbers leave "
+                    "them out, and its overrun counter did not rise"
+                )
         self._next_sequence = first + rows
         self._last_time_us = int(time_us[-1])
         return RingRows(first, time_us, columns, lost, missed)
@@ -255,10 +266,11 @@ class RingReader:
                 missed.append((row, cycles))
         return missed
 
-    def _note_overruns(self, overruns: int, *, lost: int, at: int) -> None:
+    def _note_overruns(self, overruns: int, *, lost: int, at: int) -> int:
+        """Say what was overwritten before it was read; return by how much the controller's counter rose."""
         before, self._overruns = self._overruns, overruns
         rose = 0 if before is None else (overruns - before) % 0x10000
-        if lost:
+        if lost and rose:
             self.events.append(
                 f"{lost} samples lost before sequence {at}: the ring was read too late "
                 f"(overrun counter +{rose})"
@@ -267,3 +279,10 @@ class RingReader:
             self.events.append(
                 f"the controller's overrun counter rose by {rose} at sequence {at} without a gap"
             )
+        return rose
+
+
+def _with_hole(missed: tuple[tuple[int, int], ...], cycles: int) -> tuple[tuple[int, int], ...]:
+    """Return where cycles were missed, with those before row 0 that are missing in its number, too."""
+    before = dict(missed)
+    return tuple(sorted({**before, 0: before.get(0, 0) + cycles}.items()))

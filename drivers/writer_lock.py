@@ -58,6 +58,21 @@ class WriterLock:
         if not self._held:
             self.claim()
 
+    def other_holder(self) -> int | None:
+        """Return the number of another program that has the lock; 0 where none has it, None without a lock.
+
+        Reads one register; nothing is written.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        if not self._offered:
+            return None
+        holder = self._holder()
+        return 0 if holder == self.number else holder
+
     def give_back(self) -> None:
         """Let another program have it; one that was lost already is let go of silently.
 

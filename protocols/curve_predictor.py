@@ -90,8 +90,7 @@ class CurvePredictor:
             heat = "heat is that of the whole band between the branches, without loss to the air: too high"
             return (forces, heat)
         heat = "heat" if self.absorbed_share is None else "temperatures"
-        alone = "cannot be predicted: the temperature guard alone decides the stop"
-        return (forces, f"the specimen's {heat} {alone}")
+        return (forces, f"the specimen's {heat} {_ONLY_A_THERMOMETER}")
 
     def bounding(self) -> Predictor:
         """Return the same specimen with the greatest forces it may have."""
@@ -186,12 +185,13 @@ class CurvePredictor:
         return Temperatures(start.mass_C + rise_K, start.sensor_C + rise_K)
 
 
+_ONLY_A_THERMOMETER = "cannot be predicted: only a thermometer on it can stop the test when it is too warm"
 _NOTHING = (
     (
         "nothing is known of the specimen's forces (no spring model, no [catalogue]): the first slow stroke "
         "shows them, and every step after it is judged by them before it moves"
     ),
-    "the specimen's heat cannot be predicted: the temperature guard alone decides the stop",
+    f"the specimen's heat {_ONLY_A_THERMOMETER}",
 )
 
 

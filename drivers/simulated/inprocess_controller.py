@@ -154,6 +154,9 @@ class InProcessController:
         with self._link.asking():
             return self._with_faults(self._shown(self._device.controller))
 
+    def other_writer(self) -> None:
+        """Return nothing: in process there is no second program, and no lock."""
+
     def _with_faults(self, status: ControllerStatus) -> ControllerStatus:
         """Let registers be stuck, or no numbers, by a simulated fault."""
         faults, now_s = self._device.faults, self._clock.now_s()

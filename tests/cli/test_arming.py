@@ -15,7 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cli.arming import Movement, ask_to_move, check_given
-from cli.movement import motion_text
+from cli.campaigns import prepare
+from cli.movement import campaign_movement, motion_text
 from foundation.errors import BadInput
 from protocols.steps import Harmonic, RampTo, StaticCycles
 from tests.cli.processes import bufferstand
@@ -92,6 +93,28 @@ def test_without_a_terminal_and_without_the_option_it_is_refused_and_touches_not
     assert f"add --yes-move {SPECIMEN}" in line
     assert not out.exists()
     assert onlooker.visits == 0
+
+
+@pytest.mark.parametrize(
+    ("cut", "role", "told"),
+    [
+        ("", "", "40 °C"),
+        ("", "ambient", "none for heat: no thermometer on the specimen"),
+        ("[temperature]", "", "none for heat: no thermometer on the specimen"),
+    ],
+)
+def test_a_limit_of_heat_is_announced_only_where_a_thermometer_can_keep_it(
+    tmp_path: Path, cut: str, role: str, told: str
+) -> None:
+    text = (SAMPLES / "stand.toml").read_text()
+    if cut:
+        text = text[: text.index(f"\n{cut}")] + text[text.index("\n[simulation]") :]
+    if role:
+        text = text.replace('role = "specimen"', f'role = "{role}"')
+    (tmp_path / "stand.toml").write_text(text)
+    (tmp_path / "armed.toml").write_text(CAMPAIGN)
+    shown = dict(campaign_movement(prepare(tmp_path / "armed.toml"), ()).facts)
+    assert shown["limits"].endswith(f" mm, {told}")
 
 
 @pytest.mark.parametrize("simulate", [(), ("--simulate",)])

@@ -88,6 +88,8 @@ class Orders:
     reject: frozenset[str] = frozenset()
     round_trip_s: float = 0.0
     """So long each call takes."""
+    writer: int | None = None
+    """Who else may give commands; None: the controller has no lock."""
     explode_at_s: float = math.inf
     """An exception that nobody expects: a bug."""
 
@@ -243,6 +245,10 @@ class FakeController:
             self.mm,
             self.mm,
         )
+
+    def other_writer(self) -> int | None:
+        self._wire("other_writer")
+        return self.orders.writer
 
     def feed_watchdog(self) -> None:
         self._wire("feed_watchdog")

@@ -135,6 +135,21 @@ def test_a_machine_that_cannot_be_is_said_and_not_used() -> None:
         assert known.give_mm_per_kN == 1.0 / stated
 
 
+@pytest.mark.parametrize(
+    ("give", "told"),
+    [(-1e-6, ""), (-4e-4, ""), (-0.01, "cannot be; it is taken for rigid: look at the draw")],
+)
+def test_a_machine_of_which_nothing_is_stated_may_be_rigid(give: float, told: str) -> None:
+    known = StrokeKnowledge()
+    said = [
+        text
+        for _ in range(20)
+        for text in known.take(LinearStand(give_mm_per_kN=give).cycle(Sine(50.0, 20.0), 0.5), None)
+    ]
+    assert any(told in text for text in said) if told else said == []
+    assert known.give_mm_per_kN == 0.0
+
+
 def test_a_zero_that_was_not_set_is_said_and_not_made_up_for() -> None:
     known = StrokeKnowledge(1.0 / 150.0)
     for _ in range(10):

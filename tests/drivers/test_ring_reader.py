@@ -89,6 +89,44 @@ def test_every_sample_is_delivered_or_counted_as_lost(capacity: int, burst: int)
         )
 
 
+@pytest.mark.parametrize(
+    ("hole", "overruns", "lost", "missed", "told"),
+    [
+        (3, 0, 0, ((0, 3), (5, 2)), []),
+        (
+            3,
+            1,
+            3,
+            ((5, 2),),
+            ["3 samples lost before sequence 13: the ring was read too late (overrun coun"],
+        ),
+        (500, 0, 0, ((0, 500), (5, 2)), []),
+        (
+            501,
+            0,
+            501,
+            ((5, 2),),
+            ["501 samples are missing before sequence 511: the controller's numbers leave"],
+        ),
+    ],
+)
+def test_a_hole_in_the_numbers_is_of_missed_cycles_where_nothing_was_overwritten(
+    hole: int, overruns: int, lost: int, missed: tuple[tuple[int, int], ...], told: list[str]
+) -> None:
+    """Half a second is the longest pause: what is missing longer is no cycle that was missed."""
+    device, reader = RingDevice(SHIPPED), RingReader(SHIPPED, 1e6 / PERIOD_US)
+    device.sample(10)
+    assert fetch(reader, device) is not None
+    device.sample(hole + 10)
+    device.oldest = 10 + hole
+    device.missed = {10 + hole + 5: 2}
+    device.overruns += overruns
+    rows = fetch(reader, device)
+    assert rows is not None
+    assert (rows.first_sequence, rows.lost, rows.missed) == (10 + hole, lost, missed)
+    assert [event[:75] for event in reader.events] == told
+
+
 def test_a_gap_longer_than_the_tick_wraps_keeps_true_time() -> None:
     device = RingDevice(PROFILE, capacity=100)
     device.sample(10)

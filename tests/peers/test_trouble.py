@@ -87,11 +87,6 @@ def test_a_scan_that_is_too_slow_is_no_good_stand_to_check(
     assert not rate.strip().startswith("ok"), done.stdout
 
 
-@pytest.mark.xfail(
-    reason="refused at its first look, it still ends with a safe stop, whose valve-off needs no lock: "
-    "the other program's specimen is left under load",
-    strict=True,
-)
 @pytest.mark.parametrize("peer", BOTH)
 def test_a_second_program_touches_nothing(peer: str, program: Program, tmp_path: Path) -> None:
     with controller(Case(peer), program(peer), tmp_path) as running:

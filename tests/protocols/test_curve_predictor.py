@@ -135,7 +135,7 @@ def test_temperatures_that_nobody_knows_are_not_given(load: Load) -> None:
     content = plan.as_dict()
     assert content["steps"][1]["end_temperature_C"] is None
     assert content["totals"]["max_temperature_C"] is None
-    assert any("temperature guard alone" in text for text in content["assumptions"])
+    assert any("only a thermometer on it can stop the test" in text for text in content["assumptions"])
 
 
 def test_of_a_specimen_of_which_nothing_is_known_a_slow_stroke_comes_first(load: Load) -> None:

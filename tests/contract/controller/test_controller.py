@@ -74,6 +74,13 @@ def test_it_says_who_it_is_and_says_it_again(bench: Bench) -> None:
     }  # fmt: skip
 
 
+def test_whoever_commands_sees_no_other_program_do_so(bench: Bench) -> None:
+    before = bench.controller.other_writer()
+    assert not before, "nobody commands it"
+    bench.enable()
+    assert bench.controller.other_writer() == before, "the own right is nobody else's"
+
+
 def test_samples_follow_each_other_or_a_counted_gap_says_so(bench: Bench) -> None:
     start_s = bench.clock.now_s()
     bench.until(lambda _: bench.clock.now_s() > start_s + 2.0, feeding=False)
