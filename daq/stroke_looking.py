@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from daq.scaling import ScaledBlock
 from daq.sine_watch import CycleSeen, SineWatch
-from daq.static_watch import StaticWatch
+from daq.static_watch import RampWatch, StaticWatch
 from daq.stroke_agreement import Once, Terms, Voice
 from daq.stroke_rows import CLOSE_MM, CLOSE_PERCENT, StrokeRow, harmonic_row, is_off, static_row
 from daq.stroke_steps import corrected
 from drivers.interfaces import Controller
 from foundation.errors import CommandRejected
 from protocols.commanded import Sine
-from protocols.steps import Harmonic, StaticCycles, Turns
+from protocols.steps import Harmonic, RampTo, StaticCycles, Turns
 
 OVERLAP = 0.15
 """A cycle may begin so much of a cycle before the last change is over: 5 % of the change is left then."""
 LEAST_LEFT = 2
 """Cycles that are left when a sine is changed: it goes over in the first, and the second shows it."""
+CHANGE_CYCLES = 2
+"""A change goes over in the next cycle, and counts from the one after it."""
+ABOVE_SHARE = 0.002
+"""A force is above its limit by more than this share: that of a turn is known no better."""
 LATE = 0.25
 """A turn that is not whole at the end of its cycle, because the piston is late, is awaited so long."""
 
@@ -33,8 +38,8 @@ class Order:
     voice : Voice
     once : Once
         For what is said once in a campaign.
-    expected : Turns or None
-        What the plan expects of it.
+    expected_of : callable
+        What is expected of the turns of one of its cycles, by its number from 1; None where nothing is.
     compensates : bool
         Whether it is the specimen's stroke that is asked for.
     """
@@ -42,7 +47,7 @@ class Order:
     terms: Terms
     voice: Voice
     once: Once
-    expected: Turns | None
+    expected_of: Callable[[int], Turns | None]
     compensates: bool
 
 
@@ -75,7 +80,7 @@ class SineLook:
         self._changed_us: int | None = None
         self._first: CycleSeen | None = None
         self._last: CycleSeen | None = None
-        self._warned = False
+        self._warned = self._above_force = False
         self._turns: dict[int, Sine] = {}
 
     def take(self, block: ScaledBlock) -> None:
@@ -110,10 +115,24 @@ class SineLook:
             return
         self._first, self._last = self._first or cycle, cycle
         order = self._order
-        for doubt in order.terms.knowledge.take(cycle, order.expected):
+        for doubt in order.terms.knowledge.take(cycle, order.expected_of(self._cycles_done)):
             order.once(doubt)
+        self._see_force(cycle)
         if order.compensates:
             self._judge(cycle)
+
+    def _see_force(self, cycle: CycleSeen) -> None:
+        """Say once that a cycle brings more force than it may."""
+        motion, order, most_kN = self._motion, self._order, self._order.terms.bounds.force_max_kN
+        if self._above_force or cycle.upper_kN <= (1.0 + ABOVE_SHARE) * most_kN:
+            return
+        self._above_force = True
+        lowered = order.compensates and self._controller.can_adjust
+        order.voice.warn(
+            f"WARNING: {motion.mean_mm:g} ± {motion.amplitude_mm:g} mm at {motion.frequency_Hz:g} Hz brings "
+            f"{cycle.upper_kN:.1f} kN in cycle {self._cycles_done}, more than force_max_kN = {most_kN:g}: "
+            + ("it is made smaller" if lowered else "this sine goes on, what follows is made smaller")
+        )
 
     def _judge(self, cycle: CycleSeen) -> None:
         """Say that a cycle is off, and command the next ones anew where that is possible."""
@@ -133,6 +152,7 @@ class SineLook:
             terms.knowledge.gain(motion.frequency_Hz),
             terms.knowledge.give_mm_per_kN,
             terms.bounds,
+            self._coming_kN(),
         )
         if held and is_off(self._asked, cycle.stroke, CLOSE_PERCENT, CLOSE_MM):
             self._order.once(
@@ -141,6 +161,11 @@ class SineLook:
             )
         if wanted != self._command and motion.cycles - self._cycles_done >= LEAST_LEFT:
             self._adjust(wanted)
+
+    def _coming_kN(self) -> tuple[float, float]:  # noqa: N802 - the unit keeps its capital
+        """Return by how much the forces at the turns change by themselves until a change has gone over."""
+        now, then = (self._order.expected_of(self._cycles_done + more) for more in (0, CHANGE_CYCLES))
+        return self._order.terms.knowledge.change_kN(now, then)
 
     def _adjust(self, wanted: Sine) -> None:
         text = f"{wanted.mean_mm:.3f} ± {wanted.amplitude_mm:.3f} mm"
@@ -224,7 +249,7 @@ class StaticLook:
         if not watch.by_force:
             order.terms.knowledge.take_turn(watch.turn_s)
         if (slow := watch.seen()) is not None:
-            for doubt in order.terms.knowledge.take_slow(slow, order.expected):
+            for doubt in order.terms.knowledge.take_slow(slow, order.expected_of(1)):
                 order.once(doubt)
         return static_row(
             watch.motion.stroke_limit_mm,
@@ -233,3 +258,32 @@ class StaticLook:
             watch.by_force,
             compensated=order.compensates,
         )
+
+
+class RampLook:
+    """Looks at a ramp, and learns how late the piston follows it: of a sine that comes next nothing is known.
+
+    Parameters
+    ----------
+    motion : RampTo
+    terms : Terms
+    """
+
+    def __init__(self, motion: RampTo, terms: Terms) -> None:
+        self._terms, self._watch = terms, RampWatch(motion.speed_mm_per_s)
+
+    def take(self, block: ScaledBlock) -> None:
+        """Look at a block of the controller's samples."""
+        self._watch.take(block)
+
+    def look(self, cycles_done: int) -> None:
+        """Do nothing in a pass: a ramp has no cycles."""
+
+    def row(self) -> StrokeRow | None:
+        """Return None: a ramp has no row."""
+        return None
+
+    def end(self) -> StrokeRow | None:
+        """Learn from the ramp; it has no row."""
+        self._terms.knowledge.take_lag(self._watch.lag_s)
+        return None
