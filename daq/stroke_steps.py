@@ -131,14 +131,17 @@ def corrected(
         ),
     )
     share, held = (1.0, "") if up <= room else (room / up, why)
+    lower_mm = mean - gain * amplitude  # of the piston's lower turn, whatever becomes of the upper one
     mean, amplitude = share * mean, share * amplitude
     above_mm = (
         (seen.upper_kN - (1.0 - BELOW_SHARE) * bounds.force_max_kN) / top * (1.0 + top * give_mm_per_kN)
     )
     if seen.upper_kN > bounds.force_max_kN and mean + gain * amplitude > -above_mm:
-        lower_mm, held = mean - gain * amplitude, f"force_max_kN = {bounds.force_max_kN:g}"
-        mean = _limited(0.5 * (lower_mm - above_mm), LARGEST_MM)
-        amplitude = _limited(0.5 * (-above_mm - lower_mm) / gain, most)
+        held = f"force_max_kN = {bounds.force_max_kN:g}"
+        down_mm = min(above_mm, LARGEST_MM)
+        amplitude = _limited(0.5 * (-down_mm - lower_mm) / gain, most)
+        mean = _limited(-down_mm - gain * amplitude, LARGEST_MM)
+        amplitude = min(amplitude, (-down_mm - mean) / gain)
     wanted = Sine(command.mean_mm + mean, command.amplitude_mm + amplitude)
     kept = bounds.kept(wanted, seen.frequency_Hz)
     if kept.amplitude_mm < wanted.amplitude_mm:
