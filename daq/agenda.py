@@ -73,6 +73,11 @@ class Agenda:
         return self._replanner is not None
 
     @property
+    def specimen_C(self) -> float | None:  # noqa: N802 - the unit keeps its capital
+        """Return the temperature of the specimen's mass after what was seen last [°C]; None: unknown."""
+        return None if self._now is None else self._now.mass_C
+
+    @property
     def left(self) -> tuple[PlannedStep, ...]:
         """Return the steps that are left, without the one under way."""
         return tuple(self._left)

@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from daq.stroke_agreement import Mute, Once, Terms, Voice
 from daq.stroke_command import commanded_sine, first_loading
-from daq.stroke_looking import Order, SineLook, StaticLook
+from daq.stroke_looking import Order, RampLook, SineLook, StaticLook
 from daq.stroke_rows import StrokeRow
 from drivers.interfaces import Controller
 from protocols.commanded import Sine, piston_mm
 from protocols.steps import (
     Harmonic,
     Motion,
+    MotionEstimate,
     PlannedStep,
     RampTo,
     RampToForce,
@@ -61,19 +63,42 @@ class Commanding:
         self._voice: Voice = Mute()
         self._step: PlannedStep | None = None
         self._motions: Sequence[Motion] = ()
-        self._look: SineLook | StaticLook | None = None
+        self._look: SineLook | StaticLook | RampLook | None = None
+        self._keep_learned: Callable[[], object] | None = None
+        self._warmer_K = 0.0
         self._known: tuple[Harmonic, Harmonic] | None = None
         self._once = Once(self._voice)
         self.rows: list[StrokeRow] = []
         """What was asked, commanded and reached in the step under way."""
 
-    def agree(self, terms: Terms, voice: Voice) -> None:
-        """Compensate from now on by these terms, and say what is to be said."""
-        self._terms, self._voice, self._once = terms, voice, Once(voice)
+    def agree(self, terms: Terms, voice: Voice, keep: Callable[[], object] | None = None) -> None:
+        """Compensate from now on by these terms, and say what is to be said.
 
-    def begin_step(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
-        """Take the motions of a step, which say where a ramp leads to and what forces are expected."""
+        Parameters
+        ----------
+        terms : Terms
+        voice : Voice
+        keep : callable, optional
+            Called after every look: keeps what was learned.
+        """
+        self._terms, self._voice, self._once = terms, voice, Once(voice)
+        self._keep_learned = keep
+
+    def begin_step(
+        self, step: PlannedStep, motions: Sequence[Motion], specimen_C: float | None = None
+    ) -> None:
+        """Take the motions of a step, which say where a ramp leads to and what forces are expected.
+
+        Parameters
+        ----------
+        step : PlannedStep
+        motions : sequence of Motion
+            Its motions, or those that are left.
+        specimen_C : float, optional
+            Temperature of the specimen's mass now [°C]; as planned if not given.
+        """
         self._step, self._motions, self.rows = step, motions, []
+        self._warmer_K = 0.0 if specimen_C is None else specimen_C - step.start_temperature_C
 
     # --- commands -----------------------------------------------------------------------------------
 
@@ -177,14 +202,30 @@ class Commanding:
         at = next(index for index, one in enumerate(self._motions) if one is motion)
         return self._motions[at + 1] if at + 1 < len(self._motions) else None
 
-    def _expected(self, motion: Motion) -> Turns | None:
-        """Return what the plan expects of a motion's turns."""
+    def _estimate(self, motion: Motion) -> MotionEstimate | None:
+        """Return what the plan expects of a motion."""
         if self._step is None:
             return None
         for index, one in enumerate(self._motions):
             if one is motion and index < len(self._step.estimates):
-                return self._step.estimates[index].turns
+                return self._step.estimates[index]
         return None
+
+    def _expected(self, motion: Motion) -> Turns | None:
+        """Return the turns by which a motion is commanded, of a specimen as warm as it is."""
+        if (estimate := self._estimate(motion)) is None:
+            return None
+        if isinstance(motion, Harmonic):
+            return estimate.usual_turns(motion.cycles, self._warmer_K)
+        return estimate.turns_at(0.0, self._warmer_K)
+
+    def _expected_of_cycle(self, motion: Motion, cycle: int) -> Turns | None:
+        """Return the turns that are expected of one cycle of a motion."""
+        if (estimate := self._estimate(motion)) is None:
+            return None
+        if isinstance(motion, Harmonic):
+            return estimate.turns_of_cycle(cycle, motion.cycles, self._warmer_K)
+        return estimate.turns_at(0.0, self._warmer_K)
 
     def _piston(self, stroke_mm: float, motion: Motion, *, most_kN: float = float("inf")) -> float:
         """Return where the piston is when the specimen has a stroke in a compression [mm]."""
@@ -202,7 +243,7 @@ class Commanding:
         if self._terms is None:
             return motion
         expected = self._expected(motion)
-        share = 1.0 if self._step is None else first_loading(self._step, expected)
+        share = first_loading(self._step, motion, self._estimate(motion))
         found = commanded_sine(motion, expected, share, self._terms.knowledge, self._terms.bounds)
         for text in found.said:
             self._once(text)
@@ -213,13 +254,18 @@ class Commanding:
     # --- what becomes of them -----------------------------------------------------------------------
 
     def begin_motion(self, motion: Motion, listeners: list[Callable[[Any], object]]) -> None:
-        """Look at a cyclic motion of the step; before it is started, so that no sample is missed."""
+        """Look at a motion of the step; before it is started, so that no sample is missed."""
         if self._terms is None or not self._is_of_step(motion):
+            return
+        if isinstance(motion, RampTo) and motion.target_mm > 0.0:
+            self._look = RampLook(motion, self._terms)
+            listeners.append(self._look.take)
             return
         if not isinstance(motion, Harmonic | StaticCycles):
             return
         told, zero_mm = self.commanded(motion), self.zero_mm
-        order = Order(self._terms, self._voice, self._once, self._expected(motion), self._compensates)
+        expected_of = partial(self._expected_of_cycle, motion)
+        order = Order(self._terms, self._voice, self._once, expected_of, self._compensates)
         if isinstance(motion, Harmonic) and isinstance(told, Harmonic):
             command = Sine(told.mean_mm - zero_mm, told.amplitude_mm)
             self._look = SineLook(motion, command, order, self._controller, zero_mm)
@@ -254,6 +300,8 @@ class Commanding:
         """Look at the motion under way, once in every pass; correct it where it is off and can be changed."""
         if self._look is not None:
             self._look.look(cycles_done)
+            if self._keep_learned is not None:
+                self._keep_learned()
 
     @property
     def line(self) -> str:

@@ -112,11 +112,16 @@ class Driver:
         """So long a hold of the motion that was started last may take to slow it down [s]: a sine's speed
         2π f A goes at its own greatest acceleration (2π f)² A in 1 / (2π f); other motions stop at once."""
 
-    def begin_step(self, step: PlannedStep | None = None, motions: Sequence[Motion] = ()) -> None:
-        """Forget the cycles of the step before; take the motions (left) of this one."""
+    def begin_step(
+        self,
+        step: PlannedStep | None = None,
+        motions: Sequence[Motion] = (),
+        specimen_C: float | None = None,
+    ) -> None:
+        """Forget the cycles of the step before; take the motions (left) of this one, and how warm it is."""
         self.cycles_done = self._cycles_before = 0
         if step is not None:
-            self.commanding.begin_step(step, motions)
+            self.commanding.begin_step(step, motions, specimen_C)
 
     @property
     def part(self) -> Part:

@@ -356,7 +356,7 @@ class _Campaign:
             self._note(step, status="running")
             complete = False
             try:
-                self._session.perform(step, motions, None)
+                self._session.perform(step, motions, None, self._agenda.specimen_C)
                 complete = True
             finally:
                 self._learn(step, complete=complete)
@@ -365,7 +365,7 @@ class _Campaign:
         run, complete = f"{self._folder.runs.name}/{run_id}.h5", False
         self._note(step, status="running", runs=(*before, run))
         try:
-            self._session.perform(step, motions, (self._folder.runs, run_id))
+            self._session.perform(step, motions, (self._folder.runs, run_id), self._agenda.specimen_C)
             complete = True
         finally:
             path = self._folder.runs / f"{run_id}.h5"

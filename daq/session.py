@@ -26,6 +26,7 @@ from daq.showing import Showing, phase_of
 from daq.signals import StopRequest
 from daq.start_band import begins_with_a_wait, say_beginning, too_cold
 from daq.stroke_agreement import Terms
+from daq.stroke_keeping import NOW_NAME, StrokeKeeper
 from daq.stroke_rows import add_strokes
 from daq.stroke_terms import SessionVoice, terms_for
 from daq.warmed import Warmed
@@ -106,6 +107,7 @@ class Session:
         self._alive: Alive | None = None
         self._polled: PolledPeriods | None = None
         self._terms: Terms | None = None
+        self._keeper: StrokeKeeper | None = None
         self._off: list[int] = []
         self._warmed: Warmed | None = None
         self.seen: Seen | None = None
@@ -150,7 +152,10 @@ class Session:
             self._polled = PolledPeriods(controller.rate_Hz)
             alive.acquisition.listeners.append(self._polled.take)
         self._terms = terms_for(self._plan, self._stand, self._notes)
-        alive.driver.commanding.agree(self._terms, SessionVoice(alive.acquisition, self._showing))
+        self._keeper = StrokeKeeper(self._notes, self._terms.knowledge)
+        alive.driver.commanding.agree(
+            self._terms, SessionVoice(alive.acquisition, self._showing), self._keep_learned
+        )
         self._opening.look(alive, steps)
         if must_be_cool and (why := alive.panel.warmer_than()):
             stream = why.partition(" ")[0]
@@ -240,7 +245,13 @@ class Session:
         self._alive.panel.change(self._alive.guards)
         return self._alive
 
-    def perform(self, step: PlannedStep, motions: Sequence[Motion], where: tuple[Path, str] | None) -> None:
+    def perform(
+        self,
+        step: PlannedStep,
+        motions: Sequence[Motion],
+        where: tuple[Path, str] | None,
+        specimen_C: float | None = None,
+    ) -> None:
         """Perform (the rest of) a step and record it as a run; :meth:`ready` comes before.
 
         Parameters
@@ -251,6 +262,8 @@ class Session:
             Its motions, or those that are left.
         where : tuple of Path and str, or None
             Folder and id of the run; None for a step that is not recorded.
+        specimen_C : float, optional
+            Temperature of the specimen's mass as it begins [°C]; as planned if not given.
 
         Raises
         ------
@@ -258,14 +271,15 @@ class Session:
             If it was stopped; the stand is at zero force with the valve off then, and the run is closed.
         """
         alive = self._need()
-        alive.driver.begin_step(step, motions)
+        alive.driver.begin_step(step, motions, specimen_C)
         self._showing.begin_step(step)
         if alive.zeroing.due(motions):
             try:
                 with self._stopping():
                     self._touch(TouchOff())
             finally:
-                alive.driver.begin_step(step, motions)  # a stroke of the touch is no cycle of the step
+                # A stroke of the touch is no cycle of the step.
+                alive.driver.begin_step(step, motions, specimen_C)
         try:
             with self._watched(), self._stopping():
                 self._perform(step, motions, where)
@@ -282,8 +296,19 @@ class Session:
         self._off += [step.index] * any(row.compensated and row.is_off(terms.table) for row in rows)
         try:
             add_strokes(self._notes, step.index, step.name, rows, terms.knowledge.as_dict())
+            if self._keeper is not None:
+                self._keeper.end()
         except OSError as error:
             self._showing.message(f"strokes.jsonl could not be written: {error.strerror}")
+
+    def _keep_learned(self) -> None:
+        """Keep what is learned within a step; the test goes on where the disk does not take it."""
+        try:
+            if self._keeper is not None:
+                self._keeper.keep()
+        except OSError as error:
+            self._keeper = None
+            self._showing.message(f"{NOW_NAME} could not be written: {error.strerror}")
 
     def _touch(self, motion: TouchOff) -> None:
         """Touch off, keep the zero, and let the controller's stroke limit follow it."""

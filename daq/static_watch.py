@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,8 @@ STEADY_SHARE = 0.05
 SETTLE_S = 0.3
 """… and was for so long [s]."""
 FEWEST_POINTS = 20
+BEYOND_FROM = 0.67
+"""What lies beyond the end of a loading branch is told by the part of it from this share of its stroke on."""
 _CHANNELS = ("stroke", "position", "command", "force")
 
 
@@ -52,13 +54,19 @@ class SlowStroke:
     lag_s: float
 
     def loading_force_kN(self, stroke_mm: float) -> float:  # noqa: N802 - the unit keeps its capital
-        """Return the force of the loading branch at a stroke; beyond its end as its last tenth goes on."""
+        """Return the force of the loading branch at a stroke; beyond its end as its last third goes on.
+
+        A buffer becomes stiffer all the way, so that it goes on as a parabola: a straight line is 1 % short
+        where the stroke is 5 % beyond the end.
+        """
         end_mm = float(self.loading_mm[-1])
         if stroke_mm <= end_mm:
             return float(np.interp(stroke_mm, self.loading_mm, self.loading_kN))
-        near = self.loading_mm >= 0.9 * end_mm
-        slope, _ = np.polyfit(self.loading_mm[near], self.loading_kN[near], 1)
-        return float(self.loading_kN[-1]) + max(0.0, float(slope)) * (stroke_mm - end_mm)
+        near = self.loading_mm >= BEYOND_FROM * end_mm
+        past_mm = self.loading_mm[near] - end_mm
+        bend, slope, end_kN = np.polyfit(past_mm, self.loading_kN[near], 2)
+        beyond_mm = stroke_mm - end_mm
+        return float(end_kN + max(0.0, slope) * beyond_mm + max(0.0, bend) * beyond_mm**2)
 
 
 class StaticWatch:
@@ -99,13 +107,8 @@ class StaticWatch:
             self._keep(block)
 
     def _keep(self, block: ScaledBlock) -> None:
-        """Add a block's points: time and channels, each the mean over some samples."""
-        time_s = block.time_us * 1e-6
-        table = np.stack([time_s, *(block.values[name] for name in _CHANNELS)])
-        parts = max(1, round(float(time_s[-1] - time_s[0]) / POINT_S))
-        starts = np.linspace(0, len(time_s), min(parts, len(time_s)), endpoint=False).astype(int)
-        sums = np.add.reduceat(table, starts, axis=1)
-        self._points.append(sums / np.diff(np.append(starts, len(time_s))))
+        """Add a block's points."""
+        self._points.append(_points(block, _CHANNELS))
         if sum(one.shape[1] for one in self._points) > MOST_POINTS:
             every = np.concatenate(self._points, axis=1)
             even = every[:, : every.shape[1] // 2 * 2]
@@ -143,21 +146,66 @@ class StaticWatch:
             (position - stroke)[pressed],
             stroke[loading][order],
             force[loading][order],
-            self._lag_s(time, command - position, rate),
+            lag_behind(time, command - position, rate, self.motion.speed_mm_per_s),
         )
 
-    def _lag_s(self, time: Floats, behind: Floats, rate: Floats) -> float:
-        """Return how late the piston is, from how far it is behind on the way up and on the way down.
 
-        What is the same on both ways is no lag, but an offset; of one way alone it is taken for none.
-        """
-        speed = self.motion.speed_mm_per_s
-        even = np.abs(np.abs(rate) - speed) <= STEADY_SHARE * speed
-        changed = time[np.flatnonzero(~even)]
-        before = np.searchsorted(changed, time)
-        since = time - np.append(-np.inf, changed)[before]
-        ways = [even & (since > SETTLE_S) & (np.sign(rate) == sign) for sign in (1.0, -1.0)]
-        late = [
-            sign * float(behind[way].mean()) for sign, way in zip((1.0, -1.0), ways, strict=True) if way.any()
-        ]
-        return max(0.0, sum(late) / len(late) / speed) if late else 0.0
+class RampWatch:
+    """Sees how late the piston follows a ramp; a listener of the acquisition.
+
+    Parameters
+    ----------
+    speed_mm_per_s : float
+        Of the ramp.
+    """
+
+    def __init__(self, speed_mm_per_s: float) -> None:
+        self._speed = speed_mm_per_s
+        self._points: list[Floats] = []
+
+    def take(self, block: ScaledBlock) -> None:
+        """Look at a block of the controller's samples."""
+        if len(block) and all(name in block.values for name in ("command", "position")):
+            self._points.append(_points(block, ("command", "position")))
+
+    @property
+    def lag_s(self) -> float:
+        """How late the piston is [s]; 0 where the samples do not tell."""
+        if not self._points:
+            return 0.0
+        time, command, position = np.concatenate(self._points, axis=1)
+        if len(time) < FEWEST_POINTS or not (np.diff(time) > 0.0).all():
+            return 0.0
+        return lag_behind(time, command - position, np.gradient(command, time), self._speed)
+
+
+def _points(block: ScaledBlock, channels: Sequence[str]) -> Floats:
+    """Return a block's points: time and channels, each the mean over some samples."""
+    time_s = block.time_us * 1e-6
+    table = np.stack([time_s, *(block.values[name] for name in channels)])
+    parts = max(1, round(float(time_s[-1] - time_s[0]) / POINT_S))
+    starts = np.linspace(0, len(time_s), min(parts, len(time_s)), endpoint=False).astype(int)
+    return np.asarray(np.add.reduceat(table, starts, axis=1) / np.diff(np.append(starts, len(time_s))))
+
+
+def lag_behind(time: Floats, behind: Floats, rate: Floats, speed: float) -> float:
+    """Return how late the piston is [s], from how far it is behind on the way up and on the way down.
+
+    What is the same on both ways is no lag, but an offset; of one way alone it is taken for none.
+
+    Parameters
+    ----------
+    time, behind, rate : NDArray, shape (n,)
+        Instants [s], command − position [mm], and the command's speed [mm/s].
+    speed : float
+        That of an even motion [mm/s].
+    """
+    even = np.abs(np.abs(rate) - speed) <= STEADY_SHARE * speed
+    changed = time[np.flatnonzero(~even)]
+    before = np.searchsorted(changed, time)
+    since = time - np.append(-np.inf, changed)[before]
+    ways = [even & (since > SETTLE_S) & (np.sign(rate) == sign) for sign in (1.0, -1.0)]
+    late = [
+        sign * float(behind[way].mean()) for sign, way in zip((1.0, -1.0), ways, strict=True) if way.any()
+    ]
+    return max(0.0, sum(late) / len(late) / speed) if late else 0.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from daq.stroke_learning import StrokeKnowledge
 from daq.stroke_steps import Bounds, within_force
 from protocols.commanded import Sine, piston_sine
-from protocols.steps import Harmonic, PlannedStep, Turns
+from protocols.steps import Harmonic, MotionEstimate, PlannedStep, Turns
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,26 @@ class CommandedSine:
     said: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Loading:
+    """What the first loading of a sine brings.
+
+    Parameters
+    ----------
+    share : float
+        So many times the force of the cycles that it is commanded by.
+    top_kN_per_mm : float or None
+        By how much that changes with the stroke of the upper turn; None where it is not known.
+    """
+
+    share: float = 1.0
+    top_kN_per_mm: float | None = None
+
+
 def commanded_sine(
     motion: Harmonic,
     expected: Turns | None,
-    first_loading: float,
+    loading: Loading,
     known: StrokeKnowledge,
     bounds: Bounds,
 ) -> CommandedSine:
@@ -43,9 +59,9 @@ def commanded_sine(
     motion : Harmonic
         As it is asked of the specimen.
     expected : Turns or None
-        The model's forces at its turns.
-    first_loading : float
-        How much more force the first loading brings than the settled loop.
+        The model's forces at its turns, in the cycles it is commanded by.
+    loading : Loading
+        What the first loading brings beyond these.
     known : StrokeKnowledge
         Machine, actuator and specimen, as learned.
     bounds : Bounds
@@ -54,11 +70,14 @@ def commanded_sine(
     asked, said = Sine(motion.mean_mm, motion.amplitude_mm), []
     name = f"{motion.mean_mm:g} ± {motion.amplitude_mm:g} mm"
     lower_kN, upper_kN = known.forces(asked.lower_mm, asked.upper_mm, expected)
-    peak_kN = upper_kN * first_loading
-    allowed = within_force(asked, lower_kN, peak_kN, bounds.force_max_kN)
+    peak_kN = upper_kN * loading.share * (1.0 + known.u_force(asked.upper_mm))
+    top = loading.top_kN_per_mm
+    if top is not None and expected is not None and expected.upper_kN > 0.0:
+        top *= peak_kN / expected.upper_kN
+    allowed = within_force(asked, lower_kN, peak_kN, bounds.force_max_kN, top)
     if allowed is not asked:
         said.append(
-            f"{name} would bring {peak_kN:.0f} kN by what was learned: only "
+            f"{name} would bring up to {peak_kN:.0f} kN by what was learned: only "
             f"{allowed.mean_mm:.2f} ± {allowed.amplitude_mm:.2f} mm is made"
         )
         upper_kN *= bounds.force_max_kN / peak_kN
@@ -87,11 +106,13 @@ def uncompensated_sine(motion: Harmonic, expected: Turns | None, known: StrokeKn
     return CommandedSine(piston, Sine.between(lower_mm, made.upper_mm - give * upper_kN))
 
 
-def first_loading(step: PlannedStep, expected: Turns | None) -> float:
-    """Return how much more force the first loading brings than the settled loop, by the plan."""
-    if expected is None or step.expected_peak_force_kN is None:
-        return 1.0
+def first_loading(step: PlannedStep | None, motion: Harmonic, estimate: MotionEstimate | None) -> Loading:
+    """Return how much more force the first loading brings than the cycles it is commanded by, by the plan."""
+    expected = None if estimate is None else estimate.usual_turns(motion.cycles)
+    if step is None or estimate is None or expected is None or step.expected_peak_force_kN is None:
+        return Loading()
+    top = None if estimate.changes is None else estimate.changes.top_kN_per_mm
     furthest_mm = max(one.turns.upper_mm for one in step.estimates if one.turns is not None)
-    if expected.upper_mm < furthest_mm or expected.upper_kN <= 0.0:
-        return 1.0  # the step's peak is that of another motion
-    return max(1.0, step.expected_peak_force_kN / expected.upper_kN)
+    if estimate.turns is None or estimate.turns.upper_mm < furthest_mm or expected.upper_kN <= 0.0:
+        return Loading(1.0, top)  # the step's peak is that of another motion
+    return Loading(max(1.0, step.expected_peak_force_kN / expected.upper_kN), top)

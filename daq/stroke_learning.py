@@ -4,20 +4,17 @@ Three things lie between the command and the specimen's stroke, and each is kept
 one step teaches holds for the next, whatever its stroke and frequency:
 
 * the machine gives way: position − stroke = offset + F / k;
-* the actuator follows the command with a gain and a lag: 1/H(f) = 1/g₀ − (f/f₀)² + i 2ζ f/f₀, a second-order
-  loop with a static gain;
+* the actuator follows the command with a gain and a lag (:mod:`daq.stroke_loop`);
 * the specimen's forces are not those of its model: a factor at either turn.
 
-Slow strokes show the machine, how late the piston follows an even command (the i 2ζ f/f₀ of its loop at a low
-frequency), and the specimen's force at their top. A slow stroke goes on for a moment when the controller
-turns it: that time is learned, too.
+Slow strokes show the machine, how late the piston follows an even command (as ramps do), and the specimen's
+force at their top. A slow stroke goes on for a moment when the controller turns it: that is learned, too.
 
 Old cycles are forgotten, because a specimen changes; what cannot be true is said and not used.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,10 +22,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from daq.sine_watch import CycleSeen
 from daq.static_watch import LEAST_KN, SlowStroke
+from daq.stroke_loop import fitted_loop
 from protocols.steps import Turns
 
 Floats = NDArray[np.float64]
@@ -52,20 +49,20 @@ MOST_OFFSET_MM = 1.0
 MOST_TURN_S = 0.1
 GAIN_RANGE = (0.5, 1.5)
 FACTOR_RANGE = (0.3, 3.0)
-LOOP_DAMPING = 0.8
-"""Damping of a well-set position loop, until two frequencies show another."""
-U_STATIC_GAIN, U_BEND_SHARE, U_SLOW_LAG_SHARE = 0.005, 0.5, 0.05
-"""Standard uncertainties of what is known of a loop beside its responses: of its gain at rest, of the bend of
-a well-set one, of the lag that a slow stroke showed."""
-U_GAIN, U_PHASE, U_PHASE_SHARE = 0.001, 0.005, 0.1
-"""Of a response: relative, of its gain; of its phase [rad], and as a share of it."""
+TELLING_KN = 30.0
+"""Of such a force at a lower turn as much is believed of its factor as of the upper turn's [kN]."""
 LEARN = 0.5
 """Share of a new cycle in a factor and in a response."""
 SAME_FREQUENCY = 0.02
 FADE = 0.5
 """What a response departs from the loop fades with the logarithm of the frequency's ratio."""
+U_FACTOR, U_SHAPE = 0.003, 0.05
+"""Relative standard uncertainties of a force by what was learned: where such a stroke was seen, and, times
+the logarithm of the strokes' ratio, beyond the furthest that was: no spring has the shape of its model."""
 REMEMBERED = 40
 """Turns that are kept, for a specimen without a model."""
+LEAST_MM = 1.0
+"""No stroke that was seen counts for less [mm]."""
 SLOW_POINTS = 10
 """Points of a slow stroke's loading branch among them."""
 
@@ -120,8 +117,11 @@ class StrokeKnowledge:
             lower_mm = expected.lower_mm - cycle.stroke.lower_mm
             upper_mm = expected.upper_mm - cycle.stroke.upper_mm
             lower_kN = cycle.lower_kN + cycle.bottom_kN_per_mm * lower_mm
-            self._take_factor(0, lower_kN, expected.lower_kN)
             self._take_factor(1, cycle.upper_kN + cycle.top_kN_per_mm * upper_mm, expected.upper_kN)
+            # A small force says little of a factor: there, that of the upper turn is believed.
+            part = expected.lower_kN**2 / (expected.lower_kN**2 + TELLING_KN**2)
+            believed_kN = self._factors[1] * expected.lower_kN
+            self._take_factor(0, part * lower_kN + (1.0 - part) * believed_kN, expected.lower_kN)
         self._turns += [(cycle.stroke.lower_mm, cycle.lower_kN), (cycle.stroke.upper_mm, cycle.upper_kN)]
         self._turns = self._turns[-REMEMBERED:]
         return self._doubts(cycle.frequency_Hz)
@@ -146,8 +146,7 @@ class StrokeKnowledge:
         """
         self.cycles += 1
         self._take_machine(slow.force_kN, slow.taken_mm)
-        if slow.lag_s > 0.0:
-            self.slow_lag_s += (LEARN if self.slow_lag_s else 1.0) * (slow.lag_s - self.slow_lag_s)
+        self.take_lag(slow.lag_s)
         if expected is not None and expected.upper_kN >= LEAST_KN:
             self._take_factor(1, slow.loading_force_kN(expected.upper_mm), expected.upper_kN)
             if not self._seen[0]:
@@ -156,6 +155,11 @@ class StrokeKnowledge:
         self._turns += [(float(one), slow.loading_force_kN(float(one))) for one in places]
         self._turns = self._turns[-REMEMBERED:]
         return self._doubts(None)
+
+    def take_lag(self, lag_s: float) -> None:
+        """Learn how late the piston follows a command that moves evenly [s]; 0 where that was not seen."""
+        if lag_s > 0.0:
+            self.slow_lag_s += (LEARN if self.slow_lag_s else 1.0) * (lag_s - self.slow_lag_s)
 
     def take_turn(self, turn_s: float) -> None:
         """Learn how long the piston went on after a slow stroke was to turn [s]."""
@@ -236,6 +240,20 @@ class StrokeKnowledge:
             return self._factors[0] * expected.lower_kN, self._factors[1] * expected.upper_kN
         return self._remembered(lower_mm), self._remembered(upper_mm)
 
+    def u_force(self, stroke_mm: float) -> float:
+        """Return the relative standard uncertainty of a force that is expected; 0 before one was seen."""
+        if not self._turns or stroke_mm <= 0.0:
+            return 0.0
+        furthest_mm = max(LEAST_MM, *(stroke for stroke, _ in self._turns))
+        return U_FACTOR + U_SHAPE * max(0.0, math.log(stroke_mm / furthest_mm))
+
+    def change_kN(self, now: Turns | None, then: Turns | None) -> tuple[float, float]:  # noqa: N802
+        """Return by how much the forces at the turns change from one cycle to another [kN]."""
+        if now is None or then is None:
+            return 0.0, 0.0
+        lower, upper = self._factors
+        return lower * (then.lower_kN - now.lower_kN), upper * (then.upper_kN - now.upper_kN)
+
     def force(self, stroke_mm: float, expected: Turns | None) -> float:
         """Return the force [kN] of a compression to a stroke."""
         return self.forces(0.0, stroke_mm, expected)[1]
@@ -267,7 +285,7 @@ class StrokeKnowledge:
     def _inverse(self, frequency_Hz: float) -> complex:
         """Return 1/H at a frequency: the loop, and what its nearest measured neighbour departs from it."""
         near = self._nearest(frequency_Hz)
-        loop = _fitted_loop(self._responses, self.slow_lag_s)
+        loop = fitted_loop(self._responses, self.slow_lag_s)
         if near is None:
             return loop(frequency_Hz)
         departs = self._responses[near] / loop(near) - 1.0
@@ -302,53 +320,3 @@ class StrokeKnowledge:
             self._factors = [float(one) for one in kept["force_factors"]]
             self._seen = [bool(one) for one in kept["seen"]]
         self._turns = [(float(stroke), float(force)) for stroke, force in kept["turns"]]
-
-
-@dataclass(frozen=True)
-class _Loop:
-    """1/H(f) = level − bend f² + i lag f."""
-
-    level: float
-    bend: float
-    lag: float
-
-    def __call__(self, frequency_Hz: float) -> complex:
-        return complex(self.level - self.bend * frequency_Hz**2, self.lag * frequency_Hz)
-
-
-def _fitted_loop(responses: Mapping[float, complex], slow_lag_s: float) -> _Loop:
-    """Return the loop that fits best; what one frequency cannot show is that of a well-set loop.
-
-    The gain is what is asked of it and is known best; the phase tells the damping, and is late by what the
-    valve's overlap holds the piston at its turns.
-
-    Parameters
-    ----------
-    responses : mapping of float to complex
-        1/H by frequency [Hz].
-    slow_lag_s : float
-        How late the piston follows a command that moves evenly; 0 where it was not seen.
-    """
-    lags = [one.imag / frequency for frequency, one in responses.items()]
-    lags += [2.0 * math.pi * slow_lag_s] * (slow_lag_s > 0.0)
-    if not lags:
-        return _Loop(1.0, 0.0, 0.0)
-    begin = _Loop(1.0, _usual_bend(min(lags)), min(lags))
-
-    def missed(found: np.ndarray) -> list[float]:
-        loop = _Loop(*found.tolist())
-        rows = [(loop.level - 1.0) / U_STATIC_GAIN]
-        rows.append((loop.bend - _usual_bend(loop.lag)) / (U_BEND_SHARE * begin.bend + 1e-6))
-        for frequency, seen in responses.items():
-            ratio = cmath.log(loop(frequency) / seen)
-            rows += [ratio.real / U_GAIN, ratio.imag / (U_PHASE + U_PHASE_SHARE * abs(cmath.phase(seen)))]
-        if slow_lag_s > 0.0:
-            rows.append((loop.lag / (2.0 * math.pi * slow_lag_s) - 1.0) / U_SLOW_LAG_SHARE)
-        return rows
-
-    return _Loop(*least_squares(missed, (begin.level, begin.bend, begin.lag), method="lm").x.tolist())
-
-
-def _usual_bend(lag: float) -> float:
-    """Return the bend of a well-set loop with a lag."""
-    return (lag / (2.0 * LOOP_DAMPING)) ** 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from daq.crests import Turned
@@ -9,14 +10,14 @@ from daq.cycles_judged import CyclesJudged
 from daq.full_cycles import Change, FullCycle, FullCycles
 from daq.scaling import ScaledBlock
 from daq.sine_watch import CycleSeen, Period, SineWatch
-from daq.static_watch import StaticWatch
+from daq.static_watch import RampWatch, StaticWatch
 from daq.stroke_agreement import Once, Terms, Voice
 from daq.stroke_rows import StrokeRow, harmonic_row, static_row
 from daq.stroke_steps import corrected
 from drivers.interfaces import Controller
 from foundation.errors import CommandRejected
 from protocols.commanded import Sine
-from protocols.steps import Harmonic, StaticCycles, Turns
+from protocols.steps import Harmonic, RampTo, StaticCycles, Turns
 
 LEAST_LEFT = 2
 """Cycles that are left when a sine is changed: it goes over in the first, and the second shows it."""
@@ -24,6 +25,10 @@ LATE_SHARES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)
 """A piston may be so much of a cycle late: its turns are looked for in a period that begins so much later."""
 MOST_AT_ONCE = 8
 """Cycles that are judged in one pass: a reader that was behind has many, and the loop must go on."""
+CHANGE_CYCLES = 2
+"""A change goes over in the next cycle, and counts from the one after it."""
+ABOVE_SHARE = 0.002
+"""A force is above its limit by more than this share: that of a turn is known no better."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +41,8 @@ class Order:
     voice : Voice
     once : Once
         For what is said once in a campaign.
-    expected : Turns or None
-        What the plan expects of it.
+    expected_of : callable
+        What is expected of the turns of one of its cycles, by its number from 1; None where nothing is.
     compensates : bool
         Whether it is the specimen's stroke that is asked for.
     """
@@ -45,7 +50,7 @@ class Order:
     terms: Terms
     voice: Voice
     once: Once
-    expected: Turns | None
+    expected_of: Callable[[int], Turns | None]
     compensates: bool
 
 
@@ -77,7 +82,7 @@ class SineLook:
         self._late: list[float] = []
         self._newest: CycleSeen | None = None
         self._counted = 0
-        self._warned = self._over = False
+        self._warned = self._above_force = self._over = False
         self._judged = CyclesJudged(self._asked, order.terms.table)
 
     def take(self, block: ScaledBlock) -> None:
@@ -128,8 +133,9 @@ class SineLook:
         self._judged.take(number, turned.sine, turned.u_mm, goes_over=goes_over)
         if not goes_over and (seen := period.seen()) is not None:
             self._newest = seen
-            for doubt in self._order.terms.knowledge.take(seen, self._order.expected):
+            for doubt in self._order.terms.knowledge.take(seen, self._order.expected_of(number)):
                 self._order.once(doubt)
+            self._see_force(number, seen)
         if not self._warned and not self._over:
             self._warn(number)
 
@@ -158,6 +164,20 @@ class SineLook:
         can = " (being corrected)" if self._controller.can_adjust and left >= LEAST_LEFT else ""
         order.voice.warn(f"WARNING: after cycle {number}{can}: {row.sentence()}")
 
+    def _see_force(self, number: int, cycle: CycleSeen) -> None:
+        """Say once that a cycle brings more force than it may."""
+        motion, order, most_kN = self._motion, self._order, self._order.terms.bounds.force_max_kN
+        if self._above_force or cycle.upper_kN <= (1.0 + ABOVE_SHARE) * most_kN:
+            return
+        self._above_force = True
+        left = motion.cycles - max(number, self._counted)
+        lowered = order.compensates and self._controller.can_adjust and not self._over and left >= LEAST_LEFT
+        order.voice.warn(
+            f"WARNING: {motion.mean_mm:g} ± {motion.amplitude_mm:g} mm at {motion.frequency_Hz:g} Hz brings "
+            f"{cycle.upper_kN:.1f} kN in cycle {number}, more than force_max_kN = {most_kN:g}: "
+            + ("it is made smaller" if lowered else "what follows is made smaller")
+        )
+
     def _correct(self, cycle: CycleSeen, left: int) -> None:
         """Command the cycles that are left anew, by what a cycle did."""
         motion, terms = self._motion, self._order.terms
@@ -170,6 +190,7 @@ class SineLook:
             terms.knowledge.gain(motion.frequency_Hz),
             terms.knowledge.give_mm_per_kN,
             terms.bounds,
+            self._coming_kN(),
         )
         if held and self._judged.last_is_not_close:
             self._order.once(
@@ -178,6 +199,11 @@ class SineLook:
             )
         if wanted != self._command and left >= LEAST_LEFT:
             self._adjust(wanted)
+
+    def _coming_kN(self) -> tuple[float, float]:  # noqa: N802 - the unit keeps its capital
+        """Return by how much the forces at the turns change by themselves until a change has gone over."""
+        now, then = (self._order.expected_of(self._judged.done + more) for more in (0, CHANGE_CYCLES))
+        return self._order.terms.knowledge.change_kN(now, then)
 
     def _adjust(self, wanted: Sine) -> None:
         text = f"{wanted.mean_mm:.3f} ± {wanted.amplitude_mm:.3f} mm"
@@ -268,7 +294,7 @@ class StaticLook:
         if not watch.by_force:
             order.terms.knowledge.take_turn(watch.turn_s)
         if (slow := watch.seen()) is not None:
-            for doubt in order.terms.knowledge.take_slow(slow, order.expected):
+            for doubt in order.terms.knowledge.take_slow(slow, order.expected_of(1)):
                 order.once(doubt)
         return static_row(
             watch.motion.stroke_limit_mm,
@@ -277,3 +303,36 @@ class StaticLook:
             watch.by_force,
             compensated=order.compensates,
         )
+
+
+class RampLook:
+    """Looks at a ramp, and learns how late the piston follows it: of a sine that comes next nothing is known.
+
+    Parameters
+    ----------
+    motion : RampTo
+    terms : Terms
+    """
+
+    def __init__(self, motion: RampTo, terms: Terms) -> None:
+        self._terms, self._watch = terms, RampWatch(motion.speed_mm_per_s)
+
+    def take(self, block: ScaledBlock) -> None:
+        """Look at a block of the controller's samples."""
+        self._watch.take(block)
+
+    def look(self, cycles_done: int) -> None:
+        """Do nothing in a pass: a ramp has no cycles."""
+
+    def judge_rest(self) -> bool:
+        """Return that nothing waits to be judged."""
+        return False
+
+    def row(self) -> StrokeRow | None:
+        """Return None: a ramp has no row."""
+        return None
+
+    def end(self) -> StrokeRow | None:
+        """Learn from the ramp; it has no row."""
+        self._terms.knowledge.take_lag(self._watch.lag_s)
+        return None

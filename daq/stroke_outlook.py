@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from daq.stroke_command import commanded_sine, first_loading, uncompensated_sine
+from daq.stroke_keeping import learned_in
 from daq.stroke_rows import read_strokes
 from daq.stroke_terms import bounds_of, knowledge_in
 from foundation.errors import BadInput
@@ -57,7 +58,7 @@ def stroke_outlook(
     BadInput
         If nothing was learned there.
     """
-    if not read_strokes(folder):
+    if learned_in(folder) is None:
         raise BadInput(
             "nothing was learned of the stroke here (strokes.jsonl is not there or empty)",
             file=folder,
@@ -70,11 +71,12 @@ def stroke_outlook(
             if not isinstance(motion, Harmonic):
                 continue
             asked = Sine(motion.mean_mm, motion.amplitude_mm)
+            expected = estimate.usual_turns(motion.cycles)
             if step.compensate:
-                share = first_loading(step, estimate.turns)
-                one = commanded_sine(motion, estimate.turns, share, known, bounds)
+                share = first_loading(step, motion, estimate)
+                one = commanded_sine(motion, expected, share, known, bounds)
             else:
-                one = uncompensated_sine(motion, estimate.turns, known)
+                one = uncompensated_sine(motion, expected, known)
             found.append(
                 StrokeOutlook(
                     step.index, step.name, asked, one.piston, one.specimen, step.compensate, one.said

@@ -17,6 +17,9 @@ LEAST_MM = 0.01
 BEYOND_SHARE = 0.005
 """So far above the asked turn a correction may be expected to lead at most, as a share of the amplitude."""
 
+BELOW_SHARE = 0.002
+"""A force limit is aimed at from so far below: a turn's force and stiffness are known no better."""
+
 
 @dataclass(frozen=True)
 class Bounds:
@@ -67,20 +70,30 @@ class Bounds:
         )
 
 
-def within_force(asked: Sine, lower_kN: float, upper_kN: float, most_kN: float) -> Sine:
+def within_force(
+    asked: Sine, lower_kN: float, upper_kN: float, most_kN: float, top_kN_per_mm: float | None = None
+) -> Sine:
     """Return a sine whose expected upper force keeps the limit: as asked where it does, else turning earlier.
 
-    The stiffness between the turns is less than that at the upper one, so that the force falls by more than
-    is needed.
+    The stiffness is that at the upper turn, or that between the turns where it is not known or greater: the
+    lower turn lies on the unloading branch, so that either may be.
     """
     if upper_kN <= most_kN or upper_kN <= lower_kN:
         return asked
-    short = min(1.0, (upper_kN - most_kN) / (upper_kN - lower_kN))
-    return Sine.between(asked.lower_mm, asked.upper_mm - short * 2.0 * asked.amplitude_mm)
+    between = (upper_kN - lower_kN) / (2.0 * asked.amplitude_mm)
+    stiffness = between if top_kN_per_mm is None or top_kN_per_mm <= 0.0 else min(between, top_kN_per_mm)
+    short_mm = min(2.0 * asked.amplitude_mm, (upper_kN - most_kN) / stiffness)
+    return Sine.between(asked.lower_mm, asked.upper_mm - short_mm)
 
 
 def corrected(
-    asked: Sine, command: Sine, seen: CycleSeen, gain: float, give_mm_per_kN: float, bounds: Bounds
+    asked: Sine,
+    command: Sine,
+    seen: CycleSeen,
+    gain: float,
+    give_mm_per_kN: float,
+    bounds: Bounds,
+    coming_kN: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Sine, str]:
     """Return the next command [mm, from first contact], and in words what kept it from being a better one.
 
@@ -100,33 +113,53 @@ def corrected(
         1 / k of the machine.
     bounds : Bounds
         What it must keep.
+    coming_kN : (float, float)
+        By how much the forces at the lower and at the upper turn change by themselves under the present
+        command, as the specimen settles and warms, until another has gone over.
 
     Notes
     -----
     The specimen follows the piston by 1 / (1 + k_s / k), with its own stiffness k_s. A step is cut back as a
     whole until the turn and the force that are expected after it keep the limits: the stroke may lead at most
     to what is asked (and not beyond the limit in force), the force not above the limit, by the stiffness of
-    the loading branch at its top.
+    the loading branch at its top. Where the force is above its limit already, the upper turn is lowered.
     """
     stroke = seen.stroke
     reach = 2.0 * stroke.amplitude_mm
     stiffness = max(0.0, (seen.upper_kN - seen.lower_kN) / reach) if reach > 0.0 else 0.0
     soft = 1.0 + stiffness * give_mm_per_kN
-    mean = SHARE * (asked.mean_mm - stroke.mean_mm) * soft
-    amplitude = SHARE * (asked.amplitude_mm - stroke.amplitude_mm) * soft / gain
+    below_kN, above_kN = coming_kN
+    coming = Sine.between(
+        stroke.lower_mm - below_kN * give_mm_per_kN, stroke.upper_mm - above_kN * give_mm_per_kN
+    )
+    mean = SHARE * (asked.mean_mm - coming.mean_mm) * soft
+    amplitude = SHARE * (asked.amplitude_mm - coming.amplitude_mm) * soft / gain
     most = min(LARGEST_MM, LARGEST_SHARE * asked.amplitude_mm)
-    mean, amplitude = min(max(mean, -LARGEST_MM), LARGEST_MM), min(max(amplitude, -most), most)
+    mean, amplitude = _limited(mean, LARGEST_MM), _limited(amplitude, most)
     up = max(0.0, mean + gain * amplitude)  # the specimen's upper turn moves by no more than the piston's
+    top = max(seen.top_kN_per_mm, 1e-9)
+    highest_mm = max(stroke.upper_mm, coming.upper_mm)
     room, why = min(
-        (max(asked.upper_mm + BEYOND_SHARE * asked.amplitude_mm - stroke.upper_mm, 0.0) * soft, ""),
-        (max(bounds.stroke_max_mm - stroke.upper_mm, 0.0), f"stroke_max_mm = {bounds.stroke_max_mm:g}"),
+        (max(asked.upper_mm + BEYOND_SHARE * asked.amplitude_mm - highest_mm, 0.0) * soft, ""),
+        (max(bounds.stroke_max_mm - highest_mm, 0.0), f"stroke_max_mm = {bounds.stroke_max_mm:g}"),
         (
-            max(bounds.force_max_kN - seen.upper_kN, 0.0) / max(seen.top_kN_per_mm, 1e-9),
+            max((1.0 - BELOW_SHARE) * bounds.force_max_kN - seen.upper_kN, 0.0) / top,
             f"force_max_kN = {bounds.force_max_kN:g}",
         ),
     )
     share, held = (1.0, "") if up <= room else (room / up, why)
-    wanted = Sine(command.mean_mm + share * mean, command.amplitude_mm + share * amplitude)
+    lower_mm = mean - gain * amplitude  # of the piston's lower turn, whatever becomes of the upper one
+    mean, amplitude = share * mean, share * amplitude
+    above_mm = (
+        (seen.upper_kN - (1.0 - BELOW_SHARE) * bounds.force_max_kN) / top * (1.0 + top * give_mm_per_kN)
+    )
+    if seen.upper_kN > bounds.force_max_kN and mean + gain * amplitude > -above_mm:
+        held = f"force_max_kN = {bounds.force_max_kN:g}"
+        down_mm = min(above_mm, LARGEST_MM)
+        amplitude = _limited(0.5 * (-down_mm - lower_mm) / gain, most)
+        mean = _limited(-down_mm - gain * amplitude, LARGEST_MM)
+        amplitude = min(amplitude, (-down_mm - mean) / gain)
+    wanted = Sine(command.mean_mm + mean, command.amplitude_mm + amplitude)
     kept = bounds.kept(wanted, seen.frequency_Hz)
     if kept.amplitude_mm < wanted.amplitude_mm:
         held = bounds.holding(wanted, seen.frequency_Hz)
@@ -137,3 +170,7 @@ def corrected(
     ):
         return command, held
     return kept, held
+
+
+def _limited(value: float, most: float) -> float:
+    return min(max(value, -most), most)

@@ -7,8 +7,8 @@ from pathlib import Path
 from daq.acquisition import Acquisition
 from daq.showing import Showing
 from daq.stroke_agreement import Terms
+from daq.stroke_keeping import learned_in
 from daq.stroke_learning import StrokeKnowledge
-from daq.stroke_rows import read_strokes
 from daq.stroke_steps import Bounds
 from drivers.interfaces import Stand
 from protocols.plan import Plan
@@ -30,8 +30,8 @@ def terms_for(plan: Plan, stand: Stand, folder: Path) -> Terms:
 def knowledge_in(folder: Path, plan: Plan) -> StrokeKnowledge:
     """Return what a campaign's folder says of the stroke, or else what the stand file states."""
     knowledge = StrokeKnowledge(plan.limits.machine.give_mm_per_kN or None)
-    for line in read_strokes(folder)[-1:]:
-        knowledge.restore(line["learned"])
+    if (learned := learned_in(folder)) is not None:
+        knowledge.restore(learned)
     return knowledge
 
 

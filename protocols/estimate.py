@@ -32,6 +32,7 @@ from protocols.steps import (
     ForceCycles,
     Harmonic,
     Motion,
+    MotionEstimate,
     PlannedStep,
     RampTo,
     RampToForce,
@@ -41,6 +42,7 @@ from protocols.steps import (
 )
 from protocols.temperature_limits import limits_of
 from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
+from protocols.turn_changes import turn_changes
 
 HASH_VERSION = 1
 """Raised when the meaning of a motion changes, so that no old run passes for a new one."""
@@ -200,7 +202,7 @@ class Estimator:
             run_kind=shape.run_kind,
             place=self._campaign.place(request.number, request.nested),
             motions=motions,
-            estimates=walk.estimates,
+            estimates=self._with_changes(motions, walk, start_C, compensate=request.compensate),
             prestress_mm=shape.prestress_mm,
             amplitude_mm=shape.amplitude_mm,
             frequency_Hz=shape.frequency_Hz,
@@ -231,6 +233,21 @@ class Estimator:
             temperature_stop_C=request.step.temperature_stop_C,
             temperature_resume_C=request.step.temperature_resume_C,
         )
+
+    def _with_changes(
+        self, motions: Sequence[Motion], walk: Walk, start_C: float, *, compensate: bool
+    ) -> tuple[MotionEstimate, ...]:
+        """Return the estimates with how the turns of each motion change."""
+        ramp_speed, give = self._campaign.content.motion.ramp_speed_mm_per_s, self._around.give_mm_per_kN
+        found, begin_C = [], start_C
+        for motion, estimate in zip(motions, walk.estimates, strict=True):
+            changes = turn_changes(
+                self._around.predictor, motion, estimate.turns, begin_C, ramp_speed, give,
+                compensate=compensate,
+            )  # fmt: skip
+            found.append(replace(estimate, changes=changes))
+            begin_C = estimate.end_temperature_C
+        return tuple(found)
 
     def _peak_force(
         self, motions: Sequence[Motion], temperature_C: float, *, compensate: bool

@@ -19,6 +19,7 @@ import numpy as np
 from foundation.force_speed import ForceSpeed
 from protocols.commanded import Sine, strokes_behind
 from protocols.prediction import Floats, Predictor
+from protocols.steps import Turns
 
 POINTS_PER_CYCLE = 80
 RAMP_POINTS = 120
@@ -111,15 +112,54 @@ def first_cycle(
     return Course(time, stroke, path, force)
 
 
+def first_turns(
+    predictor: Predictor,
+    piston: Sine,
+    frequency_Hz: float,
+    ramp_speed_mm_per_s: float,
+    temperature_C: float,
+    cycles: int,
+    give_mm_per_kN: float,
+) -> list[Turns]:
+    """Return the turns of the first full cycles of a sine that the piston makes.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The specimen.
+    piston : Sine
+        Of the piston, from first contact.
+    frequency_Hz, ramp_speed_mm_per_s, temperature_C, give_mm_per_kN
+        As of :func:`first_cycle`.
+    cycles : int
+        How many.
+    """
+    time, path = _way(piston, frequency_Hz, ramp_speed_mm_per_s, cycles + 1.0)
+
+    def forces(stroke_mm: Floats) -> Floats:
+        return predictor.forces(time, np.maximum(stroke_mm, _TOUCH_MM), temperature_C)
+
+    stroke, force = strokes_behind(path, forces, give_mm_per_kN)
+    began = len(time) - (cycles + 1) * POINTS_PER_CYCLE - 1
+    found = []
+    for cycle in range(1, cycles + 1):
+        upper, lower = (began + round((cycle + part) * POINTS_PER_CYCLE) for part in (0.25, 0.75))
+        values = (series[at] for series in (stroke, force, path) for at in (lower, upper))
+        found.append(Turns(*(float(value) for value in values)))
+    return found
+
+
 @lru_cache(maxsize=256)
-def _way(asked: Sine, frequency_Hz: float, ramp_speed_mm_per_s: float) -> tuple[Floats, Floats]:
+def _way(
+    asked: Sine, frequency_Hz: float, ramp_speed_mm_per_s: float, cycles: float = CYCLES
+) -> tuple[Floats, Floats]:
     """Return instants [s] and strokes [mm] of the ramp and the first cycles.
 
     The amplitude grows evenly over the cycle in. A controller may let it grow as half a cosine: it then goes
     down further before the first full upper turn, which brings less force there, not more.
     """
     rise = asked.mean_mm * np.linspace(0.0, 1.0, RAMP_POINTS + 1)[1:]
-    phase = np.linspace(0.0, CYCLES, round(CYCLES * POINTS_PER_CYCLE) + 1)[1:]
+    phase = np.linspace(0.0, cycles, round(cycles * POINTS_PER_CYCLE) + 1)[1:]
     sine = asked.mean_mm + asked.amplitude_mm * np.minimum(phase, 1.0) * np.sin(2.0 * np.pi * phase)
     began_s = asked.mean_mm / ramp_speed_mm_per_s
     time = np.concatenate([rise / ramp_speed_mm_per_s, began_s + phase / frequency_Hz])

@@ -140,6 +140,8 @@ class Walker:
         self._elapsed_s = 0.0
         self._heat_J = 0.0
         self._cycles = 0.0
+        self._cycle_C: list[float] = []
+        """Of the motion under way: the mass at even steps of its cycles [°C]."""
         self._stops: list[ExpectedStop] = []
         self._ended = False
 
@@ -180,12 +182,14 @@ class Walker:
         for motion in motions:
             heat_before_J = self._heat_J
             expected = self._ramp_to(motion, stroke_mm) if isinstance(motion, RampToForce) else motion
-            turns = self._turns(expected)
+            turns, self._cycle_C = self._turns(expected), []
             duration_s = self._one(expected, stroke_mm)
             between = turns if isinstance(expected, ForceCycles) else None
             stroke_mm = expected.end_mm(stroke_mm) if between is None else between.lower_mm
             heat_J = self._heat_J - heat_before_J
-            estimates.append(MotionEstimate(duration_s, heat_J, self._now.mass_C, turns))
+            estimates.append(
+                MotionEstimate(duration_s, heat_J, self._now.mass_C, turns, tuple(self._cycle_C))
+            )
         if warmth is not None:
             rest_s = self._rest_even(warmth)
             if heating is not None and comes_in_two_goes(heating, warmth):
@@ -307,8 +311,10 @@ class Walker:
         if self._warmth is not None:
             done = self._until_warm(motion.cycles, lambda cycles: run(cycles, 1.0))
             return (done + 1) * period_s  # it ends by a hold, without a cycle out
+        self._cycle_C.append(self._now.mass_C)
         for cycles in _pieces(motion.cycles):
             run(cycles, 1.0)
+            self._cycle_C.append(self._now.mass_C)
         run(1, FADE_SHARE)
         return motion.duration_s(0.0)
 

@@ -132,11 +132,11 @@ def _counted(steps: int) -> str:
 def show_what_is_learned(plan: Plan, folder: Path, record: CampaignRecord) -> None:
     """Print what is commanded for the strokes that are left, by what the campaign has learned so far."""
     from daq.starting import left_to_do
+    from daq.stroke_keeping import learned_in
     from daq.stroke_outlook import outlook_rows, stroke_outlook
-    from daq.stroke_rows import read_strokes
 
     left = [step for step, _ in left_to_do(plan, record, folder)]
-    if not read_strokes(folder) or not (rows := outlook_rows(stroke_outlook(plan, folder, left))):
+    if learned_in(folder) is None or not (rows := outlook_rows(stroke_outlook(plan, folder, left))):
         return
     show_strokes(rows, "strokes to come, by what was learned so far")
 

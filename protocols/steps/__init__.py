@@ -24,8 +24,11 @@ from protocols.steps.motions import (
 )
 from protocols.steps.planned import (
     ExpectedStop,
-    MotionEstimate,
     PlannedStep,
+)
+from protocols.steps.turning import (
+    MotionEstimate,
+    TurnChanges,
     Turns,
 )
 
@@ -45,6 +48,7 @@ __all__ = [
     "StaticCycles",
     "Steadiness",
     "TouchOff",
+    "TurnChanges",
     "Turns",
     "WaitUntilCool",
     "Warmth",

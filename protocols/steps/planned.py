@@ -17,41 +17,7 @@ from protocols.steps.motions import (
     WaitUntilCool,
     motion_dict,
 )
-
-
-@dataclass(frozen=True)
-class Turns:
-    """Where a motion is expected to turn, or to end.
-
-    Parameters
-    ----------
-    lower_mm, upper_mm : float
-        Lowest and highest stroke of the specimen.
-    lower_kN, upper_kN : float
-        The forces there, of the settled loop where it is a sine.
-    piston_lower_mm, piston_upper_mm : float
-        The piston's positions there: further by what the machine gives way.
-    """
-
-    lower_mm: float
-    upper_mm: float
-    lower_kN: float
-    upper_kN: float
-    piston_lower_mm: float
-    piston_upper_mm: float
-
-
-@dataclass(frozen=True)
-class MotionEstimate:
-    """What is expected of one motion: duration, heat, the specimen's temperature at its end, and its turns.
-
-    ``turns`` are at the temperature with which it begins; None for a motion that compresses nothing.
-    """
-
-    duration_s: float
-    heat_J: float
-    end_temperature_C: float
-    turns: Turns | None = None
+from protocols.steps.turning import MotionEstimate, Turns
 
 
 @dataclass(frozen=True)
@@ -206,6 +172,6 @@ class PlannedStep:
         """Return the step as JSON-ready data, for run files and ``plan --json``."""
         content = asdict(self)
         content["motions"] = [motion_dict(motion) for motion in self.motions]
-        content["estimates"] = [asdict(estimate) for estimate in self.estimates]
+        content["estimates"] = [estimate.as_dict() for estimate in self.estimates]
         content["stops"] = [asdict(stop) for stop in self.stops]
         return content

@@ -15,7 +15,7 @@ from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from drivers.profile import SHIPPED
 from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.stand_file import load_stand
+from drivers.stand_file import StandFile, load_stand
 from foundation.specimen import load_specimen
 from model.file import load_model
 from model.stepper import SpringStepper
@@ -124,17 +124,22 @@ def campaign(folder: Path, steps: str, case: Case) -> Path:
     return path
 
 
+def planned(folder: Path, steps: str, case: Case) -> tuple[Plan, StandFile]:
+    """Plan a campaign for the stand of a case."""
+    file = load_campaign(campaign(folder, steps, case))
+    stand_file = load_stand(file.stand_path)
+    specimen = load_specimen(file.specimen_path).specimen
+    limits = StandLimits(**stand_file.limits.model_dump())
+    return make_plan(file, limits, ModelPredictor(load_model(MODEL)), specimen), stand_file
+
+
 def run(
     folder: Path, steps: str, case: Case | None = None
 ) -> tuple[CampaignOutcome, InProcessStand, Lines, Plan]:
     """Run a campaign on the stand of a case, in virtual time."""
     case = case or Case()
-    file = load_campaign(campaign(folder, steps, case))
-    stand_file = load_stand(file.stand_path)
-    specimen = load_specimen(file.specimen_path).specimen
+    plan, stand_file = planned(folder, steps, case)
     model = load_model(MODEL)
-    limits = StandLimits(**stand_file.limits.model_dump())
-    plan = make_plan(file, limits, ModelPredictor(model), specimen)
     spring = SoftSpring(SpringStepper(model, 21.0, 21.0), case.softening)
     opened = open_in_process(stand_file, spring=spring)
     shown = Lines()

@@ -98,7 +98,7 @@ class NoChange:
 
 def look_of(cycles: int = CYCLES) -> tuple[SineLook, Heard, StrokeKnowledge]:
     heard, known = Heard(), StrokeKnowledge(1.0 / 105.0)
-    order = Order(Terms(StrokeTable(), known, WIDE, {}), heard, Once(heard), None, compensates=True)
+    order = Order(Terms(StrokeTable(), known, WIDE, {}), heard, Once(heard), lambda _: None, compensates=True)
     motion = Harmonic(ASKED.mean_mm, ASKED.amplitude_mm, FREQUENCY_HZ, cycles)
     return SineLook(motion, ASKED, order, cast(Controller, NoChange()), 0.0), heard, known
 
@@ -264,6 +264,12 @@ def test_what_noise_may_have_made_is_not_called_off_by_little() -> None:
     assert (judged.not_close, judged.off, judged.changed) == ([2], [3], [3])
 
 
+def numbers(named: str) -> set[int]:
+    """Return the cycles of a text such as ``1-3, 5``."""
+    ends = [[int(end) for end in part.split("-")] for part in named.split(", ") if part]
+    return {number for part in ends for number in range(part[0], part[-1] + 1)}
+
+
 @pytest.mark.parametrize("tick_s", [0.05, 1.0, 1.9])
 def test_a_loop_that_looks_once_in_several_cycles_says_what_the_stand_did(
     tmp_path: Path, tick_s: float
@@ -277,9 +283,10 @@ def test_a_loop_that_looks_once_in_several_cycles_says_what_the_stand_did(
         rows, reached(opened, outcome), (Sine(40.0, 15.0), Sine(60.0, 8.0)), strict=True
     ):
         share = truth.amplitude_mm / asked.amplitude_mm - 1.0
-        off = np.flatnonzero((np.abs(share) > 0.01) | (np.abs(truth.mean_mm - asked.mean_mm) > 0.2)) + 1
-        named = f"{off[0]}-{off[-1]}" if off.size else ""
-        assert (row["cycles"], row["cycles_off"]) == (4, named)
+        beyond = np.maximum(np.abs(share) / 0.01, np.abs(truth.mean_mm - asked.mean_mm) / 0.2)
+        assert row["cycles"] == 4
+        surely, perhaps = (set(np.flatnonzero(beyond > limit) + 1) for limit in (1.1, 0.9))
+        assert surely <= numbers(row["cycles_off"]) <= perhaps, "what lies at the limit may be either"
         assert row["reached_amplitude_mm"] == pytest.approx(truth.amplitude_mm[-1], abs=0.03)
         assert row["reached_mean_mm"] == pytest.approx(truth.mean_mm[-1], abs=0.03)
     assert rows[1]["off_percent"] == pytest.approx(0.0, abs=0.5), "and learns from it"

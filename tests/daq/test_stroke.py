@@ -30,7 +30,7 @@ def test_from_the_second_step_on_the_specimen_does_what_was_asked(
     assert outcome.status == "complete", outcome.reason
     found = reached(opened, outcome)
     first = found[0]
-    assert abs(first.amplitude_mm[0] / 15.0 - 1.0) > 0.008, "what nobody has measured cannot be made up for"
+    assert abs(first.amplitude_mm[0] / 15.0 - 1.0) > 0.006, "what nobody has measured cannot be made up for"
     assert any("after cycle 1" in line and "WARNING" in line for line in shown.lines)
     for (mean_mm, amplitude_mm, _), step in list(zip(ASKED, found, strict=True))[1:]:
         assert np.abs(step.amplitude_mm / amplitude_mm - 1.0).max() < 0.005
@@ -38,7 +38,7 @@ def test_from_the_second_step_on_the_specimen_does_what_was_asked(
     lines = (tmp_path / "out" / "strokes.jsonl").read_text().splitlines()
     rows = [json.loads(line)["motions"][0] for line in lines]
     assert [row["cycles"] for row in rows] == [5] * len(ASKED)
-    assert [row["cycles_off"] for row in rows] == ["1-2" if edition == 3 else "1-5", "", "", "", ""]
+    assert [row["cycles_off"] for row in rows] == ["1" if edition == 3 else "1-5", "", "", "", ""]
     last_percent = 100.0 * (first.amplitude_mm[-1] / 15.0 - 1.0)
     if edition == 3:  # it was changed while it ran
         assert abs(last_percent) < 0.5
@@ -141,12 +141,13 @@ def test_a_corrected_run_is_one_step_whose_summary_is_what_was_asked(tmp_path: P
     assert not [text for text in found.warnings if "not its step" in text]
 
 
-def test_a_gain_that_is_ten_percent_low_is_said_aloud_and_made_up_for(tmp_path: Path) -> None:
+def test_a_slow_actuator_is_known_by_its_ramp_said_aloud_and_made_up_for(tmp_path: Path) -> None:
+    """Its gain at 2 Hz is 0.88: the first sine is short by no more than frame, spring and damping make it."""
     steps = sine(50.0, 15.0, 2.0) + sine(50.0, 15.0, 2.0)
     outcome, opened, shown, _ = run(tmp_path, steps, Case(bandwidth_Hz=3.7, edition=2))
     assert outcome.status == "complete"
     first, second = reached(opened, outcome)
-    assert 0.8 < first.amplitude_mm[0] / 15.0 < 0.92
+    assert 0.96 < first.amplitude_mm[0] / 15.0 < 0.98
     assert np.abs(second.amplitude_mm / 15.0 - 1.0).max() < 0.005
     assert any(line.startswith("WARNING: asked 50.00 ± 15.00 mm, commanded") for line in shown.lines)
     assert "WARNING: the stroke that was asked for was not reached in step 1" in shown.lines

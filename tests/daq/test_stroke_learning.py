@@ -245,3 +245,46 @@ def test_what_is_right_stays_as_it_is() -> None:
     seen = LinearStand().cycle(Sine(50.0, 20.0), 1.0)
     command = Sine(51.0, 20.5)
     assert corrected(seen.stroke, command, seen, 1.0, 0.01, WIDE) == (command, "")
+
+
+def test_a_correction_awaits_what_settles_by_itself() -> None:
+    """A force that falls by 20 kN lets the upper turn be 0.2 mm further: no more is missing."""
+    seen = LinearStand().cycle(Sine(50.0, 20.0), 1.0)
+    asked = Sine.between(seen.stroke.lower_mm, seen.stroke.upper_mm + 0.2)
+    command = Sine(51.0, 20.5)
+    assert corrected(asked, command, seen, 1.0, 0.01, WIDE, (0.0, -20.0)) == (command, "")
+    told, _ = corrected(asked, command, seen, 1.0, 0.01, WIDE)
+    assert told.upper_mm > command.upper_mm + 0.1
+
+
+def test_a_force_above_its_limit_is_lowered_also_where_the_stroke_falls_short() -> None:
+    seen = LinearStand().cycle(Sine(50.0, 20.0), 1.0)
+    asked = Sine(seen.stroke.mean_mm, seen.stroke.amplitude_mm + 0.5)
+    command = Sine(51.0, 20.5)
+    bounds = replace(WIDE, force_max_kN=seen.upper_kN - 2.0)
+    told, held = corrected(asked, command, seen, 1.0, 0.01, bounds)
+    assert held.startswith("force_max_kN = ")
+    # The specimen follows by 1 / (1 + 5 kN/mm × 0.01 mm/kN) of it, at 5 kN/mm.
+    lowered_kN = (command.upper_mm - told.upper_mm) / 1.05 * 5.0
+    assert 2.0 < lowered_kN < 3.5
+    assert told.lower_mm < command.lower_mm, "the lower turn goes on to what was asked"
+
+
+def test_of_a_stroke_further_than_any_that_was_seen_less_is_known() -> None:
+    known = StrokeKnowledge(1.0 / 150.0)
+    assert known.u_force(80.0) == 0.0, "the plan has judged it by the model"
+    known.take(LinearStand().cycle(Sine(50.0, 20.0), 0.5), None)
+    assert known.u_force(60.0) == pytest.approx(0.003)
+    assert known.u_force(100.0) > 0.015
+
+
+def test_a_small_force_at_a_lower_turn_does_not_spoil_its_factor() -> None:
+    """A zero of force that is 2 kN off makes a factor of 0.8 of 10 kN, which is none of the spring."""
+    known = StrokeKnowledge(1.0 / 150.0)
+    stand = LinearStand(preload_kN=0.0)
+    asked = Sine(32.0, 30.0)
+    for _ in range(10):
+        seen = stand.cycle(asked, 0.5)
+        known.take(replace(seen, lower_kN=seen.lower_kN - 2.0), stand.expected(seen.stroke))
+    lower_kN, _ = known.forces(40.0, 60.0, stand.expected(Sine(50.0, 10.0)))
+    assert lower_kN == pytest.approx(200.0, rel=0.03)

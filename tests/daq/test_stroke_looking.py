@@ -81,7 +81,7 @@ def looked(
 ) -> tuple[SineLook, Heard]:
     heard = Heard()
     terms = Terms(StrokeTable(), StrokeKnowledge(1.0 / 105.0), bounds, {})
-    order = Order(terms, heard, Once(heard), None, compensates=True)
+    order = Order(terms, heard, Once(heard), lambda _: None, compensates=True)
     motion = Harmonic(40.0, 10.0, frequency_Hz, cycles)
     look = SineLook(motion, bench.command, order, cast(Controller, bench), 0.0)
     bench.run(look, frequency_Hz, cycles)
