@@ -170,7 +170,7 @@ class Acquisition:
         self._recording = RecorderGuard(panel.guards.disk_stop_s)
         self._civil_s = civil_s
         self._waited_for = waited_for
-        self._host = HostMemory(civil_s(), time.monotonic())
+        self._host = HostMemory(civil_s(), time.monotonic(), clock.now_s())
         self._guarded = False
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
@@ -443,20 +443,15 @@ class Acquisition:
             self.panel.latch(trip)
 
     def _look_at_host(self) -> None:
-        """Look at this computer's clocks.
-
-        A late pass counts from the first one on after the actuator was switched on, and not at all at a stand
-        that waits for its reader: it stands still while this program does.
-        """
-        guarded = self.feeding and not self._waited_for
+        """Look at this computer's clocks; a late pass counts from the first one after switching on."""
         self._host, said = evaluate_host(
             self._host,
             self._civil_s(),
             time.monotonic(),
             self.clock.now_s(),
-            guarded=guarded and self._guarded,
+            guarded=self.feeding and self._guarded,
         )
-        self._guarded = guarded
+        self._guarded = self.feeding
         for trip in said:
             self.panel.latch(trip)
 

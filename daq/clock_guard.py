@@ -63,6 +63,8 @@ class HostMemory:
 
     civil_s: float
     steady_s: float
+    at_s: float
+    """Stand time."""
 
 
 def evaluate_host(
@@ -79,8 +81,12 @@ def evaluate_host(
     at_s : float
         Present stand time [s].
     guarded : bool
-        Whether guards were to look since the pass before, at a stand that goes on by itself: where nothing
-        could move, or all stood still with this program, a late pass means nothing.
+        Whether guards were to look since the pass before: where nothing could move a late pass means nothing.
+
+    Notes
+    -----
+    A simulated stand that waits for its reader stands still while this program does. So a pause must be one
+    of the stand's own time, too.
     """
     said: list[Trip] = []
     pause_s = steady_s - memory.steady_s
@@ -92,13 +98,13 @@ def evaluate_host(
             "only the times of day of this run jump"
         )
         said.append(replace(note, guard="clock", reason=text, value=jump_s, limit=CIVIL_JUMP_S))
-    if guarded and pause_s > PAUSE_S:
+    if guarded and min(pause_s, at_s - memory.at_s) > PAUSE_S:
         text = (
             f"this program stood still for {pause_s:.1f} s (stopped, or the computer is overloaded): "
             "meanwhile no guard looked"
         )
         said.append(replace(note, guard="pause", reason=text, value=pause_s, limit=PAUSE_S))
-    return HostMemory(civil_s, steady_s), said
+    return HostMemory(civil_s, steady_s, at_s), said
 
 
 @dataclass(frozen=True)

@@ -169,21 +169,22 @@ def test_before_it_switches_on_a_program_feeds_nobody() -> None:
     assert controller.watchdog_trips == 1
 
 
-@pytest.mark.parametrize("waited_for", [False, True])
+@pytest.mark.parametrize("stand_waits", [False, True])
 def test_a_late_pass_is_said_only_where_guards_were_to_look(
-    monkeypatch: pytest.MonkeyPatch, waited_for: bool
+    monkeypatch: pytest.MonkeyPatch, stand_waits: bool
 ) -> None:
     """Not before the actuator is switched on, nor where the stand stood still with this program."""
     steady_s = [0.0]
     monkeypatch.setattr("daq.acquisition.time", SimpleNamespace(monotonic=lambda: steady_s[0]))
     civil_s = lambda: 1000.0 + steady_s[0]  # noqa: E731
-    acquisition, _, recorder = acquire(waited_for=waited_for, civil_s=civil_s)
+    acquisition, _, recorder = acquire(civil_s=civil_s)
 
     def passes(late_s: float) -> int:
         """Make a pass that comes late and one that does not; return how often that was said."""
         before = len(recorder.events)
         for pause_s in (late_s, 0.02):
             steady_s[0] += pause_s
+            acquisition.clock.sleep(0.25 if stand_waits else pause_s)
             acquisition.tick()
         return len([event for event in recorder.events[before:] if "stood still" in str(event)])
 
@@ -191,7 +192,7 @@ def test_a_late_pass_is_said_only_where_guards_were_to_look(
     assert passes(10.0) == 0
     acquisition.feeding = True
     assert passes(10.0) == 0, "it took so long to switch on"
-    assert passes(10.0) == (0 if waited_for else 1)
+    assert passes(10.0) == (0 if stand_waits else 1)
 
 
 def test_feeding_counts_the_walls_time_on_a_fast_stand() -> None:

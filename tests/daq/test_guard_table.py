@@ -313,18 +313,18 @@ def test_missed_cycles_are_noted_and_too_many_of_a_minute_stop() -> None:
 
 
 def test_a_set_clock_and_a_pause_of_the_program_are_said() -> None:
-    memory = HostMemory(1000.0, 10.0)
-    memory, said = evaluate_host(memory, 1000.02, 10.02, 0.0, guarded=True)
+    memory = HostMemory(1000.0, 10.0, 0.0)
+    memory, said = evaluate_host(memory, 1000.02, 10.02, 0.02, guarded=True)
     assert said == []
-    memory, said = evaluate_host(memory, 4600.04, 10.04, 0.0, guarded=True)
+    memory, said = evaluate_host(memory, 4600.04, 10.04, 0.04, guarded=True)
     assert [trip.guard for trip in said] == ["clock"]
     assert "civil time was set by +3600.0 s" in said[0].reason
-    memory, said = evaluate_host(memory, 4602.2, 12.2, 0.0, guarded=True)
+    memory, said = evaluate_host(memory, 4602.2, 12.2, 2.2, guarded=True)
     assert [(trip.guard, trip.action) for trip in said] == [("pause", Action.NOTE)]
     assert "stood still for 2.2 s" in said[0].reason
-    memory, said = evaluate_host(memory, 4612.2, 22.2, 0.0, guarded=False)
+    memory, said = evaluate_host(memory, 4612.2, 22.2, 12.2, guarded=False)
     assert said == []
-    assert evaluate_host(memory, 4612.3, 22.3, 0.0, guarded=True)[1] == []
+    assert evaluate_host(memory, 4612.3, 22.3, 12.3, guarded=True)[1] == []
 
 
 def test_a_disk_that_ails_or_lags_is_said_and_one_that_stands_stops() -> None:
