@@ -31,6 +31,8 @@ from foundation.zero import Zero
 
 LONG_LOOK_S = 0.0005
 """After a look at the status that took longer, samples are read before anything else [s of the wall]."""
+CATCH_UP_S = 0.2
+"""So long at most is read between two requests of a command [s of the wall]."""
 SHARE_OF_POLL = 0.25
 """Share of a poll's period after which the next pass comes."""
 _WRAP, _HALF = 1 << 32, 1 << 31
@@ -264,6 +266,10 @@ class Acquisition:
         """Read the status in the next pass in any case: the controller was told something new."""
         self._status_at_s = -np.inf
 
+    def samples_first(self) -> None:
+        """Read samples in the next pass before anything else: the last request was another one."""
+        self._looked_long = True
+
     def say(self, kind: str, text: str, **data: object) -> None:
         """Put an event into the run under way; where there is none, devices' words are kept to be shown."""
         if self._recorder is not None:
@@ -301,15 +307,7 @@ class Acquisition:
                     self._feed()
                 self._judge_status()
         except DeviceFault as fault:
-            self.panel.latch(
-                Trip(
-                    "controller",
-                    Action.EMERGENCY,
-                    f"the controller or its wire failed: {fault}",
-                    self.clock.now_s(),
-                    device_fault=True,
-                )
-            )
+            self._take_fault(fault)
         self._drain_sensors()
         self._check_recorder()
         self._look_at_host()
@@ -318,6 +316,35 @@ class Acquisition:
         for trip in said:
             self.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
         return said
+
+    def catch_up(self) -> None:
+        """Read and judge until nothing is unread, a guard trips, or ``CATCH_UP_S`` are over; feed if due.
+
+        For the time between two requests of a command: so no two of them go without samples, and what waits
+        behind them is judged before the next. A stand that waits for its reader is read once.
+        """
+        end_s = self.clock.wall_s() + CATCH_UP_S
+        try:
+            if self._read_until(end_s) and self._feed():
+                self._read_until(end_s)
+        except DeviceFault as fault:
+            self._take_fault(fault)
+
+    def _read_until(self, end_s: float) -> bool:
+        """Read until nothing is unread, or a time of the wall is reached; return False once a guard trips."""
+        demanded = self.panel.action
+        while True:
+            self._read_controller()
+            if self.panel.action > demanded:
+                return False
+            if self._up_to_date or self._waited_for or self.clock.wall_s() >= end_s:
+                return True
+
+    def _take_fault(self, fault: DeviceFault) -> None:
+        """Let a fault of the controller or its wire be a reason to stop."""
+        reason = f"the controller or its wire failed: {fault}"
+        now_s = self.clock.now_s()
+        self.panel.latch(Trip("controller", Action.EMERGENCY, reason, now_s, device_fault=True))
 
     def rest(self) -> None:
         """Wait until the next pass is due: passes begin every ``tick_s``, however long they take.
@@ -329,11 +356,14 @@ class Acquisition:
         tick_s = self.pace.tick_s
         self.clock.sleep(max(0.1 * tick_s, tick_s - passed_s) if self._up_to_date else 0.0)
 
-    def _feed(self) -> None:
+    def _feed(self) -> bool:
+        """Feed the watchdog if that is due; return whether it was."""
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
         if self.feeding and wall_s - self._fed_s >= self.pace.feed_s:
             self.stand.controller.feed_watchdog()
             self._fed_s = wall_s
+            return True
+        return False
 
     def _read_controller(self) -> None:
         """Read until the device has no more, a guard trips, or the time of a look is over."""
