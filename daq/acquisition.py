@@ -182,7 +182,7 @@ class Acquisition:
         self._up_to_date = False
         self._age_s: float | None = None
         self._device_us_at_look = 0
-        self._status_at_s, self._status_took_s = -np.inf, 0.0
+        self._status_at_s, self._status_took_s, self._told_at_s = -np.inf, 0.0, -np.inf
         self._began = (clock.now_s(), clock.wall_s())
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
@@ -267,8 +267,9 @@ class Acquisition:
         self._status_at_s = -np.inf
 
     def samples_first(self) -> None:
-        """Read samples in the next pass before anything else: the last request was another one."""
+        """Let samples go before all else in the next passes: what waited behind a command is read first."""
         self._looked_long = True
+        self._told_at_s = self.clock.wall_s()
 
     def say(self, kind: str, text: str, **data: object) -> None:
         """Put an event into the run under way; where there is none, devices' words are kept to be shown."""
@@ -402,7 +403,8 @@ class Acquisition:
         asked_s = self.clock.wall_s()
         calm = self._up_to_date or self._waited_for
         rest_s = status_rest_s(self._status_took_s, up_to_date=calm)
-        if asked_s < self._status_at_s + rest_s:
+        since_s = self._status_at_s if calm else max(self._status_at_s, self._told_at_s)
+        if asked_s < since_s + rest_s:
             return
         self._status = self.stand.controller.status()
         now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
