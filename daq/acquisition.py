@@ -22,7 +22,7 @@ from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
 from daq.recorder_guard import RecorderGuard, Recording
 from daq.scaling import ScaledBlock, scale, zeroed
-from drivers.delivery import FEED_S, status_rest_s
+from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock
@@ -182,7 +182,8 @@ class Acquisition:
         self._up_to_date = False
         self._age_s: float | None = None
         self._device_us_at_look = 0
-        self._status_at_s, self._status_took_s, self._told_at_s = -np.inf, 0.0, -np.inf
+        self._status_at_s = self._told_at_s = -np.inf
+        self._status_read_s, self._status_took_s = clock.wall_s(), 0.0
         self._began = (clock.now_s(), clock.wall_s())
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
@@ -238,6 +239,11 @@ class Acquisition:
     def up_to_date(self) -> bool:
         """Return whether the last pass read all that the device had sampled by then."""
         return self._up_to_date
+
+    @property
+    def is_behind(self) -> bool:
+        """Return whether samples wait for this reader; at a stand that waits for it none do."""
+        return not (self._up_to_date or self._waited_for)
 
     @property
     def age_s(self) -> float | None:
@@ -319,15 +325,19 @@ class Acquisition:
         return said
 
     def catch_up(self) -> None:
-        """Read and judge until nothing is unread, a guard trips, or ``CATCH_UP_S`` are over; feed if due.
+        """Read and judge until nothing is unread, a guard trips, or ``CATCH_UP_S`` are over.
+
+        The watchdog is fed if that is due, and the status read if it has not been for long.
 
         For the time between two requests of a command: so no two of them go without samples, and what waits
         behind them is judged before the next. A stand that waits for its reader is read once.
         """
         end_s = self.clock.wall_s() + CATCH_UP_S
         try:
-            if self._read_until(end_s) and self._feed():
-                self._read_until(end_s)
+            undisturbed = self._read_until(end_s)
+            for request in (self._feed, self._look_if_overdue):
+                if undisturbed and request():
+                    undisturbed = self._read_until(end_s)
         except DeviceFault as fault:
             self._take_fault(fault)
 
@@ -404,11 +414,22 @@ class Acquisition:
         calm = self._up_to_date or self._waited_for
         rest_s = status_rest_s(self._status_took_s, up_to_date=calm)
         since_s = self._status_at_s if calm else max(self._status_at_s, self._told_at_s)
-        if asked_s < since_s + rest_s:
-            return
+        if asked_s >= since_s + rest_s:
+            self._read_status()
+
+    def _look_if_overdue(self) -> bool:
+        """Read the status if it has not been for so long that guards miss it; return whether it was."""
+        overdue = self.clock.wall_s() >= self._status_read_s + STATUS_LONGEST_S
+        if overdue:
+            self._read_status()
+        return overdue
+
+    def _read_status(self) -> None:
+        asked_s = self.clock.wall_s()
         self._status = self.stand.controller.status()
         now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
-        self._status_at_s, self._status_took_s = wall_s, wall_s - asked_s
+        self._status_at_s = self._status_read_s = wall_s
+        self._status_took_s = wall_s - asked_s
         self._looked_long = self._status_took_s > LONG_LOOK_S
         self._age_s = _age_s(self._status.tick_us, self._device_us)
         self._device_us_at_look = self._device_us or 0

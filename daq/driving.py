@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -37,6 +37,8 @@ from protocols.steps import (
 GOOD_ENDS = (EndReason.REACHED, EndReason.FORCE_LIMIT)
 """How a motion ends that did what it should; static cycles turn at a force."""
 
+READER_S = 10.0
+"""So long at most a motion waits for a reader that is behind [s of the wall]; a guard stops one for that."""
 ResultT = TypeVar("ResultT")
 
 
@@ -426,24 +428,33 @@ class Driver:
         with self._looking_between():
             return self._acquisition.stand.controller.start_hold()
 
-    @contextmanager
-    def _looking_between(self) -> Iterator[None]:
+    def _looking_between(self) -> AbstractContextManager[None]:
         """Inside, samples are read and judged between the requests of a command; a stop ends it there."""
-        with self._acquisition.stand.controller.look_between(self._look_between):
-            yield
-        self._acquisition.samples_first()
+        return self._acquisition.stand.controller.look_between(self._look_between)
 
     def _look_between(self) -> None:
         acquisition = self._acquisition
         began_s = acquisition.clock.now_s()
         acquisition.catch_up()
+        acquisition.samples_first()  # behind the request that follows
         self._between_s += acquisition.clock.now_s() - began_s
         self._hear_operator()
         panel = acquisition.panel
         if panel.trip is not None and panel.action >= Action.STOP:
             raise Halt(panel.trip)
 
+    def _await_reader(self) -> None:
+        """Begin no motion while samples wait: its guards would see it late.
+
+        They do behind a pause, or behind what was tried when the actuator was switched on.
+        """
+        clock = self._acquisition.clock
+        end_s = clock.wall_s() + READER_S
+        while self._acquisition.is_behind and clock.wall_s() < end_s:
+            self.pump()
+
     def _start(self, motion: Commandable) -> int:
+        self._await_reader()
         self._acquisition.renew_status()  # what was seen of the motion before says nothing of this one
         self.stopping_s = 1.0 / (2.0 * math.pi * motion.frequency_Hz) if isinstance(motion, Harmonic) else 0.0
         began_s, self._between_s = self._acquisition.clock.now_s(), 0.0
