@@ -2,10 +2,11 @@
 
     .venv/bin/python -m benchmarks.runaway [--trips 40] [KIND…]
 
-The piston moves at 50 mm/s and, half a second after its start, runs into a spring of 20 kN/mm: 1 kN a
-millisecond, until a guard of the force trips at a random force. The controller is reached by its driver over
-a wire that takes so long for each round trip; all of it is in virtual time: the figures are those of
-protocol, loop and actuator, not of the computer.
+The piston moves at 50 mm/s and runs into a spring of 20 kN/mm: 1 kN a millisecond, until a guard of the force
+trips at a random force: ``late``, half a second after its start or more; ``early``, 0.05 to 0.5 s after it or
+within half a second after a sine, which runs away meanwhile, was begun to be adjusted. The controller is
+reached by its driver over a wire that takes so long for each round trip; all of it is in virtual time: the
+figures are those of protocol, loop and actuator, not of the computer.
 
 ``emergency`` is the trip of force, stroke and tilt (the release goes first), ``stop`` that of speed and
 following error (the hold goes first). Kinds of controllers: a ring read by function 23; one without it, which
@@ -24,62 +25,59 @@ from __future__ import annotations
 import argparse
 import math
 import random
-import struct
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
+from benchmarks.runaway_causes import (
+    FAULTS,
+    SINE,
+    SPEED_MM_PER_S,
+    STIFFNESS_KN_PER_MM,
+    TOP_MM,
+    Adjusting,
+    AmokSine,
+    Stiff,
+)
 from daq.acquisition import Acquisition
 from daq.controller_guard import ControllerGuard
 from daq.driving import Driver, Halt
 from daq.guards import Action, ChannelGuard
 from daq.panel import GuardPanel, GuardSet
-from daq.safe_stop import SafeStop, SafeStopSettings
+from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.scaling import ScaledBlock
 from daq.signals import StopRequest
 from daq.stop_eyes import StopEyes
 from drivers.interfaces import Stand
 from drivers.profile import Profile, load_profile
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.controller import Controller
-from drivers.simulated.device import RATE_HZ
 from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.modbus_pdu import WRITE_SEVERAL
-from drivers.simulated.motions import Motion, Ramp
 from drivers.simulated.physics import ActuatorFacts
 from drivers.simulated.virtual_link import Lost, behind_a_wire
 from drivers.simulated.virtual_polling import polled_behind_a_wire
 from drivers.stand_file import StandFile, load_stand
 from foundation.clock import Clock
-from protocols.steps import RampTo, Release
+from protocols.steps import Motion, RampTo, Release
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 ROUND_TRIPS_S = (0.00004, 0.001, 0.002, 0.005, 0.01)
-STIFFNESS_KN_PER_MM = 20.0
-SPEED_MM_PER_S = 50.0
-GAP_MM = 25.0
-TOP_MM = 50.0
+When = Literal["late", "start", "adjust"]
+"""When the guard trips: half a second after a start or later, soon after it, soon after an adjust."""
+WHEN: tuple[When, ...] = ("late", "start", "adjust")
+GAP_MM: dict[When, float] = {"late": 25.0, "start": 0.0, "adjust": 23.0}
+"""From the piston's zero to the spring: how soon it is met."""
+LIMITS_KN: dict[When, tuple[float, float]] = {
+    "late": (100.0, 200.0),
+    "start": (50.0, 500.0),
+    "adjust": (10.0, 60.0),
+}
+"""Where the guard trips, at random: 1 kN is a millisecond behind the contact."""
+AMOK_AFTER_S = 0.4
+"""A sine runs away so long at most after its adjust began [s]; it meets the spring 0.02 to 0.1 s later."""
 RELEASE_MM_PER_S = 20.0
-
-
-class Stiff:
-    """A spring without loss that warms by nothing, behind a gap: F = k (x - gap) in contact."""
-
-    def __init__(self) -> None:
-        self.force_kN = 0.0
-        self.temperature_C = self.sensor_temperature_C = 21.0
-        self.heat_J = 0.0
-
-    def step(self, stroke_mm: float, dt_s: float) -> float:  # noqa: ARG002 - the interface's
-        """Return the force at a stroke [kN]."""
-        self.force_kN = STIFFNESS_KN_PER_MM * max(0.0, stroke_mm - GAP_MM)
-        return self.force_kN
-
-    def tangent_kN_per_mm(self, loading: bool) -> float:  # noqa: N802, ARG002 - the interface's
-        """Return the stiffness [kN/mm]."""
-        return STIFFNESS_KN_PER_MM
 
 
 @dataclass(frozen=True)
@@ -107,6 +105,11 @@ class Kind:
             return self.profile
         rate_Hz = min(poll.rate_Hz, 0.5 / (self.reads * round_trip_s))
         return replace(self.profile, poll=poll.model_copy(update={"rate_Hz": rate_Hz}))
+
+    @property
+    def adjusts(self) -> bool:
+        """Whether it can change a running sine."""
+        return self.profile.adjusts(int(self.profile.find("profile_version").expect or 0))
 
     def keeps_up(self, round_trip_s: float) -> bool:
         """Return whether its samples can be read at 1 kHz at all, with a fifth of the time for the rest."""
@@ -154,64 +157,6 @@ KINDS = {
 """Kinds of controllers, by name."""
 
 
-class Spoiled:
-    """What fails in a stop: which commands the controller takes and does not follow, what the wire loses.
-
-    Parameters
-    ----------
-    deaf_to : collection of int
-        Commands (:class:`drivers.simulated.commands.Code`) that it acknowledges while it goes on as before.
-    loses : str
-        What is lost of the first request with a hold that goes over the wire in each run: its ``request`` or
-        ``reply``; empty for neither.
-    """
-
-    def __init__(self, deaf_to: Collection[int] = (), loses: Lost = "") -> None:
-        self._deaf_to, self._loses = deaf_to, loses
-        self._on = self._armed = False
-
-    def spoil(self, controller: Controller) -> None:
-        """Make the simulated controller deaf."""
-        made = controller._motion_of
-
-        def motion_of(command: Command) -> Motion:
-            motion = made(command)
-            runs = self._on and isinstance(controller._motion, Ramp)
-            if command.code not in self._deaf_to or not runs:
-                return motion
-            going_on = Ramp(command.sequence, controller.command_mm, TOP_MM, SPEED_MM_PER_S / RATE_HZ)
-            going_on.state = motion.state
-            return going_on
-
-        controller._motion_of = motion_of  # type: ignore[method-assign]
-
-    def begin(self) -> None:
-        """Let it fail from now on."""
-        self._on = self._armed = True
-
-    def end(self) -> None:
-        """Let all be well again."""
-        self._on = self._armed = False
-
-    def lost(self, request: bytes) -> Lost:
-        """Return what is lost of a request (function code and data)."""
-        is_hold = request[0] == WRITE_SEVERAL and struct.unpack_from(">H", request, 8)[0] == Code.HOLD
-        if not (self._armed and is_hold):
-            return ""
-        self._armed = False
-        return self._loses
-
-
-FAULTS = {
-    "none": Spoiled(),
-    "the request with the hold is lost": Spoiled(loses="request"),
-    "the reply to the hold is lost": Spoiled(loses="reply"),
-    "it acknowledges the hold and goes on": Spoiled((Code.HOLD,)),
-    "it acknowledges hold and release and goes on": Spoiled((Code.HOLD, Code.RELEASE)),
-}
-"""What can fail in a stop, by its name."""
-
-
 @dataclass(frozen=True)
 class Runaways:
     """What runaways did at one round trip.
@@ -241,8 +186,91 @@ class Runaways:
 
     @property
     def text(self) -> str:
-        """Worst peak above the trip, and how long it took at most, as two columns."""
-        return f"{self.above_kN.max():.1f} kN | {self.until_s.max() * 1e3:.0f} ms"
+        """Worst peak above the trip."""
+        return f"{self.above_kN.max():.1f} kN"
+
+
+class Trials:
+    """One stand behind one wire, on which the piston runs away again and again.
+
+    Parameters
+    ----------
+    round_trip_s : float
+        Of each request [s].
+    action : Action
+        Of the guard of the force.
+    kind, fault : str
+        By name: of controller, of what fails in the stop.
+    when : When
+        When the guard trips.
+    seed : int
+        Of the random forces and times.
+    """
+
+    def __init__(
+        self, round_trip_s: float, action: Action, kind: str, fault: str, when: When, seed: int
+    ) -> None:
+        self._action, self._when, self._random = action, when, random.Random(seed)
+        stand_file, self._spoiled = load_stand(SAMPLE_STAND), FAULTS[fault]
+        opened = open_in_process(stand_file, spring=Stiff(GAP_MM[when]), log_truth=False)
+        self._amok = AmokSine(opened.device.controller, opened.clock.now_s)
+        stand, clock = KINDS[kind].reached(opened, stand_file, round_trip_s, self._lost)
+        self._spoiled.spoil(opened.device.controller)
+        self._controller = stand.controller
+        self._controller.connect()
+        facts = self._controller.facts
+        self._quiet = GuardSet((), (), ControllerGuard(5.0, 5.0, facts.rate_Hz, facts.clock == "device"))
+        self._acquisition = Acquisition(stand, clock, GuardPanel(self._quiet, wall_s=clock.wall_s()))
+        self._seen: list[ScaledBlock] = []
+        self._acquisition.listeners.append(self._seen.append)
+        pump = self._acquisition.tick
+        self._driver = Driver(self._acquisition, StopRequest(), pump, release_speed_mm_per_s=RELEASE_MM_PER_S)
+        settings = SafeStopSettings(RELEASE_MM_PER_S, 2.0)
+        eyes = StopEyes(self._acquisition, stand_file.limits.force_max_kN)
+        self._safe_stop = SafeStop(self._controller, clock, settings, pump=pump, eyes=eyes)
+        explained_s = KINDS[kind].explained_s(round_trip_s, facts.rate_Hz, _lag_s(stand_file))
+        self.bound_kN = STIFFNESS_KN_PER_MM * SPEED_MM_PER_S * explained_s
+        self.close = stand.close
+
+    def run_away(self) -> tuple[tuple[float, float], SafeStopReport]:
+        """Let the piston run away once; return how far it got (:func:`_reached`) and how it was stopped."""
+        driver, acquisition = self._driver, self._acquisition
+        self._switch_on()
+        self._safe_stop.arm()
+        driver.wait(0.3 + self._random.uniform(0.0, 0.05))
+        while not acquisition.up_to_date:
+            acquisition.tick()
+        motion: Motion = RampTo(TOP_MM, SPEED_MM_PER_S)
+        if self._when == "adjust":
+            driver.perform(RampTo(SINE.mean_mm, SPEED_MM_PER_S), 1.0)
+            driver.commanding = Adjusting(self._controller)
+            self._amok.begin(self._random.uniform(0.0, AMOK_AFTER_S))
+            motion = SINE
+        limit_kN = self._random.uniform(*LIMITS_KN[self._when])
+        guard = ChannelGuard("force", "force", limit_kN, None, "kN", "force", self._action)
+        acquisition.panel.change(GuardSet((guard,), (), self._quiet.controller))
+        self._seen.clear()
+        self._spoiled.begin()
+        with suppress(Halt):
+            driver.perform(motion, TOP_MM / SPEED_MM_PER_S)
+        emergency = self._action is Action.EMERGENCY
+        report = self._safe_stop.run(emergency=emergency, seen=acquisition.latest.status)
+        reached = _reached(self._seen, limit_kN)
+        self._spoiled.end()
+        if not report.safe:  # force is left behind the closed valve
+            self._switch_on()
+            driver.perform(Release(RELEASE_MM_PER_S), TOP_MM / RELEASE_MM_PER_S)
+            self._controller.disable()
+        return reached, report
+
+    def _switch_on(self) -> None:
+        self._acquisition.panel.change(self._quiet)
+        self._acquisition.panel.reset()
+        self._controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=2000)
+
+    def _lost(self, request: bytes) -> Lost:
+        self._amok.look(request)
+        return self._spoiled.lost(request)
 
 
 def run_away(
@@ -252,63 +280,16 @@ def run_away(
     seed: int = 1,
     kind: str = "ring",
     fault: str = "none",
+    when: When = "late",
 ) -> Runaways:
     """Let the piston run away ``trips`` times; the record of each tells how far it got."""
-    random_, stand_file, spoiled = random.Random(seed), load_stand(SAMPLE_STAND), FAULTS[fault]
-    opened = open_in_process(stand_file, spring=Stiff(), log_truth=False)
-    stand, clock = KINDS[kind].reached(opened, stand_file, round_trip_s, spoiled.lost)
-    spoiled.spoil(opened.device.controller)
-    stand.controller.connect()
-    rate_Hz = stand.controller.facts.rate_Hz
-    own_clock = stand.controller.facts.clock == "device"
-    quiet = GuardSet((), (), ControllerGuard(5.0, 5.0, rate_Hz, own_clock))
-    panel = GuardPanel(quiet, wall_s=clock.wall_s())
-    acquisition = Acquisition(stand, clock, panel)
-    seen: list[ScaledBlock] = []
-    acquisition.listeners.append(seen.append)
-    driver = Driver(acquisition, StopRequest(), acquisition.tick, release_speed_mm_per_s=RELEASE_MM_PER_S)
-    safe_stop = SafeStop(
-        stand.controller,
-        clock,
-        SafeStopSettings(RELEASE_MM_PER_S, 2.0),
-        pump=acquisition.tick,
-        eyes=StopEyes(acquisition, stand_file.limits.force_max_kN),
-    )
-    found: list[tuple[float, float]] = []
-    problems: list[str] = []
-    safe: list[bool] = []
-    for _ in range(trips):
-        limit_kN = random_.uniform(100.0, 200.0)
-        panel.change(quiet)
-        panel.reset()
-        stand.controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=2000)
-        safe_stop.arm()
-        driver.wait(0.3 + random_.uniform(0.0, 0.05))
-        while not acquisition.up_to_date:
-            acquisition.tick()
-        guard = ChannelGuard("force", "force", limit_kN, None, "kN", "force", action)
-        panel.change(GuardSet((guard,), (), quiet.controller))
-        seen.clear()
-        spoiled.begin()
-        try:
-            driver.perform(RampTo(TOP_MM, SPEED_MM_PER_S), TOP_MM / SPEED_MM_PER_S)
-        except Halt:
-            report = safe_stop.run(emergency=action is Action.EMERGENCY, seen=acquisition.latest.status)
-            problems += report.problems
-            safe.append(report.safe)
-        found.append(_reached(seen, limit_kN))
-        spoiled.end()
-        if not safe[-1]:  # force is left behind the closed valve
-            panel.change(quiet)
-            panel.reset()
-            stand.controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=2000)
-            driver.perform(Release(RELEASE_MM_PER_S), TOP_MM / RELEASE_MM_PER_S)
-            stand.controller.disable()
-    stand.close()
-    above_kN, until_s = np.array(found).T
-    explained_s = KINDS[kind].explained_s(round_trip_s, rate_Hz, _lag_s(stand_file))
-    bound_kN = STIFFNESS_KN_PER_MM * SPEED_MM_PER_S * explained_s
-    return Runaways(round_trip_s, above_kN, until_s, bound_kN, tuple(problems), all(safe))
+    trials = Trials(round_trip_s, action, kind, fault, when, seed)
+    found = [trials.run_away() for _ in range(trips)]
+    trials.close()
+    above_kN, until_s = np.array([reached for reached, _ in found]).T
+    problems = tuple(problem for _, report in found for problem in report.problems)
+    safe = all(report.safe for _, report in found)
+    return Runaways(round_trip_s, above_kN, until_s, trials.bound_kN, problems, safe)
 
 
 def _lag_s(stand_file: StandFile) -> float:
@@ -349,19 +330,26 @@ def main() -> None:
 
 def print_kinds(kinds: Sequence[str], trips: int) -> None:
     """Print how far a runaway gets with each kind of controller, at each round trip."""
-    heads = ("controller", "round trip", "bound", "emergency: above the trip", "stands after")
-    print(f"| {' | '.join((*heads, 'stop: above the trip', 'stands after'))} |")
-    print("|---" * 7 + "|")
+    columns = ("late", "early, start", "early, adjust", "stands after")
+    heads = [f"{action}: {column}" for action in ("emergency", "stop") for column in columns]
+    print(f"| {' | '.join(('controller', 'round trip', 'bound', *heads))} |")
+    print("|---" * (3 + len(heads)) + "|")
     for kind in kinds:
         for round_trip_s in ROUND_TRIPS_S:
             row = f"| {kind} | {round_trip_s * 1e3:g} ms "
             if not KINDS[kind].keeps_up(round_trip_s):
-                print(f"{row}| does not keep up: refused before anything moves | | | | |")
+                print(f"{row}| does not keep up: refused before anything moves {'| ' * len(heads)}|")
                 continue
-            first, second = (
-                run_away(round_trip_s, action, trips, kind=kind) for action in (Action.EMERGENCY, Action.STOP)
-            )
-            print(f"{row}| {first.bound_kN:.1f} kN | {first.text} | {second.text} |", flush=True)
+            cells: list[str] = []
+            for action in (Action.EMERGENCY, Action.STOP):
+                found = [
+                    run_away(round_trip_s, action, trips, kind=kind, when=when)
+                    for when in WHEN
+                    if when != "adjust" or KINDS[kind].adjusts
+                ]
+                cells += [one.text for one in found] + ["–"] * (len(WHEN) - len(found))
+                cells.append(f"{max(one.until_s.max() for one in found) * 1e3:.0f} ms")
+            print(f"{row}| {found[0].bound_kN:.1f} kN | {' | '.join(cells)} |", flush=True)
 
 
 def print_faults(trips: int) -> None:

@@ -22,7 +22,7 @@ from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
 from daq.recorder_guard import RecorderGuard, Recording
 from daq.scaling import ScaledBlock, scale, zeroed
-from drivers.delivery import FEED_S, status_rest_s
+from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock
@@ -31,6 +31,8 @@ from foundation.zero import Zero
 
 LONG_LOOK_S = 0.0005
 """After a look at the status that took longer, samples are read before anything else [s of the wall]."""
+CATCH_UP_S = 0.2
+"""So long at most is read between two requests of a command [s of the wall]."""
 SHARE_OF_POLL = 0.25
 """Share of a poll's period after which the next pass comes."""
 _WRAP, _HALF = 1 << 32, 1 << 31
@@ -181,7 +183,8 @@ class Acquisition:
         self._up_to_date = False
         self._age_s: float | None = None
         self._device_us_at_look = 0
-        self._status_at_s, self._status_took_s = -np.inf, 0.0
+        self._status_at_s = self._told_at_s = -np.inf
+        self._status_read_s, self._status_took_s = clock.wall_s(), 0.0
         self._began = (clock.now_s(), clock.wall_s())
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
@@ -239,6 +242,11 @@ class Acquisition:
         return self._up_to_date
 
     @property
+    def is_behind(self) -> bool:
+        """Return whether samples wait for this reader; at a stand that waits for it none do."""
+        return not (self._up_to_date or self._waited_for)
+
+    @property
     def age_s(self) -> float | None:
         """Return how old the newest sample was at the last look at the status [s of device time].
 
@@ -264,6 +272,11 @@ class Acquisition:
     def renew_status(self) -> None:
         """Read the status in the next pass in any case: the controller was told something new."""
         self._status_at_s = -np.inf
+
+    def samples_first(self) -> None:
+        """Let samples go before all else in the next passes: what waited behind a command is read first."""
+        self._looked_long = True
+        self._told_at_s = self.clock.wall_s()
 
     def say(self, kind: str, text: str, **data: object) -> None:
         """Put an event into the run under way; where there is none, devices' words are kept to be shown."""
@@ -302,15 +315,7 @@ class Acquisition:
                     self._feed()
                 self._judge_status()
         except DeviceFault as fault:
-            self.panel.latch(
-                Trip(
-                    "controller",
-                    Action.EMERGENCY,
-                    f"the controller or its wire failed: {fault}",
-                    self.clock.now_s(),
-                    device_fault=True,
-                )
-            )
+            self._take_fault(fault)
         self._drain_sensors()
         self._check_recorder()
         self._look_at_host()
@@ -319,6 +324,39 @@ class Acquisition:
         for trip in said:
             self.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
         return said
+
+    def catch_up(self) -> None:
+        """Read and judge until nothing is unread, a guard trips, or ``CATCH_UP_S`` are over.
+
+        The watchdog is fed if that is due, and the status read if it has not been for long.
+
+        For the time between two requests of a command: so no two of them go without samples, and what waits
+        behind them is judged before the next. A stand that waits for its reader is read once.
+        """
+        end_s = self.clock.wall_s() + CATCH_UP_S
+        try:
+            undisturbed = self._read_until(end_s)
+            for request in (self._feed, self._look_if_overdue):
+                if undisturbed and request():
+                    undisturbed = self._read_until(end_s)
+        except DeviceFault as fault:
+            self._take_fault(fault)
+
+    def _read_until(self, end_s: float) -> bool:
+        """Read until nothing is unread, or a time of the wall is reached; return False once a guard trips."""
+        demanded = self.panel.action
+        while True:
+            self._read_controller()
+            if self.panel.action > demanded:
+                return False
+            if self._up_to_date or self._waited_for or self.clock.wall_s() >= end_s:
+                return True
+
+    def _take_fault(self, fault: DeviceFault) -> None:
+        """Let a fault of the controller or its wire be a reason to stop."""
+        reason = f"the controller or its wire failed: {fault}"
+        now_s = self.clock.now_s()
+        self.panel.latch(Trip("controller", Action.EMERGENCY, reason, now_s, device_fault=True))
 
     def rest(self) -> None:
         """Wait until the next pass is due: passes begin every ``tick_s``, however long they take.
@@ -330,11 +368,14 @@ class Acquisition:
         tick_s = self.pace.tick_s
         self.clock.sleep(max(0.1 * tick_s, tick_s - passed_s) if self._up_to_date else 0.0)
 
-    def _feed(self) -> None:
+    def _feed(self) -> bool:
+        """Feed the watchdog if that is due; return whether it was."""
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
         if self.feeding and wall_s - self._fed_s >= self.pace.feed_s:
             self.stand.controller.feed_watchdog()
             self._fed_s = wall_s
+            return True
+        return False
 
     def _read_controller(self) -> None:
         """Read until the device has no more, a guard trips, or the time of a look is over."""
@@ -373,11 +414,23 @@ class Acquisition:
         asked_s = self.clock.wall_s()
         calm = self._up_to_date or self._waited_for
         rest_s = status_rest_s(self._status_took_s, up_to_date=calm)
-        if asked_s < self._status_at_s + rest_s:
-            return
+        since_s = self._status_at_s if calm else max(self._status_at_s, self._told_at_s)
+        if asked_s >= since_s + rest_s:
+            self._read_status()
+
+    def _look_if_overdue(self) -> bool:
+        """Read the status if it has not been for so long that guards miss it; return whether it was."""
+        overdue = self.clock.wall_s() >= self._status_read_s + STATUS_LONGEST_S
+        if overdue:
+            self._read_status()
+        return overdue
+
+    def _read_status(self) -> None:
+        asked_s = self.clock.wall_s()
         self._status = self.stand.controller.status()
         now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
-        self._status_at_s, self._status_took_s = wall_s, wall_s - asked_s
+        self._status_at_s = self._status_read_s = wall_s
+        self._status_took_s = wall_s - asked_s
         self._looked_long = self._status_took_s > LONG_LOOK_S
         self._age_s = _age_s(self._status.tick_us, self._device_us)
         self._device_us_at_look = self._device_us or 0

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -38,9 +38,8 @@ from protocols.steps import (
 GOOD_ENDS = (EndReason.REACHED, EndReason.FORCE_LIMIT)
 """How a motion ends that did what it should; static cycles turn at a force."""
 
-
-READ_FIRST_S = 0.5
-"""So long at most samples are read behind a start before a release is made ready [s of the wall]."""
+READER_S = 10.0
+"""So long at most a motion waits for a reader that is behind [s of the wall]; a guard stops one for that."""
 ResultT = TypeVar("ResultT")
 
 
@@ -107,7 +106,9 @@ class Driver:
         self.cycles_done = 0
         """Full cycles of all cyclic motions of the step so far."""
         self.command_s = 0.0
-        """How long the controller took to take the last motion: some round trips of the wire [s]."""
+        """How long the controller took to take the last motion: some round trips of the wire, without the
+        samples that were read in between [s]."""
+        self._between_s = 0.0
         self.stopping_s = 0.0
         """So long a hold of the motion that was started last may take to slow it down [s]: a sine's speed
         2π f A goes at its own greatest acceleration (2π f)² A in 1 / (2π f); other motions stop at once."""
@@ -149,7 +150,8 @@ class Driver:
             # A controller that counts its way in and out as cycles is not believed beyond what was wanted.
             self.cycles_done = self._cycles_before + min(status.cycles_done, self._cyclic.cycles)
             if self._acquisition.panel.action < Action.STOP:  # the wire belongs to the stop
-                self.commanding.look(status.cycles_done)
+                with self._looking_between():  # it may change a running sine
+                    self.commanding.look(status.cycles_done)
         self.obey()
         self._acquisition.rest()
 
@@ -450,15 +452,43 @@ class Driver:
 
     def _hold(self) -> int:
         self._acquisition.renew_status()
-        return self._acquisition.stand.controller.start_hold()
+        with self._looking_between():
+            return self._acquisition.stand.controller.start_hold()
+
+    def _looking_between(self) -> AbstractContextManager[None]:
+        """Inside, samples are read and judged between the requests of a command; a stop ends it there."""
+        return self._acquisition.stand.controller.look_between(self._look_between)
+
+    def _look_between(self) -> None:
+        acquisition = self._acquisition
+        began_s = acquisition.clock.now_s()
+        acquisition.catch_up()
+        acquisition.samples_first()  # behind the request that follows
+        self._between_s += acquisition.clock.now_s() - began_s
+        self._hear_operator()
+        panel = acquisition.panel
+        if panel.trip is not None and panel.action >= Action.STOP:
+            raise Halt(panel.trip)
+
+    def _await_reader(self) -> None:
+        """Begin no motion while samples wait: its guards would see it late.
+
+        They do behind a pause, or behind what was tried when the actuator was switched on.
+        """
+        clock = self._acquisition.clock
+        end_s = clock.wall_s() + READER_S
+        while self._acquisition.is_behind and clock.wall_s() < end_s:
+            self.pump()
 
     def _start(self, motion: Commandable) -> int:
+        self._await_reader()
         self._acquisition.renew_status()  # what was seen of the motion before says nothing of this one
         self.stopping_s = 1.0 / (2.0 * math.pi * motion.frequency_Hz) if isinstance(motion, Harmonic) else 0.0
-        began_s = self._acquisition.clock.now_s()
+        began_s, self._between_s = self._acquisition.clock.now_s(), 0.0
         try:
-            sequence = self.commanding.start(motion)
-            self.command_s = self._acquisition.clock.now_s() - began_s
+            with self._looking_between():
+                sequence = self.commanding.start(motion)
+            self.command_s = self._acquisition.clock.now_s() - began_s - self._between_s
         except CommandRejected as rejected:
             self._refuse("controller", f"the controller refused a motion: {rejected}")
             raise
@@ -468,20 +498,10 @@ class Driver:
         return sequence
 
     def _have_release_ready(self, speed_mm_per_s: float) -> None:
-        """Arm a release behind the motion, where a stop needs several requests: this one takes one.
-
-        On a slow wire samples have waited while the motion was commanded; they are judged first.
-        """
-        acquisition = self._acquisition
-        until_s = acquisition.clock.wall_s() + READ_FIRST_S
-        while acquisition.clock.wall_s() < until_s:
-            self._tick()
-            if acquisition.panel.trip is not None:
-                return
-            if acquisition.up_to_date:
-                break
+        """Arm a release behind the motion, where a stop needs several requests: this one takes one."""
         try:
-            self._acquisition.stand.controller.prepare_release(speed_mm_per_s=speed_mm_per_s)
+            with self._looking_between():
+                self._acquisition.stand.controller.prepare_release(speed_mm_per_s=speed_mm_per_s)
         except CommandRejected as rejected:  # it is armed when it is needed, as any other command
             self._acquisition.say("wire", f"no release could be made ready: {rejected}")
 

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeVar
+from typing import Literal, TypeVar
 
 from daq.signals import signals_held_back
-from daq.stop_eyes import ForceSeen
+from daq.stop_eyes import Blind, Eyes
 from drivers.interfaces import Controller, ControllerStatus, MotionState
 from foundation.clock import Clock
 from foundation.errors import CommandRejected, DeviceFault
@@ -31,56 +31,12 @@ STATUS_REST = 3.0
 STATUS_WAIT_S = 0.1
 """It is asked for again after so long at the latest [s of the wall]."""
 AGREE_S = 1.0
-"""So long a second force channel may take to show what the first shows: its samples come later [s of stand
-time]."""
+"""So long samples may take to show that no force is left: some come later [s of stand time]."""
 LOOK_S = 0.02
 """From one look at the controller to the next, where looking takes less [s of stand time]."""
 
 ResultT = TypeVar("ResultT")
 By = Literal["commands", "controller", "watchdog"]
-
-
-class Eyes(Protocol):
-    """What the safe stop sees of the samples (:class:`daq.stop_eyes.StopEyes`)."""
-
-    def told(self) -> None:
-        """A command that stops goes out now."""
-        ...
-
-    def done(self) -> None:
-        """The controller has taken it."""
-        ...
-
-    def goes_on(self, stopping_s: float = 0.0) -> str:
-        """Return how the piston goes on toward more force nevertheless, empty if it does not."""
-        ...
-
-    def force(self) -> ForceSeen | None:
-        """Return the force that is left, by the best channel; None without fresh samples."""
-        ...
-
-    def stroke_mm(self) -> float | None:
-        """Return the specimen's stroke [mm], its zero taken off; None without fresh samples."""
-        ...
-
-
-class _Blind:
-    """Without samples: the controller's own reading is all there is."""
-
-    def told(self) -> None:
-        pass
-
-    def done(self) -> None:
-        pass
-
-    def goes_on(self, stopping_s: float = 0.0) -> str:  # noqa: ARG002 - as Eyes
-        return ""
-
-    def force(self) -> ForceSeen | None:
-        return None
-
-    def stroke_mm(self) -> float | None:
-        return None
 
 
 @dataclass(frozen=True)
@@ -183,7 +139,8 @@ class SafeStop:
         self._clock = clock
         self._settings = settings
         self._pump = pump
-        self._eyes = eyes or _Blind()
+        self._eyes = eyes or Blind()
+        self._sees = eyes is not None
         self._emergency = emergency
         self._report: SafeStopReport | None = None
         self._problems: list[str] = []
@@ -237,17 +194,20 @@ class SafeStop:
                 self._release(hurry=hurry)
             if self._faulted():  # it refuses commands and unloads by itself
                 by = "controller"
+                self._judge_force_from_now()
                 self._wait(self._at_rest, self._settings.limit_s)
             self._ask("valve off", self._controller.disable)
-        if self._status is not None and not self._link_lost():
-            self._look_at_force()
         last = self._ask("status", self._controller.status)
         self._status = last or self._status
+        if last is not None:
+            self._look_at_force(self._shows_no_force)
         return self._describe("watchdog" if last is None else by, last)
 
     def _may_stay(self) -> bool:
-        unloaded = self._status is not None and abs(self._force_kN(self._status)) <= self._zero_kN
-        return self._settings.stays_where_unloaded and unloaded
+        if self._status is None or not self._settings.stays_where_unloaded:
+            return False
+        self._look_at_force(lambda: self._eyes.force() is not None)
+        return abs(self._force_kN(self._status)) <= self._zero_kN
 
     def _hold(self, stopping_s: float) -> bool:
         """Hold; return whether the piston stands, or at least does not go on toward more force."""
@@ -278,19 +238,29 @@ class SafeStop:
         elif trouble := self._await_end("release", sequence, self._settings.limit_s):
             self._note(f"{trouble} after the release: valve off at once")
 
-    def _look_at_force(self) -> None:
-        """Take the samples of now, for the force that is left, until its channels show the same one."""
+    def _look_at_force(self, enough: Callable[[], bool]) -> None:
+        """Take samples from after the last status until they are enough to judge the force that is left."""
+        if not self._sees:
+            return
         until_s = self._clock.now_s() + AGREE_S
+        self._judge_force_from_now()
         self._pump_safely()
-        while (seen := self._eyes.force()) and seen.other_kN and self._clock.now_s() < until_s:
+        while not enough() and self._clock.now_s() < until_s:
             self._clock.sleep(LOOK_S)
             self._pump_safely()
+
+    def _judge_force_from_now(self) -> None:
+        self._eyes.since(None if self._status is None else self._status.tick_us)
+
+    def _shows_no_force(self) -> bool:
+        seen = self._eyes.force()
+        return seen is not None and abs(seen.force_kN) <= self._zero_kN and not seen.other_kN
 
     def _await_end(self, what: str, sequence: int, limit_s: float, stopping_s: float = 0.0) -> str:
         """Wait for a command's end; return how the piston goes on toward more force, empty if it does not."""
         trouble = ""
         self._answered_s = self._clock.wall_s()
-        self._eyes.done()
+        self._eyes.done(self._controller.taken_us)
 
         def over() -> bool:
             nonlocal trouble

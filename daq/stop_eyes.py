@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +31,18 @@ FRESH_S = 0.5
 APART_KN = 6.0
 """Two force channels that differ by more do not show the same force: the threshold of the agreement guard."""
 KEPT_S = 0.2
-BLOCKS_KEPT = 50
-"""Blocks by whose quickest it is told when a sample of the present will come."""
+_WRAP, _HALF = 1 << 32, 1 << 31
+
+
+@dataclass
+class _Mark:
+    """An instant of the controller's clock: by its tick, and by the stamps of its samples once that is known.
+
+    Without a tick it is the newest sample of the first pass behind it that leaves nothing unread.
+    """
+
+    tick_us: int | None
+    stamp_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -66,6 +78,59 @@ class ForceSeen:
         return f"channel {self.channel}, {zero}{others}{broken}"
 
 
+class Eyes(Protocol):
+    """What the safe stop sees of the samples (:class:`StopEyes`)."""
+
+    def told(self) -> None:
+        """A command that stops goes out now."""
+        ...
+
+    def done(self, taken_us: int | None) -> None:
+        """The controller has taken it, at this time of its clock: samples from before tell nothing of it."""
+        ...
+
+    def goes_on(self, stopping_s: float = 0.0) -> str:
+        """Return how the piston goes on toward more force nevertheless, empty if it does not."""
+        ...
+
+    def since(self, tick_us: int | None) -> None:
+        """Judge the force by samples from after the present, at which the controller's clock shows this."""
+        ...
+
+    def force(self) -> ForceSeen | None:
+        """Return the force that is left, by the best channel; None without fresh samples."""
+        ...
+
+    def stroke_mm(self) -> float | None:
+        """Return the specimen's stroke [mm], its zero taken off; None without fresh samples."""
+        ...
+
+
+class Blind:
+    """Without samples: the controller's own reading is all there is."""
+
+    def told(self) -> None:
+        """Remember nothing."""
+
+    def done(self, taken_us: int | None) -> None:
+        """Look at nothing."""
+
+    def goes_on(self, stopping_s: float = 0.0) -> str:  # noqa: ARG002 - as Eyes
+        """Return that nothing goes on, as far as is seen."""
+        return ""
+
+    def since(self, tick_us: int | None) -> None:
+        """Judge nothing."""
+
+    def force(self) -> ForceSeen | None:
+        """Return that no sample shows the force."""
+        return None
+
+    def stroke_mm(self) -> float | None:
+        """Return that no sample shows the stroke."""
+        return None
+
+
 class StopEyes:
     """Looks at the samples for the safe stop.
 
@@ -80,29 +145,26 @@ class StopEyes:
     def __init__(self, acquisition: Acquisition, force_max_kN: float) -> None:
         self._acquisition = acquisition
         self._most_kN = 1.5 * force_max_kN
-        self._newest: dict[str, tuple[float, float]] = {}
+        self._newest: dict[str, tuple[float, NDArray[np.float64], NDArray[np.float64]]] = {}
         self._rows: deque[NDArray[np.float64]] = deque()
-        self._behind_s: deque[float] = deque(maxlen=BLOCKS_KEPT)
-        self._stroke = -math.inf, 0.0
         self._from_mm_per_s = 0.0
-        self._done_s = 0.0
+        self._done = _Mark(None, 0.0)
         self._done_kN: float | None = None
+        self._since = _Mark(None, -math.inf)
+        self._since_host_s = -math.inf
         acquisition.observers.append(self.take)
 
     def take(self, block: ScaledBlock) -> None:
-        """Keep a block: newest means of its force channels and of the stroke, and the piston's way."""
+        """Keep a block: newest samples of its force channels and of the stroke, and the piston's way."""
         if not len(block):
             return
         time_s = block.time_us / 1e6
         for channel in self._force_channels(block.stream):
             if channel.name in block.values:
-                recent = block.values[channel.name][time_s > time_s[-1] - WINDOW_S]
-                self._newest[channel.name] = block.received_s, float(np.mean(recent))
+                self._newest[channel.name] = block.received_s, time_s, block.values[channel.name]
         if block.stream == CONTROLLER_STREAM and "stroke" in block.values:
-            recent = block.values["stroke"][time_s > time_s[-1] - WINDOW_S]
-            self._stroke = block.received_s, float(np.mean(recent))
+            self._newest["stroke"] = block.received_s, time_s, block.values["stroke"]
         if block.stream == CONTROLLER_STREAM and {"position", "force"} <= block.values.keys():
-            self._behind_s.append(block.received_s - float(time_s[-1]))
             self._rows.append(np.column_stack((time_s, block.values["position"], block.values["force"])))
             while len(self._rows) > 1 and self._rows[0][-1, 0] < time_s[-1] - KEPT_S:
                 self._rows.popleft()
@@ -113,10 +175,32 @@ class StopEyes:
         """Remember the piston's speed: it is being told to stop."""
         self._from_mm_per_s = abs(self._look()[1])
 
-    def done(self) -> None:
-        """Look from now on whether it goes on: the controller has taken the command."""
-        behind_s = min(self._behind_s, default=math.inf)  # of the controller's clock and the quickest way
-        self._done_s, self._done_kN = self._acquisition.clock.now_s() - behind_s, None
+    def done(self, taken_us: int | None) -> None:
+        """Look from now on whether it goes on: the controller has taken the command.
+
+        Parameters
+        ----------
+        taken_us : int or None
+            Its clock then [µs, modulo 2³²]: samples from before, which may come late, tell nothing of what it
+            does since. None where it shows none.
+        """
+        self._done, self._done_kN = self._mark(taken_us), None
+
+    def _mark(self, tick_us: int | None) -> _Mark:
+        """Return the present instant, at which the controller's clock shows a tick."""
+        polled = self._acquisition.facts[CONTROLLER_STREAM].clock != "device"
+        return _Mark(None, self._acquisition.clock.now_s()) if polled else _Mark(tick_us)
+
+    def _stamp_s(self, mark: _Mark) -> float | None:
+        """Return an instant by the stamps of the samples [s], None while it is not known."""
+        if mark.stamp_s is None and self._rows:
+            newest_s = float(self._rows[-1][-1, 0])
+            if mark.tick_us is not None:
+                newest_us = round(newest_s * 1e6)
+                mark.stamp_s = (newest_us + (mark.tick_us - newest_us + _HALF) % _WRAP - _HALF) / 1e6
+            elif self._acquisition.up_to_date:
+                mark.stamp_s = newest_s
+        return mark.stamp_s
 
     def goes_on(self, stopping_s: float = 0.0) -> str:
         """Return how the piston goes on toward more force though it was told to stop, empty if it does not.
@@ -126,8 +210,13 @@ class StopEyes:
         the speed that it stops from. Where the controller slows a running sine down (a hold of it), at an
         even rate, it may do so for ``stopping_s`` [s]. It is asked after every pass.
         """
+        done_s = self._stamp_s(self._done)
+        if done_s is None:
+            return ""
         at_s, speed_mm_per_s, force_kN = self._look()
-        after_s = at_s - self._done_s
+        after_s = at_s - done_s
+        if after_s <= 0.0:  # it was told while these samples were waiting
+            self._from_mm_per_s = max(self._from_mm_per_s, abs(speed_mm_per_s))
         if after_s < WINDOW_S:
             return ""
         if self._done_kN is None:
@@ -154,9 +243,22 @@ class StopEyes:
 
     # --- what is left? ------------------------------------------------------------------------------
 
+    def since(self, tick_us: int | None) -> None:
+        """Judge the force from now on by what is sampled after the present.
+
+        Parameters
+        ----------
+        tick_us : int or None
+            What the controller's clock shows, as ``taken_us`` of :meth:`done`.
+        """
+        self._since, self._since_host_s = self._mark(tick_us), self._acquisition.clock.now_s()
+
     def force(self) -> ForceSeen | None:
-        """Return the force by the freshly sampled channel whose zero is known best; None without one."""
-        now_s, zero = self._acquisition.clock.now_s(), self._acquisition.zero
+        """Return the force by the freshly sampled channel whose zero is known best; None without one.
+
+        Fresh is what came within ``FRESH_S`` and was sampled after the instant of :meth:`since`.
+        """
+        zero = self._acquisition.zero
         shown = {
             channel.name: (
                 math.inf if channel.uncertainty.zero is None else channel.uncertainty.zero,
@@ -164,8 +266,7 @@ class StopEyes:
             )
             for stream in self._acquisition.facts
             for channel in self._force_channels(stream)
-            for at_s, value_kN in [self._newest.get(channel.name, (-math.inf, 0.0))]
-            if now_s - at_s <= FRESH_S
+            for value_kN in self._fresh_mean(stream, channel.name)
         }
         true = {name: one for name, one in shown.items() if abs(one[1]) <= self._most_kN}
         if not true:
@@ -182,8 +283,20 @@ class StopEyes:
 
     def stroke_mm(self) -> float | None:
         """Return the specimen's stroke [mm] with its zero taken off; None without fresh samples."""
-        at_s, stroke_mm = self._stroke
-        return stroke_mm if self._acquisition.clock.now_s() - at_s <= FRESH_S else None
+        return next(self._fresh_mean(CONTROLLER_STREAM, "stroke"), None)
+
+    def _fresh_mean(self, stream: str, name: str) -> Iterator[float]:
+        """Yield the mean of a channel's newest samples, if they are fresh."""
+        received_s, time_s, values = self._newest.get(name, (-math.inf, np.empty(0), np.empty(0)))
+        if self._acquisition.clock.now_s() - received_s > FRESH_S:
+            return
+        since_s: float | None = -math.inf
+        if stream == CONTROLLER_STREAM:
+            since_s = self._stamp_s(self._since)
+        elif received_s <= self._since_host_s:
+            return
+        if since_s is not None and time_s[-1] > since_s:
+            yield float(np.mean(values[time_s > max(time_s[-1] - WINDOW_S, since_s)]))
 
     def _force_channels(self, stream: str) -> list[Channel]:
         facts = self._acquisition.facts.get(stream)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivers import cia402
-from drivers.interfaces import CommandRejected, MotionState
+from drivers.interfaces import CommandRejected, DeviceFault, MotionState
 from drivers.modbus_link import ModbusRefusal
 from drivers.profile import COMMAND
 from drivers.register_panel import RegisterPanel
@@ -38,12 +38,13 @@ _BEGUN = {HOLD: MotionState.HOLDING, RELEASE: MotionState.RELEASING}
 
 @dataclass(frozen=True)
 class _Ready:
-    """A command that is armed and waits to be executed."""
+    """A command that is to be armed while another motion runs, and waits to be executed."""
 
     code: int
     parameters: dict[str, float]
     sequence: int
     text: str
+    registers: list[int]
 
 
 class CommandPort:
@@ -64,6 +65,10 @@ class CommandPort:
         self._parameters = [place.name for place in self._block.places if place.name not in _KEYS]
         self._sequence: int | None = None
         self._ready: _Ready | None = None
+        self._armed: list[int] | None = None  # the block that the device took last and has not executed
+        self._is_kept = False  # whether it was seen to hold that block
+        self.taken_us: int | None = None
+        """The device's clock when it showed that it has taken the last command [µs, modulo 2³²]."""
         beside = panel.profile.find("execute").address == self._block.address + self._block.words
         self._at_once: bool | None = None if beside else False
 
@@ -113,27 +118,44 @@ class CommandPort:
         CommandRejected, DeviceFault
             As :meth:`give`.
         """
-        ready, self._ready = self._ready, None
-        if ready is not None and (ready.code, ready.parameters) == (code, parameters):
-            what = f"{text} (command {code}, sequence {ready.sequence})"
+        if ready := self._find_ready(code, parameters):
+            kept, what = self._is_kept, f"{text} (command {code}, sequence {ready.sequence})"
             with suppress(CommandRejected):  # the device has dropped it since: it is given anew
                 self._execute(ready.sequence, what, hurry=True)
-                return ready.sequence
+                if kept or self._holds(ready.registers, what):
+                    return ready.sequence
         sequence, what, registers = self._numbered(code, text, parameters)
         self._lock.keep()
         self._send(sequence, what, registers)
         values = self._judged(sequence, what)
         if int(values["state"]) != _BEGUN[code] and int(values["done_sequence"]) != sequence:
             self._execute(sequence, what)
-        first, last = self._block.places[0].name, self._block.places[-1].name
-        if (kept := self._panel.read_back(first, last)) == registers:
+        if self._holds(registers, what):
             return sequence
-        self._panel.link.note(f"{what}: it reads back as {_shown(self._block, kept)}; given anew")
         return self.give(code, text, **parameters)
+
+    def _holds(self, registers: list[int], what: str) -> bool:
+        """Return whether the device holds what was meant by a command that it executes already."""
+        if (kept := self._read_back()) == registers:
+            return True
+        self._panel.link.note(f"{what}: it reads back as {_shown(self._block, kept)}; given anew")
+        return False
+
+    def _read_back(self) -> list[int]:
+        self._panel.between()
+        return self._panel.read_back(self._block.places[0].name, self._block.places[-1].name)
+
+    def _find_ready(self, code: int, parameters: dict[str, float]) -> _Ready | None:
+        """Return the command that is ready if it is this one and nothing was armed since."""
+        ready = self._ready
+        if ready is None or ready.registers != self._armed:
+            return None
+        return ready if (ready.code, ready.parameters) == (code, parameters) else None
 
     def _send(self, sequence: int, what: str, registers: list[int]) -> None:
         """Send block and ``execute``, in one request if the device may take that."""
         panel, address = self._panel, self._block.address
+        self._armed = None
         if self._at_once is not False:
             try:
                 panel.link.write(address, [*registers, sequence], what, hurry=True)
@@ -169,36 +191,40 @@ class CommandPort:
             time, or does not hold what was armed.
         """
         ready = self._ready
-        if ready is not None and (ready.code, ready.parameters) == (code, parameters):
-            self._ready = None
-            what = f"{text} (command {code}, sequence {ready.sequence})"
+        if self._is_kept and (same := self._find_ready(code, parameters)):
+            what = f"{text} (command {code}, sequence {same.sequence})"
             with suppress(CommandRejected):  # the device has dropped it since: it is armed anew
-                self._execute(ready.sequence, what)
-                return ready.sequence
-        sequence, what = self._prepared(code, text, parameters)
+                self._execute(same.sequence, what)
+                return same.sequence
+        sequence, what, registers = self._numbered(code, text, parameters)
+        self._panel.between()
+        self._lock.claim()
+        self._arm(registers, sequence, what)
         self._execute(sequence, what)
-        if ready is not None and code == ADJUST:  # the motion goes on: what was ready for it still is
+        if ready is not None and code == ADJUST:  # the motion goes on: what was ready for it is so again
             self.prepare(ready.code, ready.text, **ready.parameters)
+        else:
+            self._ready = None
         return sequence
 
     def prepare(self, code: int, text: str, **parameters: float) -> None:
         """Arm a command so that giving it later takes a single request; any other one given takes its place.
+
+        It can be given as soon as the device has taken the block, also before that was read back.
 
         Raises
         ------
         CommandRejected, DeviceFault
             As :meth:`give`.
         """
-        sequence, _ = self._prepared(code, text, parameters)
-        self._ready = _Ready(code, parameters, sequence, text)
-
-    def _prepared(self, code: int, text: str, parameters: dict[str, float]) -> tuple[int, str]:
-        """Arm a command; return its sequence number and what it is, for messages."""
-        self._ready = None
         sequence, what, registers = self._numbered(code, text, parameters)
-        self._lock.claim()
-        self._arm(registers, sequence, what)
-        return sequence, what
+        self._lock.keep()
+        self._ready = _Ready(code, parameters, sequence, text, registers)
+        try:
+            self._arm(registers, sequence, what)
+        except DeviceFault:
+            self._ready = None
+            raise
 
     def _numbered(self, code: int, text: str, parameters: dict[str, float]) -> tuple[int, str, list[int]]:
         """Return the next sequence number, the command for messages, and its block."""
@@ -219,17 +245,25 @@ class CommandPort:
         return sequence, what, registers
 
     def _execute(self, sequence: int, what: str, *, hurry: bool = False) -> None:
+        self._armed = None
         self._do(lambda: self._panel.set("execute", sequence, hurry=hurry), sequence, f"starting {what}")
 
     def _arm(self, registers: list[int], sequence: int, what: str) -> None:
         """Arm, and see that what the device holds is what was meant: it moves by these numbers."""
         panel, block = self._panel, self._block
-        first, last = block.places[0].name, block.places[-1].name
+
+        def write() -> None:
+            self._armed, self._is_kept = None, False
+            panel.link.write(block.address, registers, what)
+            self._armed = registers
+
         for attempt in (1, 2):
-            self._do(lambda: panel.link.write(block.address, registers, what), sequence, f"arming {what}")
-            kept = panel.read_back(first, last)
+            self._do(write, sequence, f"arming {what}")
+            kept = self._read_back()
             if kept == registers:
+                self._is_kept = True
                 return
+            self._armed = None
             if attempt == 1:
                 panel.link.note(f"arming {what}: it reads back as {_shown(block, kept)}; armed once more")
         raise panel.fault(
@@ -249,6 +283,7 @@ class CommandPort:
 
     def _do(self, write: Callable[[], None], sequence: int, doing: str) -> None:
         """Write and see it accepted; a Modbus exception is a rejection with a reason of its own."""
+        self._panel.between()
         try:
             write()
         except ModbusRefusal as refusal:
@@ -275,6 +310,7 @@ class CommandPort:
             reason = REJECT_TEXTS.get(code, f"unknown reason {code}")
             state = cia402.state_name(int(values["status_word"]))
             raise CommandRejected(f"{panel.link.name} rejected {doing}: {reason} (it is “{state}”)")
+        self.taken_us = int(values["tick"]) if "tick" in values else None
         return values
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 STATUS_REST = 7.0
@@ -18,6 +19,9 @@ COMMANDS_HZ = 6.0
 and judgement, half of them as long as a status, half as feeding. Measured over short campaigns: 5."""
 CATCH_UP_SHARE = 0.05
 """Share of the time that is kept to catch up in, behind a command or a pause of the computer."""
+CATCH_UP_BLOCKS = 4.0
+"""What one other exchange costs is to be caught up while the controller takes so many blocks of samples: near
+the limit a reader, and its guards, would be long behind after each."""
 WORK_S = 0.0012
 """The computer judges and records a block for so long before it asks for the next one, where that is not
 asked for ahead [s]; measured, on one of two busy processors."""
@@ -80,13 +84,22 @@ class Delivery:
         return self.samples_share * self.samples_per_block / (self.round_trip_s + self.gap_s)
 
     @property
+    def catch_up_s(self) -> float:
+        """How long it takes to read what has waited behind one other exchange, block by block [s]."""
+        return self._catch_up_s(1.0)
+
+    @property
+    def longest_catch_up_s(self) -> float:
+        """How long that may take [s]."""
+        return CATCH_UP_BLOCKS * self.samples_per_block / self.rate_Hz
+
+    @property
     def longest_trip_s(self) -> float:
-        """Round trip of a block from which on samples would be lost; the other exchanges grow alike [s]."""
+        """Round trip of a block from which on it does not keep up; the other exchanges grow alike [s]."""
         short_s, long_s = 0.0, self.samples_per_block / self.rate_Hz
         for _ in range(_HALVINGS):
             middle_s = 0.5 * (short_s + long_s)
-            share = self._share(middle_s / self.round_trip_s)
-            if share * self.samples_per_block > self.rate_Hz * (middle_s + self.gap_s):
+            if self._keeps_up(middle_s / self.round_trip_s):
                 short_s = middle_s
             else:
                 long_s = middle_s
@@ -94,8 +107,8 @@ class Delivery:
 
     @property
     def keeps_up(self) -> bool:
-        """Whether all samples can be read."""
-        return self.most_Hz > self.rate_Hz
+        """Whether all samples can be read, and what has waited behind a request soon."""
+        return self._keeps_up(1.0)
 
     @property
     def text(self) -> str:
@@ -110,8 +123,26 @@ class Delivery:
         if self.line_s:
             wire = f"a higher baud rate (the bytes of a block alone take {self.line_s * 1e3:.1f} ms)"
         longest = f"a block must take less than {self.longest_trip_s * 1e3:.1f} ms"
+        if self.most_Hz > self.rate_Hz:
+            longest = (
+                f"what waits behind one other request is read in {self.catch_up_s * 1e3:.0f} ms, "
+                f"{self.longest_catch_up_s * 1e3:.0f} ms at most would do; {longest}"
+            )
         do = f"{wire}, larger blocks, or a lower sample rate of the controller"
         return f"does not keep up: {figures}; {longest}: {do}"
+
+    def _keeps_up(self, slower: float) -> bool:
+        """Return whether it does where each exchange takes so many times as long."""
+        block_s = slower * self.round_trip_s + self.gap_s
+        reads_all = self._share(slower) * self.samples_per_block > self.rate_Hz * block_s
+        return reads_all and self._catch_up_s(slower) <= self.longest_catch_up_s
+
+    def _catch_up_s(self, slower: float) -> float:
+        """Return the time to catch up in where each exchange takes so many times as long [s]."""
+        block_s = slower * self.round_trip_s + WORK_S  # it is not asked ahead so soon
+        gained = self.samples_per_block - self.rate_Hz * block_s
+        waiting = self.rate_Hz * slower * max(self.status_s, self.feed_s)
+        return waiting / gained * block_s if gained > 0.0 else math.inf
 
     def _share(self, slower: float) -> float:
         """Return the share of the time left to samples where each exchange takes so many times as long."""

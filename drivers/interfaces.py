@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
@@ -177,6 +178,21 @@ class Controller(Protocol):
     @property
     def stops_at_once(self) -> bool:
         """Whether :meth:`start_hold` takes a single request; where not, a release made ready is quicker."""
+        ...
+
+    @property
+    def taken_us(self) -> int | None:
+        """The device's clock when it had taken the last command [µs, modulo 2³²]; None where it shows none.
+
+        What was sampled before tells nothing of that command.
+        """
+        ...
+
+    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:
+        """Inside, ``look`` is called before each request of a command, where samples wait for the wire.
+
+        It may read blocks, and feed. What it raises ends the command, wherever that is.
+        """
         ...
 
     def start_hold(self) -> int:

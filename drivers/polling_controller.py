@@ -10,6 +10,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 
 import numpy as np
 
@@ -290,6 +291,13 @@ class PollingController:
     def stops_at_once(self) -> bool:
         """Whether a hold takes a single request."""
         return self._inner.stops_at_once
+
+    taken_us = None
+    """Samples are stamped by the computer's clock."""
+
+    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
+        """Do nothing: no polled sample waits for the wire."""
+        return nullcontext()
 
     def start_hold(self) -> int:
         """Stop where it stands and hold, with the first request; get the motion's sequence number.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from drivers import command_port as command
 from drivers.actuator_switch import ActuatorSwitch
@@ -170,6 +171,20 @@ class RegisterController:
     def stops_at_once(self) -> bool:
         """Whether a hold takes a single request; tried when the actuator is first switched on."""
         return self._commands.stops_at_once
+
+    @property
+    def taken_us(self) -> int | None:
+        """The device's clock when it showed that it has taken the last command [µs, modulo 2³²]."""
+        return self._commands.taken_us
+
+    @contextmanager
+    def look_between(self, look: Callable[[], object]) -> Iterator[None]:
+        """Inside, ``look`` is called before each request of a command; what it raises ends the command."""
+        before, self._panel.between = self._panel.between, look
+        try:
+            yield
+        finally:
+            self._panel.between = before
 
     def start_hold(self) -> int:
         """Stop where it stands and hold, with the first request; get the motion's sequence number.

@@ -26,6 +26,10 @@ _POLL_S = 0.002
 _Answer = TypeVar("_Answer")
 
 
+def _nothing() -> None:
+    pass
+
+
 class RegisterPanel:
     """Named registers over one link.
 
@@ -46,6 +50,8 @@ class RegisterPanel:
         self._status_block = profile.span(STATUS)
         self._numbered = profile.has("request_number") and self._status_block.table == "holding"
         self._number = 0
+        self.between: Callable[[], object] = _nothing
+        """Called before each request of a command, and before each look at what became of it."""
 
     def read_status(self) -> dict[str, Any]:
         """Get every status register by name, in one transaction.
@@ -168,10 +174,12 @@ class RegisterPanel:
             If the wire fails.
         """
         deadline_s = time.monotonic() + timeout_s
+        self.between()
         while not done(values := self.read_status()):
             if time.monotonic() >= deadline_s:
                 return None
             time.sleep(_POLL_S)
+            self.between()
         return values
 
     def wait_for_word(self, reached: Callable[[int], bool], timeout_s: float) -> bool:

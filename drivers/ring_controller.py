@@ -28,9 +28,9 @@ TICK_WRAP_US = 1 << 32
 AHEAD_S = 0.001
 """Blocks are asked ahead where a round trip is shorter [s]: behind a longer one a command would have to wait
 for the reply."""
-BEHIND_BLOCKS = 4
-"""After so many full blocks running they are asked ahead in any case: the reader is behind by several blocks,
-and catches up the quicker."""
+BEHIND_BLOCKS = 8
+"""After so many full blocks running they are asked ahead in any case: the reader is behind by more than one
+or two other requests cost, and catches up the quicker."""
 TRIPS_KEPT = 100
 """Round trips of blocks, and of the status, by which it is judged whether the reader can keep up."""
 LINE_EXCHANGE, LINE_WRITE = 18, 16

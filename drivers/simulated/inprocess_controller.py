@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -257,6 +258,15 @@ class InProcessController:
 
     stops_at_once = True
     """There is no wire."""
+
+    @property
+    def taken_us(self) -> int:
+        """The device's clock: a command is taken when it is given [µs, modulo 2³²]."""
+        return self._device.tick_us(self._clock.now_s())
+
+    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
+        """Do nothing: a command takes no time."""
+        return nullcontext()
 
     def start_hold(self) -> int:
         """Stop where it stands and hold; get the motion's sequence number.

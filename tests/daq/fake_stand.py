@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -262,6 +263,10 @@ class FakeController:
         self._fed_s = self.clock.now_s()
 
     stops_at_once = True
+    taken_us = None
+
+    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
+        return nullcontext()
 
     def start_hold(self) -> int:
         return self._command("hold", MotionState.HOLDING, self._to(self.mm, 1.0))

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.runaway import KINDS, ROUND_TRIPS_S, SPEED_MM_PER_S, STIFFNESS_KN_PER_MM, run_away
+from benchmarks.runaway import (
+    KINDS,
+    ROUND_TRIPS_S,
+    SPEED_MM_PER_S,
+    STIFFNESS_KN_PER_MM,
+    WHEN,
+    When,
+    run_away,
+)
 from daq.guards import Action
 
 KEPT_UP = [(kind, one) for kind in KINDS for one in ROUND_TRIPS_S if KINDS[kind].keeps_up(one)]
@@ -15,11 +23,21 @@ FEW = [("ring", one) for one in ROUND_TRIPS_S] + [
     ("polled", 0.00004),
     ("polled", 0.005),
 ]
+EARLY: list[tuple[str, float, When]] = [
+    ("ring", 0.001, "start"),
+    ("ring", 0.01, "start"),
+    ("ring", 0.01, "adjust"),
+    ("ring, FC16 + FC3", 0.005, "start"),
+    ("ring, FC16 + FC3", 0.005, "adjust"),
+    ("ring, command in two", 0.01, "start"),
+    ("ring, command in two", 0.01, "adjust"),
+    ("polled", 0.005, "start"),
+]
 KN_PER_S = STIFFNESS_KN_PER_MM * SPEED_MM_PER_S
 
 
-def bounded(kind: str, round_trip_s: float, action: Action, trips: int) -> None:
-    found = run_away(round_trip_s, action, trips, seed=3, kind=kind)
+def bounded(kind: str, round_trip_s: float, action: Action, trips: int, when: When = "late") -> None:
+    found = run_away(round_trip_s, action, trips, seed=3, kind=kind, when=when)
     assert np.all(found.above_kN > 0.0), "the sample that trips is in the record"
     assert found.above_kN.max() <= found.bound_kN
     assert found.safe
@@ -34,13 +52,21 @@ def test_the_peak_above_the_trip_is_explained_by_two_round_trips_and_two_blocks(
     bounded(kind, round_trip_s, action, 3)
 
 
+@pytest.mark.parametrize(("kind", "round_trip_s", "when"), EARLY)
+def test_so_it_is_soon_after_a_start_and_after_an_adjust(kind: str, round_trip_s: float, when: When) -> None:
+    bounded(kind, round_trip_s, Action.STOP, 4, when)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("action", [Action.EMERGENCY, Action.STOP])
+@pytest.mark.parametrize("when", WHEN)
 @pytest.mark.parametrize(("kind", "round_trip_s"), KEPT_UP)
 def test_so_it_is_with_every_kind_of_controller_forty_times(
-    kind: str, round_trip_s: float, action: Action
+    kind: str, round_trip_s: float, when: When, action: Action
 ) -> None:
-    bounded(kind, round_trip_s, action, 40)
+    if when == "adjust" and not KINDS[kind].adjusts:
+        return
+    bounded(kind, round_trip_s, action, 40, when)
 
 
 def test_the_bound_is_two_round_trips_and_two_blocks() -> None:

@@ -525,7 +525,74 @@ class TestAtOnce:
         assert [command["command_code"] for command in device.executed][-2:] == [1, 5]
 
 
+class TestLookingBetween:
+    def test_there_is_a_look_before_each_request_of_a_command_but_the_first_one_of_a_stop(
+        self, controller: RingController, server: servers.RawServer
+    ) -> None:
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
+        at: list[int] = []
+
+        def look() -> None:
+            at.append(len(server.requests) - before)
+
+        for give, looks in (
+            (lambda: controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0), [0, 1, 2, 3, 4, 5]),
+            (controller.start_hold, [1, 2]),
+        ):
+            before = len(server.requests)
+            at.clear()
+            with controller.look_between(look):
+                give()
+            assert at == looks
+            assert len(server.requests) - before == looks[-1] + 1
+        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        assert at == [1, 2], "outside nobody looks"
+
+    def test_what_a_look_raises_ends_the_command_before_it_moves(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        looks = 0
+
+        def trip() -> None:
+            nonlocal looks
+            looks += 1
+            if looks == 4:
+                raise KeyError("a guard")
+
+        with pytest.raises(KeyError), controller.look_between(trip):
+            controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        assert device.executed == []
+        controller.start_ramp(target_mm=20.0, speed_mm_per_s=5.0)
+        assert [command["target"] for command in device.executed] == [20.0]
+
+    def test_the_controllers_clock_is_kept_from_when_it_showed_that_it_had_taken_a_command(
+        self, controller: RingController, device: RingDevice
+    ) -> None:
+        device.set("tick", 123_456)
+        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        assert controller.taken_us == 123_456
+
+
 class TestReadyRelease:
+    def test_it_can_be_begun_as_soon_as_it_was_written_and_is_read_back_then(
+        self, controller: RingController, device: RingDevice, server: servers.RawServer
+    ) -> None:
+        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        looks = 0
+
+        def trip() -> None:
+            nonlocal looks
+            looks += 1
+            if looks == 2:  # it is written, and not judged yet
+                raise KeyError("a guard")
+
+        with pytest.raises(KeyError), controller.look_between(trip):
+            controller.prepare_release(speed_mm_per_s=20.0)
+        before = len(server.requests)
+        controller.start_release(speed_mm_per_s=20.0, hurry=True)
+        assert [request[0] for request in server.requests[before:]] == [6, 23, 3]
+        assert [command["command_code"] for command in device.executed] == [2, 5]
+
     def test_it_takes_one_write_and_one_look(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:

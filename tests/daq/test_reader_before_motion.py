@@ -1,0 +1,85 @@
+"""Samples that wait are read before a motion begins, and between the requests of its command."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.runaway_causes import Stiff
+from daq.acquisition import Acquisition
+from daq.controller_guard import ControllerGuard
+from daq.driving import Driver, Halt
+from daq.guards import Action, ChannelGuard
+from daq.panel import GuardPanel, GuardSet
+from daq.signals import StopRequest
+from drivers.simulated.inprocess import open_in_process
+from drivers.simulated.modbus_pdu import WRITE_ONE
+from drivers.simulated.virtual_link import Lost, behind_a_wire
+from drivers.stand_file import load_stand
+from protocols.steps import RampTo
+from tests.drivers.conftest import SAMPLE_STAND
+
+EXECUTE = 84
+TRIP_S = 0.01
+BLOCK_S = 0.014
+
+
+class Bench:
+    """A stand behind a round trip of 10 ms; keeps how old the newest sample was at each execution."""
+
+    def __init__(self) -> None:
+        stand_file = load_stand(SAMPLE_STAND)
+        self.opened = open_in_process(stand_file, spring=Stiff(0.0), log_truth=False)
+        self.clock = self.opened.clock
+        stand = behind_a_wire(self.opened, stand_file, lambda: TRIP_S, lost=self.look)
+        self.controller = stand.controller
+        self.controller.connect()
+        self.guards = GuardSet((), (), ControllerGuard(5.0, 5.0, 1000.0))
+        self.panel = GuardPanel(self.guards, wall_s=self.clock.wall_s())
+        self.acquisition = Acquisition(stand, self.clock, self.panel)
+        self.driver = Driver(self.acquisition, StopRequest(), self.acquisition.tick)
+        self.ages_s: list[float] = []
+        self.controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=2000)
+
+    def look(self, request: bytes) -> Lost:
+        """Look at a request."""
+        if request[0] == WRITE_ONE and struct.unpack_from(">H", request, 1)[0] == EXECUTE:
+            newest_s = self.acquisition.latest.device_s
+            assert newest_s is not None
+            shown_us = self.opened.device.tick_us(self.clock.now_s())
+            self.ages_s.append(shown_us / 1e6 - newest_s)
+        return ""
+
+
+@pytest.mark.parametrize("paused_s", [0.0, 0.7])
+def test_a_motion_begins_with_a_reader_that_is_up_to_date(paused_s: float) -> None:
+    bench = Bench()
+    bench.driver.wait(0.2)
+    bench.clock.sleep(paused_s)
+    if paused_s:
+        bench.acquisition.tick()
+        assert bench.acquisition.is_behind
+    bench.driver.perform(RampTo(0.5, 5.0), 1.0)
+    assert len(bench.ages_s) == 1
+    assert bench.ages_s[0] <= 2.0 * TRIP_S + 2.0 * BLOCK_S
+    assert bench.driver.command_s == pytest.approx(6 * TRIP_S, rel=0.01), "what was read is not counted"
+
+
+def test_a_guard_that_trips_between_two_requests_ends_the_command() -> None:
+    bench = Bench()
+    bench.driver.wait(0.2)
+    calm = bench.acquisition.latest.values["force"]
+    guard = ChannelGuard("force", "force", calm + 50.0, None, "kN", "force", Action.STOP)
+    bench.panel.change(replace(bench.guards, channels=(guard,)))
+    before = bench.controller.start_ramp
+
+    def pushed(*, target_mm: float, speed_mm_per_s: float) -> int:
+        bench.opened.device.actuator.position_mm = 10.0  # 200 kN, while the ramp is being armed
+        return before(target_mm=target_mm, speed_mm_per_s=speed_mm_per_s)
+
+    bench.controller.start_ramp = pushed  # type: ignore[method-assign]
+    with pytest.raises(Halt, match="exceeds the limit"):
+        bench.driver.perform(RampTo(20.0, 5.0), 5.0)
+    assert bench.ages_s == [], "it was not begun"
