@@ -84,7 +84,7 @@ class Complaint:
         return f"a table under [{name}]" if under_a_head else spot.words()
 
     def _unknown_key(self) -> tuple[str, str]:
-        """Return what is said of a key that the table does not have: which kind has it, or what is like it."""
+        """Return what is said of a key that the table does not have: which kind has it, or what is alike."""
         key, found = str(self._found.path[-1]), self._found
         own = sorted(fields_by_key(found.spot.model)) if found.spot.model is not None else []
         listed = f"known here: {', '.join(own)}"
