@@ -16,7 +16,6 @@ from protocols.limits import StandLimits
 from protocols.plan import Plan, make_plan
 from protocols.prediction import ModelPredictor, Predictor
 
-
 BOTH = "{specimen} has a spring model and a [catalogue]: the model is taken, the catalogue's points are not"
 """What is said of a specimen of which two things are known."""
 
