@@ -141,8 +141,8 @@ def apart_trouble(rest: Mapping[str, float], most_mm: float) -> str:
         return ""
     return (
         f"at rest the draw wires differ by {apart_mm:+.2f} mm (stroke_1 − stroke_2), more than "
-        f"{most_mm:g} mm ([zero] wires_apart_max_mm, else the tilt in force): align the specimen, or hook the "
-        "wires in anew"
+        f"{most_mm:g} mm ([zero] wires_apart_max_mm, else the tilt in force): align the specimen, or hook "
+        "the wires in anew"
     )
 
 
