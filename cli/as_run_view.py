@@ -10,14 +10,26 @@ from typing import Any
 import click
 
 from cli.options import show_table
-from daq.as_run import AS_RUN_NAME, REPORT_HEADER, AsRun, read_as_run, report_rows, totals
+from daq.as_run import (
+    AS_RUN_NAME,
+    REPORT_HEADER,
+    AsRun,
+    read_as_run,
+    replaced_sentence,
+    report_rows,
+    rows_in_force,
+    totals,
+)
+from daq.folder import load_record
 from foundation.durations import duration_text
 from foundation.errors import BadInput
 from protocols.plan import Plan
 
 
 def rows_against(plan: Plan, folder: Path) -> tuple[AsRun, ...]:
-    """Return the steps of a campaign's folder as they were run.
+    """Return the steps of a campaign's folder as they were run; those that edits have replaced are left out.
+
+    That is said on standard error.
 
     Raises
     ------
@@ -31,8 +43,11 @@ def rows_against(plan: Plan, folder: Path) -> tuple[AsRun, ...]:
             file=folder,
             remedy="give the --out folder of a run",
         )
-    planned = {step.plan_hash for step in plan.steps}
-    strange = [row for row in rows if not row.pause and row.plan_hash not in planned]
+    record, planned = load_record(folder), {step.plan_hash for step in plan.steps}
+    steps = () if record is None else record.steps
+    known = planned.union(*(step.hashes for step in steps if step.plan_hash in planned))
+    replaced = () if record is None else [row for row in rows if row.plan_hash not in record.hashes]
+    strange = [row for row in rows if not (row.pause or row.plan_hash in known or row in replaced)]
     if strange:
         raise BadInput(
             f"“{strange[0].name}”, which was run here, is no step of {plan.campaign.path}",
@@ -40,7 +55,17 @@ def rows_against(plan: Plan, folder: Path) -> tuple[AsRun, ...]:
             place=AS_RUN_NAME,
             remedy=f"plan the campaign that was run: {folder / 'inputs'} holds a copy of its file",
         )
-    return rows
+    kept = rows_in_force(rows, known)
+    if not kept:
+        raise BadInput(
+            f"of what was run here nothing is a step of {plan.campaign.path}",
+            file=folder,
+            place=AS_RUN_NAME,
+            remedy="edits have replaced it: plan the files that it was run by (inputs-before)",
+        )
+    if gone := replaced_sentence(rows, kept):
+        click.echo(gone, err=True)
+    return kept
 
 
 def as_run_document(rows: Sequence[AsRun]) -> dict[str, Any]:

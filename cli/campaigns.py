@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,9 @@ from protocols.curve_predictor import CurvePredictor, NothingKnown
 from protocols.limits import StandLimits
 from protocols.plan import Plan, make_plan
 from protocols.prediction import ModelPredictor, Predictor
+
+BOTH = "{specimen} has a spring model and a [catalogue]: the model is taken, the catalogue's points are not"
+"""What is said of a specimen of which two things are known."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,8 @@ def prepare(
         specimen,
         over=over,
     )
+    if model_path is not None and specimen_file.catalogue is not None:
+        plan = replace(plan, notes=(BOTH.format(specimen=campaign.specimen_path.name), *plan.notes))
     wired = stand_file if devices_from is None else wires_from(stand_file, devices_from)
     stand_home = stand_file.path if devices_from is None else devices_from / stand_file.path.name
     return Prepared(campaign, stand_file, wired, specimen_file, model_path, plan, predictor, stand_home)

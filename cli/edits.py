@@ -17,7 +17,7 @@ import click
 from cli.arming import is_terminal, typed_line, user_name
 from cli.campaigns import Prepared, prepare
 from cli.edit_meaning import LimitEdit, limits_edited, means_nothing, steps_told
-from daq.folder import CampaignRecord
+from daq.folder import CampaignFolder, CampaignRecord
 from daq.inputs import (
     INPUTS_NAME,
     FileEdit,
@@ -27,6 +27,7 @@ from daq.inputs import (
     read_inputs,
     restore_inputs,
 )
+from daq.starting import take_edits
 from foundation.errors import BadInput
 
 Choice = Literal["take", "keep"]
@@ -77,14 +78,17 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Goi
         edits, prepared = by_copies, prepare(copy, devices_from=devices_from, over=over)
     _check_specimen(record, folder, prepared)
     limits = limits_edited(record, copies, prepared)
-    click.echo(_told(edits, steps_told(record, prepared.plan, folder), limits), err=True)
+    which = f"the campaign's files in {record.originals}"
+    if edits is by_copies:
+        which = f"the campaign's copies in {folder / INPUTS_NAME}"
+    click.echo(_told(which, edits, steps_told(record, prepared.plan, folder), limits), err=True)
     if means_nothing(edits):
         click.echo("only comments or layout were edited: nothing changes, and nothing is asked", err=True)
         return Going(prepared, _taken("no change in meaning"))
     if choice is None and record.recorded_nothing(folder):
         click.echo("nothing was recorded yet: it begins with the files as they are now", err=True)
         return Going(prepared, _taken("nothing was recorded"))
-    how = _asked(edits) if choice is None else choice
+    how = _asked(which, edits) if choice is None else choice
     if how == "take":
         return Going(prepared, _taken("typed" if choice is None else "--take-edits"))
     _check_kept(edits, limits)
@@ -93,6 +97,24 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Goi
         restore_inputs(record.inputs, folder)
     click.echo("going on with the files as they were taken", err=True)
     return Going(prepare(copy, devices_from=devices_from, over=over))
+
+
+def taken_without_a_start(going: Going, folder: Path) -> CampaignRecord | None:
+    """Take edits of a campaign of which nothing is left to do; return its record, None if there are none.
+
+    Raises
+    ------
+    BadInput
+        If the folder cannot be written.
+    """
+    if not going.edits:
+        return None
+    try:
+        record = take_edits(going.prepared.plan, CampaignFolder(folder), going.edits)
+    except OSError as error:
+        raise BadInput(f"the folder cannot be written: {error.strerror}", file=folder) from None
+    click.echo("the edited files are taken", err=True)
+    return record
 
 
 def _over(record: CampaignRecord) -> list[dict[str, Any]]:
@@ -165,19 +187,19 @@ def _check_kept(edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> N
         )
 
 
-def _told(edits: tuple[FileEdit, ...], steps: list[str], limits: tuple[LimitEdit, ...]) -> str:
-    lines = ["the campaign's files were edited since they were taken:"]
+def _told(which: str, edits: tuple[FileEdit, ...], steps: list[str], limits: tuple[LimitEdit, ...]) -> str:
+    lines = [f"{which} were edited since they were taken:"]
     lines += [edit.diff() for edit in edits]
     lines += steps
     lines += [f"limit: {limit.text()}" for limit in limits]
     return "\n".join(lines)
 
 
-def _asked(edits: tuple[FileEdit, ...]) -> Choice:
+def _asked(which: str, edits: tuple[FileEdit, ...]) -> Choice:
     summary = ", ".join(edit.summary() for edit in edits)
     if not (is_terminal(sys.stdin) and is_terminal(sys.stderr)):
         raise BadInput(
-            f"nothing was moved: the campaign's files were edited since they were taken: {summary}",
+            f"nothing was moved: {which} were edited since they were taken: {summary}",
             remedy="add --take-edits to go on with them, or --keep to go on with those that were taken",
         )
     answer = typed_line("Type take to go on with the edits, keep to go on without them: ")

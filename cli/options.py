@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO, TypeVar
+from typing import Any, Literal, TextIO, TypeVar
 
 import click
 
@@ -92,16 +92,37 @@ def monitor_option(function: Function) -> Function:
 
 
 def edits_options(function: Function) -> Function:
-    """Add the options ``--take-edits`` and ``--keep``."""
+    """Add the options ``--take-edits`` and ``--keep``; :func:`edits_choice` makes one word of them."""
     take = click.option(
-        "--take-edits", "choice", flag_value="take", default=None,
+        "--take-edits",
+        is_flag=True,
         help="The campaign's files were edited: go on with the edits, without asking.",
-    )  # fmt: skip
+    )
     keep = click.option(
-        "--keep", "choice", flag_value="keep",
+        "--keep",
+        is_flag=True,
         help="The campaign's files were edited: go on with the files as they were taken.",
-    )  # fmt: skip
+    )
     return take(keep(function))
+
+
+def edits_choice(*, take_edits: bool, keep: bool) -> Literal["take", "keep"] | None:
+    """Return what the options say of edited files; None where neither was given.
+
+    Raises
+    ------
+    BadInput
+        If both were given.
+    """
+    if take_edits and keep:
+        raise BadInput(
+            "--keep leaves edits out and --take-edits goes on with them: nothing was moved",
+            file="--keep --take-edits",
+            remedy="give only one of them",
+        )
+    if take_edits:
+        return "take"
+    return "keep" if keep else None
 
 
 def key_values(pairs: Sequence[str], option: str, form: str) -> dict[str, str]:

@@ -169,6 +169,38 @@ def read_as_run(folder: Path) -> tuple[AsRun, ...]:
     return tuple(found)
 
 
+def rows_in_force(rows: Sequence[AsRun], hashes: Collection[str]) -> tuple[AsRun, ...]:
+    """Return the rows of steps that the campaign still has: an edit may have put others in their place.
+
+    Parameters
+    ----------
+    rows : sequence of AsRun
+        Of the campaign's folder, in their order.
+    hashes : collection of str
+        Plan hashes of its steps, also those that they had before limits or data were edited.
+    """
+    kept: list[AsRun] = []
+    waiting: list[AsRun] = []  # a pause of the planner's belongs to the step that comes after it
+    for row in rows:
+        if row.pause and row.plan_hash not in hashes:
+            waiting.append(row)
+            continue
+        if row.plan_hash in hashes:
+            kept += [*waiting, row]
+        waiting = []
+    return (*kept, *waiting)
+
+
+def replaced_sentence(rows: Sequence[AsRun], kept: Sequence[AsRun]) -> str:
+    """Return what is said of rows that are not ``kept``: how many steps, how long; empty if none."""
+    gone = [row for row in rows if row not in kept]
+    steps = sum(not row.pause for row in gone)
+    if not gone:
+        return ""
+    took = duration_text(sum(row.duration_s for row in gone))
+    return f"without {steps} step{'s' * (steps != 1)} that edits have replaced ({took})"
+
+
 def report_rows(rows: Sequence[AsRun]) -> list[tuple[str, ...]]:
     """Return planned against measured, a row a step, in the columns of :data:`REPORT_HEADER`."""
     return [

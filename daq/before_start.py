@@ -174,6 +174,30 @@ def stroke_trouble(rest: Mapping[str, float], zero: Zero | None, table: ZeroTabl
     return ""
 
 
+def apart_trouble(rest: Mapping[str, float], most_mm: float) -> str:
+    """Return why the two draw wires differ too much at rest for first contact to be touched off, else empty.
+
+    They hang on the specimen: what they differ by at rest they differ by at first contact.
+
+    Parameters
+    ----------
+    rest : mapping of str to float
+        Means at rest, without any zero [mm].
+    most_mm : float
+        The limit at first contact [mm].
+    """
+    if any(name not in rest for name in STROKE_WIRES):
+        return ""
+    apart_mm = rest["stroke_1"] - rest["stroke_2"]
+    if abs(apart_mm) <= most_mm:
+        return ""
+    return (
+        f"at rest the draw wires differ by {apart_mm:+.2f} mm (stroke_1 − stroke_2), more than "
+        f"{most_mm:g} mm ([zero] wires_apart_max_mm, else the tilt in force): align the specimen, or hook "
+        "the wires in anew"
+    )
+
+
 def disk_trouble(folder: Path, steps: Sequence[PlannedStep]) -> str:
     """Return why the disk cannot take what is planned, empty if it can."""
     sizes = [step.disk_bytes for step in steps]

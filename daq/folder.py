@@ -54,6 +54,8 @@ class StepRecord:
         Name of the guard that stopped it.
     too_warm : bool
         The specimen's temperature stopped it: it goes on with the cycles that are left, once cool.
+    earlier : tuple of str
+        Plan hashes that it had before limits or data were edited: what was noted of it then has these.
     """
 
     index: int
@@ -65,6 +67,12 @@ class StepRecord:
     reason: str = ""
     stopped_by: str = ""
     too_warm: bool = False
+    earlier: tuple[str, ...] = ()
+
+    @property
+    def hashes(self) -> tuple[str, ...]:
+        """Return its plan hash, and those that it had before."""
+        return (self.plan_hash, *self.earlier)
 
     @property
     def over(self) -> bool:
@@ -101,6 +109,11 @@ class CampaignRecord:
         runs = folder / RUNS_NAME
         files = any(runs.iterdir()) if runs.is_dir() else False
         return not files and not any(step.cycles_done or step.over for step in self.steps)
+
+    @property
+    def hashes(self) -> frozenset[str]:
+        """Return the plan hashes that its steps have, or had before limits or data were edited."""
+        return frozenset(one for step in self.steps for one in step.hashes)
 
     def step(self, step: PlannedStep) -> StepRecord:
         """Return the record of a planned step.
@@ -271,13 +284,18 @@ def load_record(folder: Path) -> CampaignRecord | None:
         content = json.loads(read_text(path))
         if content.pop("schema") != SCHEMA:
             raise ValueError("another schema")
-        steps = tuple(StepRecord(**(step | {"runs": tuple(step["runs"])})) for step in content.pop("steps"))
+        steps = tuple(_step_record(step) for step in content.pop("steps"))
         starts = tuple(content.pop("starts", ()))
         return CampaignRecord(steps=steps, starts=starts, **content)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise BadInput(
             f"not a record of a campaign ({error})", file=path, remedy="choose another folder with --out"
         ) from None
+
+
+def _step_record(content: Mapping[str, Any]) -> StepRecord:
+    lists = {"runs": tuple(content["runs"]), "earlier": tuple(content.get("earlier", ()))}
+    return StepRecord(**(dict(content) | lists))
 
 
 def begin_record(
@@ -305,7 +323,8 @@ def begin_record(
         if step.pause:
             continue  # it belongs to the order, not to the test, and is set anew
         record = known.get(step.plan_hash, StepRecord(step.index, step.name, step.plan_hash))
-        record = replace(record, index=step.index, name=step.name, plan_hash=step.plan_hash)
+        earlier = tuple(one for one in record.hashes if one != step.plan_hash)
+        record = replace(record, index=step.index, name=step.name, plan_hash=step.plan_hash, earlier=earlier)
         there = tuple(dict.fromkeys(run for run in record.runs if (folder / run).exists()))
         if record.status == "running" and there and _ran_to_its_end(folder / there[-1]):
             cycles = record.cycles_done if step.ends_early else step.cycles or 0

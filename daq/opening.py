@@ -10,6 +10,7 @@ from pathlib import Path
 from daq.acquisition import Acquisition
 from daq.alive import Alive
 from daq.before_start import (
+    apart_trouble,
     delivery_remark,
     delivery_trouble,
     disk_trouble,
@@ -125,7 +126,7 @@ class Opening:
             stand_tilt_mm=self._stand_table().get("tilt_max_mm"),
         )
         guards = guards_of(self.plan, steps[0], base, waiting=begins_with_a_wait(steps[0])) if steps else base
-        panel = GuardPanel(guards.valve_off(), wall_s=self.clock.wall_s())
+        panel = GuardPanel(guards.first_look(), wall_s=self.clock.wall_s())
         acquisition = Acquisition(
             self.stand, self.clock, panel, pace=self.settings.pace, waited_for=self.settings.waited_for
         )
@@ -201,6 +202,8 @@ class Opening:
         touched = table.touch and zero is None
         if why := stroke_trouble(rest, zero, table, touched=touched):
             raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
+        if touched and (why := apart_trouble(rest, self._apart_mm())):
+            raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
         force_kN = rest.get("force", 0.0) - (0.0 if zero is None else zero.value("force"))
         why, refused = zero_trouble(force_kN, self.table.zero_force_max_kN, tared=touched)
         if refused:
@@ -210,14 +213,13 @@ class Opening:
 
     def _zeroing(self, acquisition: Acquisition, driver: Driver) -> Zeroing:
         content = self.plan.campaign.content
-        tilt_mm = self.table.tilt_max_mm or self._stand_table().get("tilt_max_mm") or DEFAULT_TILT_MM
         return Zeroing(
             acquisition,
             driver,
             content.zero,
             ZeroLimits(
                 self.table.zero_force_max_kN,
-                content.zero.wires_apart_max_mm or tilt_mm,
+                self._apart_mm(),
                 content.motion.release_speed_mm_per_s,
             ),
             say=self.showing.message,
@@ -225,6 +227,11 @@ class Opening:
             specimen=self.plan.specimen.id,
             operator=self.facts.operator or content.campaign.operator,
         )
+
+    def _apart_mm(self) -> float:
+        """Return by how much the two draw wires may differ at first contact [mm]."""
+        tilt_mm = self.table.tilt_max_mm or self._stand_table().get("tilt_max_mm") or DEFAULT_TILT_MM
+        return self.plan.campaign.content.zero.wires_apart_max_mm or tilt_mm
 
     def _stand_table(self) -> Mapping[str, float]:
         return self.facts.stand.get("stand") or {}

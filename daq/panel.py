@@ -52,6 +52,10 @@ FORCE_2_STREAM = "amplifier"
 """Name of the stream of the second way to the force."""
 
 
+WIRES_AT_REST = ("stroke", "tilt")
+"""Signals of the draw wires, which mean nothing before their zero is known."""
+
+
 @dataclass(frozen=True)
 class GuardSet:
     """Every guard of a stand, as data; it travels in the run file as the limits in force."""
@@ -85,6 +89,15 @@ class GuardSet:
         """Return the set for a stand that is not switched on: nothing follows a command."""
         kept = tuple(guard for guard in self.channels if guard.signal != "following_error")
         return replace(self, channels=kept, frozen=())
+
+    def first_look(self) -> GuardSet:
+        """Return the set for the look before anything moves.
+
+        What the draw wires read then, where nobody has set their zero yet, is judged by its own limits
+        (``[zero]``), which say what to do: a wire that is hooked in wrongly is no tilt.
+        """
+        own = self.valve_off()
+        return replace(own, channels=tuple(one for one in own.channels if one.signal not in WIRES_AT_REST))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the guards as data for the run file, actions by name."""

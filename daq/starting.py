@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -51,18 +53,56 @@ def begin(plan: Plan, folder: CampaignFolder, facts: CampaignFacts) -> CampaignR
     OSError
         If the disk does not take it.
     """
-    before, now = folder.load(), datetime.now(UTC).isoformat()
+    record = _taken(plan, folder, folder.load(), facts.arming, facts.edits)
+    folder.save(record)
+    return record
+
+
+def take_edits(plan: Plan, folder: CampaignFolder, edits: Mapping[str, Any]) -> CampaignRecord:
+    """Take the edited files of a campaign of which nothing is left to do, and note it; nothing moves.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of the edited files.
+    folder : CampaignFolder
+        Holds the campaign.
+    edits : mapping
+        How they came to be taken.
+
+    Raises
+    ------
+    BadInput
+        As :func:`begin`.
+    OSError
+        As :func:`begin`.
+    """
+    before = folder.load()
+    record = _taken(plan, folder, before, {}, edits)
+    if before is not None:
+        record = replace(record, status=before.status, reason=before.reason, stopped_by=before.stopped_by)
+    folder.save(record)
+    return record
+
+
+def _taken(
+    plan: Plan,
+    folder: CampaignFolder,
+    before: CampaignRecord | None,
+    arming: Mapping[str, Any],
+    edits: Mapping[str, Any],
+) -> CampaignRecord:
+    """Take the files into the folder; return the record with one start more, which is not saved yet."""
+    now = datetime.now(UTC).isoformat()
     taken = folder.take_inputs(plan.campaign.path, before, now)
     if taken.kept and before is not None and before.recorded_nothing(folder.path):
         with suppress(FileNotFoundError):
             (folder.path / AS_RUN_NAME).rename(folder.path / taken.kept / AS_RUN_NAME)
-    start: dict[str, Any] = {"at_utc": now, "arming": dict(facts.arming)}
+    start: dict[str, Any] = {"at_utc": now, "arming": dict(arming)}
     if taken.edits:
-        edits = [edit.as_dict() for edit in taken.edits]
-        start["edits"] = dict(facts.edits) | {"files": edits, "kept": taken.kept}
-    record = taken.into(begin_record(plan, before, "", folder.path), plan, before).with_start(start)
-    folder.save(record)
-    return record
+        files = [edit.as_dict() for edit in taken.edits]
+        start["edits"] = dict(edits) | {"files": files, "kept": taken.kept}
+    return taken.into(begin_record(plan, before, "", folder.path), plan, before).with_start(start)
 
 
 def edits_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:

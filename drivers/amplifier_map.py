@@ -63,7 +63,7 @@ class AmplifierMap(Settings):
 
     id: str = Field(min_length=1)
     edition: int = Field(default=1, ge=1)
-    table: str = Field(default="input", pattern="^(input|holding)$")
+    table: str = Field(default="input", pattern="^(input|holding)$", description="“input” or “holding”")
     word_order: WordOrder = "big"
     value: Register
     status: StatusRegister | None = None

@@ -101,7 +101,7 @@ def _as_tuple(value: object) -> object:
 class Register(Settings):
     """One named value of the map."""
 
-    name: str = Field(pattern=r"^[a-z][a-z0-9_]*$")
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]*$", description="small letters, digits and _")
     address: int = Field(ge=0, le=0xFFFF)
     type: RegisterType
     access: Literal["r", "rw"]

@@ -133,7 +133,7 @@ class ControllerSettings(Settings):
         names = [channel.name for channel in self.channel]
         for channel in self.channel:
             if names.count(channel.name) > 1:
-                raise ValueError(f"channel “{channel.name}” is there twice")
+                raise ValueError(f"channel “{channel.name}” is there twice; leave one out")
             if channel.name not in CONTROLLER_CHANNELS:
                 raise ValueError(
                     f"the controller has no channel “{channel.name}”; its channels are "
@@ -143,7 +143,7 @@ class ControllerSettings(Settings):
             if (channel.quantity, channel.unit) != wanted:
                 raise ValueError(f"channel “{channel.name}” must be {wanted[0]} in {wanted[1]}")
         if missing := [name for name in CONTROLLER_CHANNELS if name not in names]:
-            raise ValueError(f"the controller's channels are incomplete: {', '.join(missing)} missing")
+            raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)}")
         if self.watchdog_s < 2 * self.timeout_s:
             raise ValueError(
                 f"watchdog_s = {self.watchdog_s:g} must be at least twice timeout_s = {self.timeout_s:g}, "
@@ -174,7 +174,9 @@ class AmplifierSettings(Settings):
             raise ValueError(f"channel “{self.channel.name}” must be force in kN")
         for table in ("gsv2", "aed", "modbus"):
             if table in self.model_fields_set and table != self.protocol:
-                raise ValueError(f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”")
+                raise ValueError(
+                    f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”; remove it"
+                )
         if self.protocol == "modbus" and self.modbus is None:
             raise ValueError("protocol = “modbus” needs a table [amplifier.modbus]")
         if not self.port and (self.modbus is None or self.modbus.host is None):
@@ -202,9 +204,12 @@ class AmplifierSettings(Settings):
 class SensorSettings(Settings):
     """One DS18B20 and where it sits."""
 
-    rom: str = Field(pattern=r"^28-[0-9a-f]{12}$")
+    rom: str = Field(
+        pattern=r"^28-[0-9a-f]{12}$",
+        description="28- and 12 hexadecimal digits in small letters, e.g. “28-00000a3f92d7”",
+    )
     """As the kernel names it: ``28-`` and 12 lower-case hex digits."""
-    name: str = Field(pattern=r"^temperature_[1-9][0-9]*$")
+    name: str = Field(pattern=r"^temperature_[1-9][0-9]*$", description="e.g. “temperature_1”")
     place: str = Field(min_length=1)
     role: Literal["specimen", "ambient"] = "specimen"
     delay_s: float = 0.0
@@ -248,7 +253,7 @@ class TemperatureSettings(Settings):
             values = [getattr(sensor, what) for sensor in self.sensor]
             for value in values:
                 if values.count(value) > 1:
-                    raise ValueError(f"two sensors have the {what} “{value}”")
+                    raise ValueError(f"two sensors have the {what} “{value}”; give each its own")
         if (self.kind == "ds2480b") != bool(self.port):
             raise ValueError("port names the serial device of kind = “ds2480b”, and only of that")
         return self
@@ -284,7 +289,7 @@ class StandFile(Settings):
             names += [sensor.name for sensor in self.temperature.sensor]
         for name in names:
             if names.count(name) > 1:
-                raise ValueError(f"two channels of the stand have the name “{name}”")
+                raise ValueError(f"two channels of the stand have the name “{name}”; give each its own")
         return self
 
     @property

@@ -162,7 +162,9 @@ class Calibration(Settings):
     @model_validator(mode="after")
     def _stages_fit(self) -> Calibration:
         if self.input_per_count == 0.0:
-            raise ValueError("input_per_count must not be 0")
+            raise ValueError(
+                "input_per_count = 0 would make every value the same; write the input of one count"
+            )
         if self.falling and self.turn_counts <= 0.0:
             raise ValueError("a falling branch needs turn_counts: the reversal over which it is reached")
         if self.table and (self.falling or self.coefficients != (0.0, 1.0)):
@@ -170,7 +172,7 @@ class Calibration(Settings):
         if self.table:
             _check_table(self.table)
         if self.date and self.valid_until and self.valid_until < self.date:
-            raise ValueError("valid_until lies before date")
+            raise ValueError("valid_until lies before date; look at both")
         return self
 
     @model_serializer(mode="wrap")

@@ -31,13 +31,13 @@ class Catalogue(Settings):
     @model_validator(mode="after")
     def _a_curve(self) -> Self:
         if self.points[0][0] != 0.0:
-            raise ValueError(f"points begin at {self.points[0][0]:g} mm: the first is [0, preload_kN]")
+            raise ValueError(f"points begin at {self.points[0][0]:g} mm; the first is [0.0, preload_kN]")
         if self.points[0][1] < 0.0:
-            raise ValueError("the force at 0 mm is the preload, and not below 0")
+            raise ValueError("the force at 0 mm is below 0; it is the preload, 0 or more")
         for number, (before, after) in enumerate(pairwise(self.points), start=2):
             if not (after[0] > before[0] and after[1] > before[1]):
                 raise ValueError(
                     f"point {number} [{after[0]:g}, {after[1]:g}] is not beyond [{before[0]:g}, "
-                    f"{before[1]:g}]: stroke and force must both rise"
+                    f"{before[1]:g}]; stroke and force must both rise"
                 )
         return self

@@ -31,7 +31,7 @@ class Plausibility(Settings):
     @model_validator(mode="after")
     def _spans(self) -> Plausibility:
         if self.counts is not None and self.counts[0] >= self.counts[1]:
-            raise ValueError(f"counts must be [lowest, highest], got {list(self.counts)}")
+            raise ValueError(f"counts = {list(self.counts)} is no span; write [lowest, highest]")
         return self
 
 
@@ -71,7 +71,9 @@ class Channel(Settings):
     which is measured for each channel.
     """
 
-    name: str = Field(pattern=r"^[a-z][a-z0-9_]*$")
+    name: str = Field(
+        pattern=r"^[a-z][a-z0-9_]*$", description="small letters, digits and _, e.g. “stroke_1”"
+    )
     quantity: Quantity
     unit: str
     place: str = ""
@@ -83,7 +85,9 @@ class Channel(Settings):
     @model_validator(mode="after")
     def _drifts(self) -> Channel:
         if self.uncertainty.drift is not None and self.quantity != "force":
-            raise ValueError(f"uncertainty.drift is for force channels, not for {self.quantity}")
+            raise ValueError(
+                f"uncertainty.drift is for force channels, not for {self.quantity}; leave it out"
+            )
         return self
 
     @model_serializer(mode="wrap")

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from datetime import UTC, date, datetime
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from foundation.errors import BadInput
+from foundation.findings import Complaint
 
 
 class Settings(BaseModel):
@@ -76,103 +76,54 @@ def _lines_of_keys(text: str) -> dict[tuple[str | int, ...], int]:
     return lines
 
 
-def _line_of(location: tuple[str | int, ...], lines: dict[tuple[str | int, ...], int]) -> int | None:
-    """Return the line of the closest enclosing key; pydantic's union tags are skipped."""
-    prefixes = {path[:length] for path in lines for length in range(1, len(path) + 1)}
-    kept: tuple[str | int, ...] = ()
-    best: int | None = None
-    for part in location:
-        if (*kept, part) in prefixes:
-            kept = (*kept, part)
-            best = lines.get(kept, best)
-    return best
+def _line_of(
+    path: tuple[str | int, ...], lines: Mapping[tuple[str | int, ...], int]
+) -> tuple[int | None, int]:
+    """Return the line of the closest enclosing key or table, and how much of the path has lines."""
+    prefixes = {known[:length] for known in lines for length in range(1, len(known) + 1)}
+    length, best = 0, None
+    while length < len(path) and path[: length + 1] in prefixes:
+        length += 1
+        best = lines.get(path[:length], best)
+    return best, length
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    """Return every schema that an annotation (union, list, optional …) can stand for."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for part in getattr(annotation, "__args__", ()) for model in _models_in(part)]
+def _place(path: tuple[str | int, ...], text: str) -> str:
+    """Return where it is: the line, the key, and which entry of a list, if the line does not say."""
+    line, length = _line_of(path, _lines_of_keys(text))
+    key = ".".join(str(part) for part in path if not isinstance(part, int)) or "(file)"
+    entries = [str(part + 1) for part in path[length:] if isinstance(part, int)]
+    entry = f" (entry {', '.join(entries)})" if entries else ""
+    return f"line {line}: {key}{entry}" if line else f"{key}{entry}"
 
 
-def _known_keys(schema: type[BaseModel], location: tuple[str | int, ...]) -> list[str]:
-    """Return the keys that the schema knows in the table of an unknown one."""
-    models = [schema]
-    for part in location[:-1]:
-        inner = [
-            model
-            for outer in models
-            if part in outer.model_fields
-            for model in _models_in(outer.model_fields[str(part)].annotation)
-        ]
-        models = inner or models  # a position in a list or a union's tag leads no deeper
-    return sorted({key for model in models for key in model.model_fields})
+def refusal(
+    error: ValidationError,
+    schema: type[BaseModel],
+    path: Path,
+    text: str,
+    within: tuple[str | int, ...] = (),
+) -> BadInput:
+    """Return what a validation found, as one message: the first finding; the others are counted.
 
-
-_WORDS_OF_TYPE = {
-    "float_type": "a number",
-    "float_parsing": "a number",
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "int_parsing": "a whole number",
-    "string_type": "a text",
-    "bool_type": "true or false",
-}
-
-
-def _alternatives(
-    findings: Sequence[Mapping[str, Any]], location: tuple[str | int, ...], known_keys: Sequence[str]
-) -> str:
-    """Return what a key may be, where pydantic tried several types on it and none fits; else nothing.
-
-    Each alternative is a finding of its own, at the key's place and one part more: the type's name.
+    Parameters
+    ----------
+    error : ValidationError
+        What pydantic found.
+    schema : type
+        Of what was validated.
+    path : Path
+        The file, for the message.
+    text : str
+        Its text, for the lines.
+    within : tuple of str and int
+        The table that was validated, if it was not the whole file.
     """
-    if isinstance(location[-1], int) or location[-1] in known_keys:
-        return ""
-    key = location[:-1]
-    tried = [f for f in findings if tuple(f["loc"])[: len(key)] == key and len(f["loc"]) == len(location)]
-    if len(tried) < 2 or any(f["input"] is not tried[0]["input"] for f in tried):
-        return ""
-    words: list[str] = []
-    for finding in tried:
-        if finding["type"] == "literal_error":
-            words += str(finding["ctx"]["expected"]).replace(" or ", ", ").split(", ")
-        else:
-            expected = finding["msg"].removeprefix("Input should be ")
-            words.append(_WORDS_OF_TYPE.get(finding["type"], expected))
-    *others, last = dict.fromkeys(words)
-    return f"must be {', '.join(others)} or {last}" if others else f"must be {last}"
-
-
-def _explain(error: ValidationError, schema: type[BaseModel], path: Path, text: str) -> BadInput:
-    """Turn the first finding into one message; the others are counted."""
-    lines = _lines_of_keys(text)
-    findings = error.errors(include_url=False)
-    first = next((f for f in findings if f["type"] == "extra_forbidden"), findings[0])
-    location = tuple(first["loc"])
-    line = _line_of(location, lines)
-    key = ".".join(str(part) for part in location if not isinstance(part, int)) or "(file)"
-    remedy = ""
-    if first["type"] == "extra_forbidden":
-        problem = f"unknown key “{location[-1]}”"
-        near = difflib.get_close_matches(str(location[-1]), _known_keys(schema, location), n=1, cutoff=0.5)
-        remedy = (
-            f"did you mean “{near[0]}”?" if near else "remove it, or see the docs for the keys of this table"
-        )
-    elif first["type"] == "missing":
-        problem = "this key is missing"
-        remedy = "add it"
-    elif location[-1:] and (alternatives := _alternatives(findings, location, _known_keys(schema, location))):
-        problem = f"{alternatives} (got {first['input']!r})"
-        key = ".".join(str(part) for part in location[:-1] if not isinstance(part, int))
-        findings = [f for f in findings if tuple(f["loc"])[: len(location) - 1] != location[:-1]] + [first]
-    else:
-        shown = "" if isinstance(first.get("input"), dict | list) else f" (got {first.get('input')!r})"
-        problem = first["msg"].removeprefix("Value error, ") + shown
-    if len(findings) > 1:
-        problem += f" [and {len(findings) - 1} more in this file]"
-    place = f"line {line}: {key}" if line else key
-    return BadInput(problem, file=path, place=place, remedy=remedy)
+    complaint = Complaint(error, schema, within)
+    problem, remedy = complaint.said()
+    if complaint.others:
+        problem += f" [and {complaint.others} more in this file]"
+    return BadInput(problem, file=path, place=_place(complaint.path, text), remedy=remedy)
 
 
 def parse_settings(text: str, schema: type[SchemaT], path: Path) -> SchemaT:
@@ -190,7 +141,7 @@ def parse_settings(text: str, schema: type[SchemaT], path: Path) -> SchemaT:
     try:
         return schema.model_validate(content)
     except ValidationError as error:
-        raise _explain(error, schema, path, text) from None
+        raise refusal(error, schema, path, text) from None
 
 
 def read_text(path: Path) -> str:

@@ -29,7 +29,10 @@ _TaggedStep = Annotated[Annotated[Step, Field(discriminator="kind")], BeforeVali
 class CampaignFacts(Settings):
     """``[campaign]``: what it is, where it runs and on what. Paths are relative to the campaign file."""
 
-    id: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")
+    id: str = Field(
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        description="letters, digits and . _ - without spaces, a letter or digit first",
+    )
     title: str = ""
     stand: str = Field(min_length=1)
     specimen: str = Field(min_length=1)

@@ -386,7 +386,10 @@ def _admitted(
             refused.append((position, request, found))
     if refused:
         position, request, found = refused[0]
-        others = f" [limits are also broken by {len(refused) - 1} more]" if len(refused) > 1 else ""
+        # A step that is repeated is one that is to be mended, however many turns it has.
+        written = {(one.number, one.nested) for _, one, _ in refused}
+        more = f"{len(written) - 1} more step{'s' * (len(written) > 2)} of the file"
+        others = f" [limits are also broken by {more}]" if len(written) > 1 else ""
         raise BadInput(
             f"step {position} “{request.name}”: {found.problem}{others}",
             file=campaign.path,

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from cli.arming import yes_move_option
-from cli.options import EXISTING, FiniteRange, edits_options, monitor_option
+from cli.options import EXISTING, FiniteRange, edits_choice, edits_options, monitor_option
 from foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from cli.edits import Choice
     from daq.monitor.process import Address
 
 
@@ -38,7 +37,9 @@ def command(
     speed: float,
     monitor: Address | None,
     yes_move: str | None,
-    choice: Choice | None,
+    *,
+    take_edits: bool,
+    keep: bool,
 ) -> int:
     """Go on with a stopped, crashed or too hot campaign; DIR is its folder.
 
@@ -48,11 +49,12 @@ def command(
     """
     from cli.commands.plan import show_what_is_learned
     from cli.commands.run import finish, nothing_left
-    from cli.edits import going_on
+    from cli.edits import going_on, taken_without_a_start
     from cli.running import consent_to_move, perform
     from daq.folder import load_record
     from daq.starting import left_to_do
 
+    choice = edits_choice(take_edits=take_edits, keep=keep)
     record = load_record(folder)
     if record is None:
         raise BadInput(
@@ -62,7 +64,7 @@ def command(
         )
     going = going_on(folder, record, choice)
     if record.status == "complete" and not left_to_do(going.prepared.plan, record, folder):
-        return nothing_left(record, folder)
+        return nothing_left(taken_without_a_start(going, folder) or record, folder)
     show_what_is_learned(going.prepared.plan, folder, record)
     consent = consent_to_move(
         going.prepared, folder, record, simulate=simulate, speed=speed, yes_move=yes_move

@@ -85,17 +85,22 @@ def _check_begun_anew(record: CampaignRecord, out: Path) -> None:
 
 def finish(outcome: CampaignOutcome, out: Path) -> int:
     """Say in one line how it ended and what comes next; return the exit status."""
-    from daq.as_run import read_as_run, totals
+    from daq.as_run import read_as_run, replaced_sentence, rows_in_force, totals
+    from daq.folder import load_record
 
-    kept = _kept(outcome, out)
+    files = _kept(outcome, out)
     if outcome.status == "complete":
         report = quote(str(out / "report"))
-        click.echo(f"campaign complete: {kept}; next: bufferstand report {quote(str(out))} --out {report}")
+        click.echo(f"campaign complete: {files}; next: bufferstand report {quote(str(out))} --out {report}")
         if outcome.exit_status:
             click.echo(f"bufferstand: {outcome.reason}", err=True)
-        if rows := read_as_run(out):
+        record, rows = load_record(out), read_as_run(out)
+        kept = rows if record is None else rows_in_force(rows, record.hashes)
+        if kept:
+            without = f"; {gone}" if (gone := replaced_sentence(rows, kept)) else ""
             click.echo(
-                f"{totals(rows).sentence()}; step by step: bufferstand plan … --against {quote(str(out))}"
+                f"{totals(kept).sentence()}{without}; step by step: "
+                f"bufferstand plan … --against {quote(str(out))}"
             )
     else:
         safe = outcome.safe_stop.line if outcome.safe_stop is not None else "the stand was not touched"
@@ -104,7 +109,7 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
             if outcome.reason.startswith(outcome.status)
             else f"{outcome.status}: {outcome.reason}"
         )
-        click.echo(f"bufferstand: {told}; {safe}; {kept}; {_next(out)}", err=True)
+        click.echo(f"bufferstand: {told}; {safe}; {files}; {_next(out)}", err=True)
     return int(outcome.exit_status)
 
 
@@ -119,7 +124,7 @@ def _kept(outcome: CampaignOutcome, out: Path) -> str:
 
 
 def nothing_left(record: CampaignRecord, out: Path) -> int:
-    """Say that a campaign is complete and that no device was touched; return the exit status."""
+    """Say that a campaign is complete and that no device is touched; return the exit status."""
     skipped = sum(step.status == "skipped" for step in record.steps)
     count, total = len(record.steps) - skipped, len(record.steps)
     steps = f"{count} of {total} step{'s' * (total > 1)} complete" + f", {skipped} skipped" * (skipped > 0)

@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from foundation.errors import BadInput
+from foundation.findings import shown
+from foundation.wanted import alternatives
 
 Setting = float | str
 """A parameter of a fault: a number, or a name."""
@@ -124,20 +126,20 @@ class ScheduledFault:
             raise BadInput(f"it has no parameter “{key}”{nearest(key, known)}", place=place, remedy=has)
         wanted = "a number" if isinstance(known[key], float) else "a name"
         if isinstance(value, str) != isinstance(known[key], str):
-            raise BadInput(f"{key} = {value!r}: it must be {wanted}", place=place)
+            raise BadInput(f"{key} = {shown(value)} is not possible", place=place, remedy=f"write {wanted}")
         if isinstance(value, str):
             if key in _NAMES and value not in _NAMES[key]:
-                raise BadInput(f"{key} = “{value}”", place=place, remedy=f"write {' or '.join(_NAMES[key])}")
+                named = alternatives(_NAMES[key])
+                raise BadInput(f"{key} = “{value}” is not known", place=place, remedy=f"write {named}")
         elif self.kind == "trip" and value not in (1.0, 2.0, 3.0, 4.0):
             raise BadInput(
-                f"code = {value:g}",
+                f"code = {value:g} is not known",
                 place=place,
-                remedy="1 watchdog, 2 force limit, 3 stroke limit, 4 actuator",
+                remedy="write 1 (watchdog), 2 (force limit), 3 (stroke limit) or 4 (actuator)",
             )
         elif not (0.0 <= value <= _MOST.get(key, FOREVER_S) or key == "jump_s"):
-            raise BadInput(
-                f"{key} = {value:g} is not possible", place=place, remedy=f"0 … {_MOST.get(key, FOREVER_S):g}"
-            )
+            most = f"from 0 to {_MOST[key]:g}" if key in _MOST else "of 0 or more"
+            raise BadInput(f"{key} = {value:g} is not possible", place=place, remedy=f"write a number {most}")
 
     def number(self, key: str) -> float:
         """Return a parameter that is a number."""

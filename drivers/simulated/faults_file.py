@@ -97,12 +97,12 @@ class FaultFile(Settings):
             If one is none; names the entry.
         """
         found: list[ScheduledFault] = []
-        for number, entry in enumerate(self.fault):
+        for number, entry in enumerate(self.fault, start=1):
             try:
                 found += entry.faults()
             except BadInput as error:
                 raise BadInput(
-                    error.problem, file=file, place=f"fault[{number}] ({error.place})", remedy=error.remedy
+                    error.problem, file=file, place=f"[[fault]] {number} ({error.place})", remedy=error.remedy
                 ) from None
         return tuple(found)
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 from drivers.stand_file import StandFile
 from foundation.errors import BadInput
 from foundation.force_speed import curve_problem
-from foundation.settings import Settings
+from foundation.settings import Settings, read_text, refusal
 
 
 def _demand_curve(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
@@ -130,15 +130,9 @@ def simulation_settings(stand_file: StandFile) -> SimulationSettings:
     try:
         return SimulationSettings.model_validate(stand_file.simulation)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(str(part) for part in first["loc"])
-        known = ", ".join(SimulationSettings.model_fields)
-        raise BadInput(
-            f"{first['msg']} (got {first['input']!r})",
-            file=stand_file.path,
-            place=f"simulation.{key}",
-            remedy=f"keys of this table: {known}",
-        ) from None
+        path = stand_file.path
+        text = read_text(path) if path.is_file() else ""  # a stand that was made in memory has no lines
+        raise refusal(error, SimulationSettings, path, text, ("simulation",)) from None
 
 
 def model_path(stand_file: StandFile, override: Path | None = None) -> Path:

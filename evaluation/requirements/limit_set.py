@@ -34,7 +34,7 @@ CONDITION_IDS = (
     "immediate-unloading", "full-release", "full-stroke",
 )  # fmt: skip
 """Conditions of the static test."""
-Identifier = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$")]
+Identifier = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$", description="small letters, digits and -")]
 
 
 def _as_tuple(value: object) -> object:
@@ -125,7 +125,7 @@ class ImpactLimits(Cited):
 class ProofLoad(Cited):
     """A load that the specimen must bear; the record names it as ``[test] proof_load``."""
 
-    id: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$")]
+    id: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$", description="capitals and digits, e.g. “F1”")]
     text: str
     force_min_kN: Positive
     permanent_deformation_max_mm: NotNegative

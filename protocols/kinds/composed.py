@@ -22,7 +22,7 @@ class RampPiece(Settings):
     @model_validator(mode="after")
     def _one_end(self) -> Self:
         if (self.to_mm is None) == (self.to_kN is None):
-            raise ValueError("a ramp needs exactly one of to_mm and to_kN")
+            raise ValueError("a ramp needs exactly one end; give to_mm or to_kN")
         return self
 
 

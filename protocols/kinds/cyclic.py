@@ -21,7 +21,16 @@ class StaticStep(StepSettings):
     stroke_limit_mm: Positive | None = None
     cycles: int = Field(default=1, gt=0)
     pause_s: float = Field(default=0.0, ge=0)
-    proof_load: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$")] | None = None
+    proof_load: (
+        Annotated[
+            str,
+            Field(
+                pattern=r"^[A-Z][A-Z0-9]*$",
+                description="a capital letter, then capitals or digits, e.g. “F1”",
+            ),
+        ]
+        | None
+    ) = None
     """Which proof load this step applies (F1 …); it is recorded and judged as a proof run."""
     purpose: Purpose | None = None
     """Whether the run is a conformity test of the specimen; None: the evaluation decides."""
@@ -106,7 +115,9 @@ class SweepStep(Rated):
         if self.order == "random" and self.seed is None:
             raise ValueError("order = “random” needs a seed, so that the plan is the same each time")
         if self.order != "random" and self.seed is not None:
-            raise ValueError("seed has a meaning with order = “random” only")
+            raise ValueError(
+                "seed has a meaning with order = “random” only; leave it out, or write that order"
+            )
         _cycles_or_steady(self)
         return self
 

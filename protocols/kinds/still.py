@@ -25,7 +25,7 @@ class HoldStep(StepSettings):
         if self.stroke_mm is not None and self.force_kN is not None:
             raise ValueError("give stroke_mm or force_kN, not both: it stands still at one place")
         if self.force_kN is None and "approach_speed_mm_per_s" in self.model_fields_set:
-            raise ValueError("approach_speed_mm_per_s has a meaning with force_kN only")
+            raise ValueError("approach_speed_mm_per_s has a meaning with force_kN only; leave it out")
         return self
 
 

@@ -14,7 +14,7 @@ def _as_pair(value: object) -> object:
     """Take a TOML array of two for a pair; another number of entries is said in one sentence."""
     if isinstance(value, list | tuple):
         if len(value) != 2:
-            raise ValueError(f"give two temperatures, [lowest, highest] (got {len(value)})")
+            raise ValueError(f"a list of {len(value)} is no band; give two temperatures, [lowest, highest]")
         return tuple(value)
     return value
 
@@ -39,7 +39,9 @@ class TemperatureSettings(Settings):
         if band is None:
             for key in ("start_timeout_s", "too_cold"):
                 if getattr(self, key) != type(self).model_fields[key].default:
-                    raise ValueError(f"{key} has a meaning with start_temperature_C only")
+                    raise ValueError(
+                        f"{key} has a meaning with start_temperature_C only; add that, or leave it out"
+                    )
         elif not band[0] < band[1]:
             raise ValueError(
                 f"start_temperature_C = [{band[0]:g}, {band[1]:g}]: the first must be below the second"

@@ -301,6 +301,30 @@ def test_a_stand_file_named_by_an_absolute_path_is_watched_and_cannot_be_left_ou
     assert lab.resume("take").prepared.wired.controller.port == 15021
 
 
+def test_what_is_refused_without_a_terminal_says_whether_the_files_or_their_copies_were_edited(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lab = Lab(tmp_path)
+    lab.add_step("out/inputs/edited.toml")
+    with pytest.raises(BadInput, match=r"the campaign's copies in .*/out/inputs were edited since"):
+        lab.resume()
+    assert f"the campaign's copies in {lab.out / 'inputs'} were edited" in capsys.readouterr().err
+    lab.add_step()
+    with pytest.raises(BadInput, match=r"the campaign's files in .*/lab were edited since"):
+        lab.resume()
+
+
+def test_a_step_knows_the_hashes_that_it_had_before_limits_were_edited(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    hashes = [lab.record.steps[0].plan_hash]
+    for before_C, now_C in ((40.0, 38.0), (38.0, 37.0)):
+        lab.edit(f"temperature_stop_C = {before_C}", f"temperature_stop_C = {now_C}")
+        hashes.insert(0, lab.start(lab.resume("take")).steps[0].plan_hash)
+    assert len(set(hashes)) == 3
+    assert lab.record.steps[0].hashes == tuple(hashes)
+    assert set(hashes) <= lab.record.hashes
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [

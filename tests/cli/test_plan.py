@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from cli.campaigns import prepare
 from cli.commands.plan import command
 from foundation.errors import BadInput
+from tests.cli.test_edits import Lab
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 
@@ -71,3 +73,12 @@ def test_a_step_of_days_is_pointed_at(tmp_path: Path) -> None:
     flat = " ".join(done.output.split())
     assert re.search(r"warning: step 3 “[^”]*” takes 5555\d\d h \d\d min: look at its cycles", flat)
     assert re.search(r"warning: at most \d+ MB are recorded, and this folder's disk has \d+ MB free", flat)
+
+
+def test_a_specimen_with_a_model_and_a_catalogue_is_told_which_is_taken(tmp_path: Path) -> None:
+    lab = Lab(tmp_path)
+    path = lab.campaign.parent / "specimens/category-a-elastomer.toml"
+    assert not any("catalogue" in note for note in prepare(lab.campaign).plan.notes)
+    path.write_text(path.read_text() + "\n[catalogue]\npoints = [[0.0, 15.0], [100.0, 600.0]]\n")
+    said = "category-a-elastomer.toml has a spring model and a [catalogue]: the model is taken"
+    assert any(note.startswith(said) for note in prepare(lab.campaign).plan.notes)

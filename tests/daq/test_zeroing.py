@@ -211,6 +211,13 @@ def test_static_cycles_before_the_piston_s_own_zero_are_refused_with_the_way_to_
     ("kind", "more", "says"),
     [
         ({"wires_mm": (12.0, 12.0)}, "", "stroke_1 reads +12.00 mm at rest, more than [zero] stroke_max_mm"),
+        (
+            {"wires_mm": (14.0, 1.0)},
+            "",
+            "+14.00 mm at rest, more than [zero] stroke_max_mm = 10 mm: hook the",
+        ),
+        ({"wires_mm": (0.0, -30.0)}, "", "stroke_2 reads -30.00 mm at rest, more than [zero]"),
+        ({"wires_mm": (7.0, 0.5)}, "", "at rest the draw wires differ by +6.50 mm (stroke_1 − stroke_2)"),
         ({"wires_mm": (1.5, 1.5)}, "touch = false", "let the campaign touch off"),
         ({"force_kN": 6.0}, "", "the force reads +"),
         ({"gap_mm": 12.0}, "", "no contact within 10 mm of the piston's zero"),

@@ -47,8 +47,14 @@ def test_the_profile_says_how_it_is_sampled_and_the_wire_where(
         ("port = 15020", r"give either host \(Modbus TCP\) or serial \(Modbus RTU\)"),
         (f"{TCP}\n{RTU}", r"give either host \(Modbus TCP\) or serial \(Modbus RTU\)"),
         (RTU.replace("115200", "4800"), "timeout_s = 0.5 is too short: at 4800 baud"),
-        (RTU.replace("even", "mark"), "controller.parity: Input should be 'none', 'even' or 'odd'"),
-        (RTU.replace("stop_bits = 1", "stop_bits = 3"), "controller.stop_bits: Input should be 1 or 2"),
+        (
+            RTU.replace("even", "mark"),
+            "controller.parity: “mark” is not known here; write “none”, “even” or “odd”",
+        ),
+        (
+            RTU.replace("stop_bits = 1", "stop_bits = 3"),
+            "controller.stop_bits: 3 is not known here; write 1 or 2",
+        ),
     ],
 )
 def test_a_wire_that_is_none_is_refused(tmp_path: Path, wire: str, message: str) -> None:

@@ -62,9 +62,9 @@ def changed(tmp_path: Path, old: str, new: str) -> Path:
         ('"tick:u32", ', "", "a sample of the ring lacks “tick:u32”"),
         ('"count:u16", ', "", "the ring's header lacks “count”"),
         ("expect = 0x4253", "expect = 0x14253", "82515 does not fit u16"),
-        ("address = 16\n", "address = 65536\n", "less than or equal to 65535"),
-        ('type = "f32"', 'type = "f64"', "'u16', 'i16', 'u32', 'i32' or 'f32'"),
-        ('word_order = "big"', 'word_order = "middle"', "'big' or 'little'"),
+        ("address = 16\n", "address = 65536\n", "write a whole number from 0 to 65535"),
+        ('type = "f32"', 'type = "f64"', "write “u16”, “i16”, “u32”, “i32” or “f32”"),
+        ('word_order = "big"', 'word_order = "middle"', "write “big” or “little”"),
         (EXECUTE, EXECUTE.replace("rw", "r"), "register “execute” must have access “rw”"),
     ],
 )  # fmt: skip

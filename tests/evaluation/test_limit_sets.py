@@ -85,7 +85,7 @@ def test_refusals(tmp_path: Path) -> None:
         (
             "pause_max_s = 600.0",
             'pause_max_s = "about ten minutes"',
-            r"line \d+: conditions.pause_max_s: must be a number, 'fill-in' or 'none' \(got 'about",
+            r"line \d+: conditions.pause_max_s: “about .*; write a number .*, “fill-in” or “none”",
         ),
         (
             "temperature_min_C = 15.0",
@@ -97,7 +97,11 @@ def test_refusals(tmp_path: Path) -> None:
             "lower_kN = 300.0",
             "force-at-25mm: the lower limit 300 is above the upper one 130",
         ),
-        ("date = 2026-01-15", 'date = "last year"', r"line \d+: date: not a date; write it as 2026-03-05"),
+        (
+            "date = 2026-01-15",
+            'date = "last year"',
+            r"line \d+: date: not a date \(got “last year”\); write it as 2026-03-05",
+        ),
     ):
         assert old in text
         own.write_text(text.replace(old, new), encoding="utf-8")

@@ -86,7 +86,7 @@ def test_an_absolute_path_stays(tmp_path: Path) -> None:
         (
             '[limits]\non_temperature_stop = "go-on"\n' + harmonic(20, 20),
             "line 6",
-            "'stop', 'wait-and-continue' or 'skip'",
+            "write “stop”, “wait-and-continue” or “skip”",
         ),
         ("", "step", "missing"),
     ],
@@ -109,7 +109,10 @@ SWEEP = '[[step]]\nkind = "sweep"\nprestress_mm = [20]\namplitude_mm = [20]\n'
         (SWEEP + "frequency_Hz = [1, 2]\ncycles = [3]\n", "cycles lists 1 values for 2"),
         (SWEEP + "frequency_Hz = [1, 2]\ncycles = [3, 0]\n", "at least 1"),
         (SWEEP + "frequency_Hz = [1, -2]\n", "every value of frequency_Hz must be positive"),
-        (SWEEP + "frequency_Hz = []\n", "at least 1 item"),
+        (
+            SWEEP + "frequency_Hz = []\n",
+            "a list of 0 entries is not possible here; write a list of one or more numbers",
+        ),
         (SWEEP + 'frequency_Hz = [1]\norder = "random"\n', "needs a seed"),
         (SWEEP + "frequency_Hz = [1]\nseed = 3\n", "seed has a meaning with"),
         (SWEEP.replace("[20]\namp", "[-1]\namp") + "frequency_Hz = [1]\n", "prestress_mm may be below zero"),

@@ -161,9 +161,9 @@ def test_of_a_specimen_of_which_nothing_is_known_a_slow_stroke_comes_first(load:
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        ("[[0.0, 15.0]]", "at least 2 items"),
-        ("[[5.0, 15.0], [50.0, 100.0]]", "points begin at 5 mm: the first is [0, preload_kN]"),
-        ("[[0.0, -1.0], [50.0, 100.0]]", "not below 0"),
+        ("[[0.0, 15.0]]", "write a list of two or more pairs of numbers"),
+        ("[[5.0, 15.0], [50.0, 100.0]]", "points begin at 5 mm; the first is [0.0, preload_kN]"),
+        ("[[0.0, -1.0], [50.0, 100.0]]", "is below 0; it is the preload"),
         ("[[0.0, 15.0], [50.0, 10.0]]", "point 2 [50, 10] is not beyond [0, 15]"),
     ],
 )

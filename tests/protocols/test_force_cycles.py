@@ -83,7 +83,7 @@ def test_the_machine_takes_travel_and_not_the_specimens_strokes(plan: MakePlan) 
         ),
         ("force_max_kN = 400.0", "force_max_kN = 90.0", "must be above force_min_kN = 100"),
         ("force_max_kN = 400.0", "force_max_kN = 103.0", "nearer than twice tolerance_percent"),
-        ("force_min_kN = 100.0", "force_min_kN = -1.0", "greater than or equal to 0"),
+        ("force_min_kN = 100.0", "force_min_kN = -1.0", "0 or more"),
         ("force_max_kN = 400.0", "force_max_kN = 650.0", "force_max_kN = 600"),
         ("force_max_kN = 400.0", "force_max_kN = nan", "line"),
         ("speed_mm_per_s = 20.0", "speed_mm_per_s = 900.0", "speed_mm_per_s = 800"),

@@ -100,7 +100,7 @@ def test_a_refusal_names_step_file_and_line(plan: MakePlan) -> None:
     with pytest.raises(BadInput) as caught:
         plan(text)
     assert "step 2 “too far”" in caught.value.problem
-    assert "[limits are also broken by 1 more]" in caught.value.problem
+    assert "[limits are also broken by 1 more step of the file]" in caught.value.problem
     assert caught.value.place == "line 12: [[step]] 2"
     assert caught.value.file is not None
     assert caught.value.file.endswith("campaign.toml")

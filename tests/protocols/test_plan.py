@@ -413,5 +413,5 @@ def test_a_proof_load_needs_its_force_and_is_for_static_steps(plan: MakePlan) ->
         plan('[[step]]\nkind = "static"\nproof_load = "F2"\n')
     with pytest.raises(BadInput, match="proof_load"):
         plan('[[step]]\nkind = "static"\nproof_load = "second"\nforce_limit_kN = 510.0\n')
-    with pytest.raises(BadInput, match="unknown key “proof_load”"):
+    with pytest.raises(BadInput, match="has no key “proof_load”"):
         plan('[[step]]\nkind = "hold"\nduration_s = 5.0\nproof_load = "F2"\n')

@@ -73,8 +73,8 @@ def test_a_sweep_at_random_is_drawn_anew_in_every_turn(load: Load) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (repeat(0), r"line 7: step.*times: .*greater than or equal to 1"),
-        (repeat(5000), "less than or equal to 1000"),
+        (repeat(0), r"line 7: step.*times: 0 is too small.*from 1 to 1000"),
+        (repeat(5000), "5000 is too large"),
         (repeat(2, inner=""), "line 5: step.*step: this key is missing"),
         (repeat(2, inner='[[step.step]]\nkind = "repeat"\ntimes = 2\n'), "repeated on one level only"),
         (repeat(2, inner='[[step.step]]\nkind = "statc"\n'), "did you mean “static”"),
@@ -92,6 +92,7 @@ def test_a_step_that_breaks_a_limit_is_named_with_its_line(plan: MakePlan) -> No
         plan(repeat(2, inner=STATIC + INNER.replace("10.0", "60.0")))
     assert "line 13: [[step]] 1, [[step.step]] 2" in str(caught.value)
     assert "(1 of 2)" in str(caught.value)
+    assert "more" not in caught.value.problem, "its second turn is the same step of the file"
 
 
 def test_a_repetition_that_is_written_inline_is_read_too(load: Load) -> None:

@@ -115,9 +115,9 @@ def test_slow_strokes_warm_up_too_and_a_soak_is_a_rest_at_the_end(plan: MakePlan
         ("band_K = nan", "line"),
         ("max_cycles = 0", "greater than 0"),
         ('sensors = "some"', "every"),
-        ("cycles = 3", "unknown key “cycles”"),
+        ("cycles = 3", "kind = “warm-up” has no key “cycles”"),
         ("force_limit_kN = 100.0", "not both"),
-        ("soak_s = -1.0", "greater than or equal to 0"),
+        ("soak_s = -1.0", "0 or more"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(plan: MakePlan, more: str, said: str) -> None:

@@ -53,10 +53,10 @@ def opened(*faults: str, seed: int = 0) -> InProcessStand:
         ("temperature_1=cr@1", "temperature_1 has no fault “cr”; did you mean “crc”?"),
         ("controller=drop@1,shar=1", "it has no parameter “shar”; did you mean “share”?"),
         ("controller=drop@1,share=2", "share = 2 is not possible"),
-        ("controller=drop@1,share=much", "share = 'much': it must be a number"),
-        ("controller=trip@1,code=9", "code = 9; 1 watchdog, 2 force limit"),
+        ("controller=drop@1,share=much", "share = “much” is not possible; write a number"),
+        ("controller=trip@1,code=9", "code = 9 is not known; write 1 (watchdog), 2 (force limit)"),
         ("controller=lost@5:5", "a fault from 5 s to 5 s is none"),
-        ("stroke_1=broken@1,side=left", "side = “left”; write low or high"),
+        ("stroke_1=broken@1,side=left", "side = “left” is not known; write “low” or “high”"),
         ("lost", "write TARGET=KIND@START"),
     ],
 )
@@ -92,7 +92,7 @@ def test_a_file_of_faults(tmp_path: Path) -> None:
         (
             'kind = "drop"',
             'kind = "dorp"',
-            "fault[0] (fault controller=dorp): controller has no fault “dorp”",
+            "[[fault]] 1 (fault controller=dorp): controller has no fault “dorp”",
         ),
         ("at_sample = 1500", "at_sample = 1500\nat_s = 2.0", "either in seconds (at_s, for_s) or in samples"),
         ("times = 3", "", "every_s and times belong together"),
