@@ -157,6 +157,15 @@ def test_asked_strokes_are_counted_from_first_contact(tmp_path: Path) -> None:
     assert float(np.max(stroke.value)) == pytest.approx(float(np.max(truth["stroke_mm"])), abs=0.15)
 
 
+def test_the_contact_lies_within_the_uncertainty_of_its_place_alone(tmp_path: Path) -> None:
+    """A bend was taken here for one that began 0.017 mm before the contact with a falling force."""
+    outcome, _, _ = start(tmp_path, RAMP, gap_mm=0.5)
+    touch = zero_in(outcome.runs[0]).touch
+    assert touch is not None
+    assert touch.stiffness_kN_per_mm > 0.0
+    assert abs(touch.position_mm - 0.5) <= 2.0 * touch.u_position_mm < 0.015
+
+
 SLOW = """
 [[step]]
 kind = "motion"
