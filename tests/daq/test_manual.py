@@ -18,7 +18,8 @@ from daq.kept_zero import store_zero, stored_path, stored_zero
 from daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand
 from daq.reading import Reader
 from daq.signals import StopLevel, StopRequest
-from drivers.interfaces import ControllerStatus, MotionState
+from drivers.check_hints import is_held
+from drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
 from drivers.simulated.commands import Fault
 from drivers.simulated.controller import Controller
 from drivers.simulated.inprocess import InProcessStand, open_in_process
@@ -224,6 +225,37 @@ def test_readings_are_means_and_noise_in_counts_and_units(made: tuple[InProcessS
     assert stroke.from_zero == pytest.approx(-0.5, abs=0.01)
     assert readings["temperature_1"].value == pytest.approx(21.0, abs=0.2)
     assert readings["temperature_1"].age_s is not None
+
+
+class HeldSensor:
+    """A sensor on a port that another program holds."""
+
+    def __init__(self, sensor: Sensor) -> None:
+        self.facts = sensor.facts
+
+    def start(self) -> None:
+        raise DeviceFault("amplifier at /dev/x: cannot be opened (Could not exclusively lock port)")
+
+    def drain(self) -> list[SampleBlock | SensorFault]:
+        return []
+
+    def close(self) -> None:
+        pass
+
+
+def test_what_another_program_holds_is_named_and_the_rest_is_read(
+    made: tuple[InProcessStand, StandFile],
+) -> None:
+    stand, _ = made
+    sensors = [HeldSensor(one) if one.facts.name == "amplifier" else one for one in stand.stand.sensors]
+    reader = Reader(replace(stand.stand, sensors=tuple(sensors)), stand.clock)
+    (unopened,) = reader.begin()
+    assert is_held(unopened)
+    readings = {one.name: one for one in reader.read(2.0)}
+    assert readings["force"].samples > 1500
+    assert readings["temperature_1"].samples > 0
+    assert readings["force_2"].samples == 0
+    assert readings["force_2"].value is None
 
 
 @given(

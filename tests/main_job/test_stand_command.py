@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import serial
 
 from daq.kept_zero import stored_path, stored_zero
 from tests.clean_stand import clean_stand_text
@@ -72,6 +73,19 @@ def test_readings_in_counts_and_units(stand: Path) -> None:
     force = next(one for one in document["channels"] if one["name"] == "force")
     assert force["value"] == pytest.approx(0.6, abs=0.03)
     assert force["noise"] == pytest.approx(0.15, rel=0.2)
+
+
+def test_readings_while_another_terminal_holds_the_amplifier(stand: Path) -> None:
+    """As “stand jog” does: what is not held is read, and what is held is named."""
+    with serial.Serial(str(stand.parent / "wires" / "amplifier"), 38400, exclusive=True):
+        done = bufferstand("stand", "read", stand, "--json")
+    assert done.returncode == 0, done.stderr
+    assert "another program holds it" in done.stderr
+    document = json.loads(done.stdout)
+    assert any("amplifier" in text for text in document["faults"])
+    read = {one["name"]: one["samples"] for one in document["channels"]}
+    assert read["force"] > 0
+    assert read["force_2"] == 0
 
 
 def test_a_tare_is_stored_and_one_that_hides_a_fault_is_not(stand: Path, tmp_path: Path) -> None:
