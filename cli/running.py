@@ -122,7 +122,8 @@ def perform(
         stand=prepared.stand_file.model_dump(mode="json"),
         watchdog_s=prepared.stand_file.controller.watchdog_s,
         operator=prepared.campaign.content.campaign.operator,
-        stored_zero=stored_zero(prepared.stand_home),
+        # A campaign that touches off does not look at what is stored, so that may be damaged.
+        stored_zero=None if prepared.campaign.content.zero.touch else stored_zero(prepared.stand_home),
         test=prepared.specimen_file.test.model_dump(mode="json", exclude_defaults=True),
         arming={} if consent is None else consent.as_dict(),
         edits=edits or {},

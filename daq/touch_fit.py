@@ -150,15 +150,13 @@ def find_contact(samples: TouchSamples) -> Contact:
     reached = int(np.searchsorted(np.maximum.accumulate(way), lowest))
     used = slice(max(0, min(reached, half) - round(REST_S * rate_Hz)), turn)
     moved_mm = float(np.max(np.abs(way[used][_lag(rate_Hz) :] - way[used][: -_lag(rate_Hz)])))
-    scatter_mm = float(np.hypot(_noise(samples.position_mm), samples.step.get("position", 0.0) / np.sqrt(12.0)))
+    own = samples.step.get("position", 0.0) / float(np.sqrt(12.0))
+    scatter_mm = float(np.hypot(_noise(samples.position_mm), own))
     fit = _Hinge(way[used], force[used], scatter_mm).best(lowest, float(way[half]), moved_mm)
     wires = {
-        name: _reading(
-            way[used], _moved(samples, name, values)[used], fit.place, fit.u_place, samples.step.get(name, 0.0)
-        )
+        name: _reading(way[used], _moved(samples, name, values)[used], fit, samples.step.get(name, 0.0))
         for name, values in samples.wires_mm.items()
     }
-    own = samples.step.get("position", 0.0) / float(np.sqrt(12.0))
     return Contact(
         position=Reading(fit.place, own, fit.u_place),
         wires=wires,
@@ -356,9 +354,9 @@ def _repeats(residuals: FloatArray) -> float:
     return (1.0 + min(max(alike, 0.0), 0.95)) / (1.0 - min(max(alike, 0.0), 0.95))
 
 
-def _reading(way: FloatArray, wire: FloatArray, place: float, u_place: float, step: float) -> Reading:
+def _reading(way: FloatArray, wire: FloatArray, fit: _Fit, step: float) -> Reading:
     """Return a wire at the contact: by a line before it and another behind it, which meet there."""
-    before, behind = np.minimum(way - place, 0.0), np.maximum(way - place, 0.0)
+    before, behind = np.minimum(way - fit.place, 0.0), np.maximum(way - fit.place, 0.0)
     columns = np.column_stack((np.ones_like(way), before, behind))
     value, *slopes = np.linalg.lstsq(columns, wire, rcond=None)[0].tolist()
     residuals = wire - columns @ np.array([value, *slopes])
@@ -366,4 +364,4 @@ def _reading(way: FloatArray, wire: FloatArray, place: float, u_place: float, st
     covariance = np.linalg.pinv(columns.T @ columns, hermitian=True) * scale
     own = float(np.hypot(np.sqrt(max(0.0, covariance[0, 0])), step / np.sqrt(12.0)))
     steepest = min(1.0, max(abs(slope) for slope in slopes))  # no wire moves faster than the piston
-    return Reading(value, own, steepest * u_place)
+    return Reading(value, own, steepest * fit.u_place)
