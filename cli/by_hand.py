@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import click
@@ -12,8 +13,9 @@ import click
 from cli.arming import Consent, Movement, ask_to_move
 from cli.movement import stand_text
 from daq.driving import Halt
+from daq.guards import Action, Trip
 from daq.kept_zero import stored_path, stored_zero
-from daq.manual import ManualLimits, ManualStand, by_hand
+from daq.manual import RELEASE_SPEED_MM_PER_S, ManualLimits, ManualStand, by_hand
 from daq.signals import StopRequest, stop_on_signals
 from drivers.connect import build_controller, build_sensors
 from drivers.interfaces import Stand
@@ -22,10 +24,14 @@ from foundation.clock import Clock, WallClock
 from foundation.errors import ExitStatus
 from foundation.zero import Zero
 
+NOBODY_READS = (errno.EIO, errno.EPIPE)
+"""What writing fails with once the terminal has been closed, or the reader of a pipe has ended."""
+
 
 def say(line: str) -> None:
-    """Show a line on standard error."""
-    click.echo(line, err=True)
+    """Show a line on standard error; one that nobody can see any more is no reason to stop a safe stop."""
+    with suppress(OSError):
+        click.echo(line, err=True)
 
 
 @contextmanager
@@ -47,24 +53,39 @@ def zero_of(path: Path) -> Zero | None:
     return zero
 
 
-def consent(stand_file: StandFile, limits: ManualLimits, motion: str, given: str | None) -> Consent:
-    """Show what will move, and ask for the stand's id."""
+def consent(
+    stand_file: StandFile, limits: ManualLimits, motion: tuple[tuple[str, str], ...], given: str | None
+) -> Consent:
+    """Show what will move (rows of heading and text), and ask for the stand's id."""
     rows = (
         ("stand", stand_text(stand_file)),
-        ("motion", motion),
+        *motion,
         ("limits", f"{limits.force_kN:g} kN, {limits.stroke_mm:g} mm of the piston"),
+        ("at the end", f"unloaded at {RELEASE_SPEED_MM_PER_S:g} mm/s, valve off"),
     )
     return ask_to_move(Movement("stand", stand_file.stand.id, rows), given)
 
 
 @contextmanager
 def moving(stand: Stand, stand_file: StandFile, clock: Clock, limits: ManualLimits) -> Iterator[ManualStand]:
-    """Give a stand that moves by hand: connected, looked at, switched on; safely stopped at the end."""
-    with (
-        stop_on_signals(StopRequest()) as request,
-        by_hand(stand, stand_file, clock, limits, request, say) as hand,
-    ):
-        yield hand
+    """Give a stand that moves by hand: connected, looked at, switched on; safely stopped at the end.
+
+    Raises
+    ------
+    Halt, DeviceFault
+        As :func:`daq.manual.by_hand`; a terminal that is gone is the operator's stop.
+    """
+    try:
+        with (
+            stop_on_signals(StopRequest()) as request,
+            by_hand(stand, stand_file, clock, limits, request, say) as hand,
+        ):
+            yield hand
+    except OSError as lost:
+        if lost.errno not in NOBODY_READS or lost.filename is not None:
+            raise
+        reason = "stopped: the terminal is gone, or nobody reads what is printed"
+        raise Halt(Trip("operator", Action.STOP, reason, clock.now_s(), device_fault=False)) from lost
 
 
 def ended(halt: Halt) -> ExitStatus:
@@ -76,4 +97,5 @@ def ended(halt: Halt) -> ExitStatus:
 def show_there(text: str) -> None:
     """Show a line in place of the one before, where standard error is a terminal."""
     if sys.stderr.isatty():
-        click.echo(f"\r{text}\x1b[K", nl=False, err=True)
+        with suppress(OSError):
+            click.echo(f"\r{text}\x1b[K", nl=False, err=True)

@@ -12,7 +12,7 @@ try:
     from collections.abc import Iterator
     from contextlib import contextmanager
     from types import FrameType
-    from typing import NoReturn
+    from typing import NoReturn, TextIO
 
     import click
 
@@ -93,9 +93,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     try:
         with _ended_by_signals():
             outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
-            if sys.stdout is not None:  # None: closed by whoever started this
-                sys.stdout.flush()
-        status = int(outcome) if isinstance(outcome, int) else ExitStatus.DONE
+            status = int(outcome) if isinstance(outcome, int) else ExitStatus.DONE
+            _flush(status)
     except BadInput as error:
         status = _say(str(error), ExitStatus.BAD_INPUT)
     except click.UsageError as error:
@@ -123,10 +122,26 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     raise SystemExit(int(status))
 
 
+def _flush(status: int) -> None:
+    """Write what is still to be written; a status that says more than that this failed is kept."""
+    if sys.stdout is None:  # closed by whoever started this
+        return
+    try:
+        sys.stdout.flush()
+    except OSError:
+        if not status:
+            raise
+        _drop_output()
+
+
 def _drop_output() -> None:
     """Let what is not written yet go: at its end, Python would try once more and complain."""
+    _drop(sys.stdout)
+
+
+def _drop(stream: TextIO) -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
 
 
@@ -156,5 +171,9 @@ def _interrupt(number: int, frame: FrameType | None) -> None:  # noqa: ARG001 - 
 
 
 def _say(message: str, status: ExitStatus) -> ExitStatus:
-    click.echo(f"bufferstand: {message}", err=True)
+    """Say why it ended; a terminal that is gone changes nothing of the status."""
+    try:
+        click.echo(f"bufferstand: {message}", err=True)
+    except OSError:
+        _drop(sys.stderr)
     return status

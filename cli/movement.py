@@ -7,12 +7,13 @@ from typing import Any
 
 from cli.arming import Movement
 from cli.campaigns import Prepared
+from daq.touch_peak import met_peak_kN, turned_peak_kN
 from drivers.stand_file import StandFile
 from foundation.durations import duration_text
 from foundation.specimen import Specimen
 from protocols.plan import Plan
 from protocols.steps import Hold, Motion, PlannedStep, WaitUntilCool, motion_dict
-from protocols.zero_table import TOUCH_FORCE_MAX_KN
+from protocols.zero_table import ZeroTable
 
 _UNITS = {
     "_mm_per_s": "mm/s", "_kN_per_s": "kN/s", "_mm": "mm", "_kN": "kN", "_Hz": "Hz", "_s": "s", "_C": "°C",
@@ -90,14 +91,41 @@ def _limits_text(plan: Plan, stand_file: StandFile) -> str:
     )
 
 
+def touch_rows(
+    table: ZeroTable, back_mm_per_s: float, stiffness_kN_per_mm: float
+) -> tuple[tuple[str, str], ...]:
+    """Return what a touch moves: first to the piston's own zero from wherever it stands, then the creep.
+
+    Parameters
+    ----------
+    table : ZeroTable
+        Travel, speed and force.
+    back_mm_per_s : float
+        Speed of the release that brings a piston back to its zero.
+    stiffness_kN_per_mm : float
+        Of the machine; 0 where it is not known.
+    """
+    forward = f"{table.speed_mm_per_s:g} mm/s"
+    peak_kN, met_kN = turned_peak_kN(table, stiffness_kN_per_mm), met_peak_kN(table, stiffness_kN_per_mm)
+    way = (
+        f"first of all, to the piston's zero from wherever it stands: back at {back_mm_per_s:g} mm/s, "
+        f"forward at {forward}"
+    )
+    creep = (
+        f"up to {table.travel_max_mm:g} mm at {forward}, to {peak_kN:.1f} kN at most, and back "
+        f"({met_kN:.1f} kN at most where the specimen is met before the piston's zero)"
+    )
+    return (("way to zero", way), ("touch-off", creep))
+
+
 def _touch_rows(plan: Plan) -> tuple[tuple[str, str], ...]:
     """Return what comes before the first stroke: touching off, unless the campaign says otherwise."""
-    zero = plan.campaign.content.zero
-    if not zero.touch:
+    content = plan.campaign.content
+    if not content.zero.touch:
         return ()
-    most_kN = TOUCH_FORCE_MAX_KN if zero.touch_force_kN is None else zero.touch_force_kN
-    way = f"up to {zero.travel_max_mm:g} mm at {zero.speed_mm_per_s:g} mm/s"
-    return (("touch-off", f"{way}, to {most_kN:g} kN at most, and back"),)
+    give = plan.limits.machine.give_mm_per_kN
+    stiffness = 1.0 / give if give > 0.0 else 0.0
+    return touch_rows(content.zero, content.motion.release_speed_mm_per_s, stiffness)
 
 
 def _first_text(left: Sequence[tuple[PlannedStep, Sequence[Motion]]], steps: int) -> str:

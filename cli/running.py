@@ -30,6 +30,7 @@ from drivers.simulated.waiting import NAME, WIRES, is_waiting
 from drivers.stand_file import StandFile
 from foundation.clock import Clock, WallClock
 from foundation.errors import BadInput
+from foundation.zero import Zero
 
 
 def consent_to_move(
@@ -122,7 +123,7 @@ def perform(
         stand=prepared.stand_file.model_dump(mode="json"),
         watchdog_s=prepared.stand_file.controller.watchdog_s,
         operator=prepared.campaign.content.campaign.operator,
-        stored_zero=stored_zero(prepared.stand_home),
+        stored_zero=zero_to_offer(prepared),
         test=prepared.specimen_file.test.model_dump(mode="json", exclude_defaults=True),
         arming={} if consent is None else consent.as_dict(),
         edits=edits or {},
@@ -157,6 +158,19 @@ def perform(
     if outcome.error is not None:
         keep_bug(outcome.error, out)
     return outcome
+
+
+def zero_to_offer(prepared: Prepared) -> Zero | None:
+    """Return the zero that is stored beside the stand file; None for a campaign that touches off.
+
+    That one takes none over, so that a damaged file does not keep it from starting.
+
+    Raises
+    ------
+    BadInput
+        If the file is needed and is none.
+    """
+    return None if prepared.campaign.content.zero.touch else stored_zero(prepared.stand_home)
 
 
 def _check_speed(simulate: bool, speed: float) -> None:

@@ -8,7 +8,7 @@ import termios
 import threading
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TextIO
 
 from daq.notes import LONGEST
@@ -111,7 +111,8 @@ def characters_from(stream: TextIO, press: Callable[[str], object]) -> Iterator[
     finally:
         ending.set()
         thread.join()
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+        with suppress(termios.error):  # the terminal may be gone: why it ends is said by SIGHUP
+            termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
 
 def _read(descriptor: int, press: Callable[[str], object], ending: threading.Event) -> None:

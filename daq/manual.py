@@ -36,6 +36,11 @@ SPEED_TRIP_MM_PER_S = 25.0
 FORCE_MAX_KN = 20.0
 """Greatest force by hand where nothing else is asked: more than a preload, far less than a test."""
 RELEASE_SPEED_MM_PER_S = 5.0
+WATCHDOG_S = 1.0
+"""The controller's watchdog by hand, several times what a feed takes: a command that is killed while a key is
+held leaves the piston moving for so long [s]."""
+BEYOND_MM = 5.0
+"""A piston that stands farther out than a command goes has the controller's own limit so far beyond it."""
 DEVICE_LIMIT_FACTOR, DEVICE_LIMIT_OVER_KN = 1.1, 2.0
 """The controller's own limit lies so much over that of the guard, which is to stop first: from 20.6
 to 24 kN it takes 0.17 s at 5 mm/s into 4 kN/mm, several times what a guard takes."""
@@ -50,7 +55,7 @@ class ManualLimits:
     force_kN : float
         The guard trips 3 % over it; the controller's own limit lies above that.
     stroke_mm : float
-        The controller's own limit of the piston's position.
+        The controller's own limit of the piston's position, once it has come within it.
     """
 
     force_kN: float
@@ -59,6 +64,18 @@ class ManualLimits:
     def device_force_kN(self, most_kN: float) -> float:  # noqa: N802 - the unit keeps its capital
         """Return the controller's own limit of the force [kN], on a stand that can take ``most_kN``."""
         return min(DEVICE_LIMIT_FACTOR * self.force_kN + DEVICE_LIMIT_OVER_KN, most_kN)
+
+
+def watchdog_s(stand_file: StandFile) -> float:
+    """Return the controller's watchdog by hand [s]: the shortest that slow replies allow, 1 s at least.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        Its own watchdog is not exceeded; twice ``timeout_s`` is the least.
+    """
+    controller = stand_file.controller
+    return min(controller.watchdog_s, max(WATCHDOG_S, 2.0 * controller.timeout_s))
 
 
 class ManualStand:
@@ -96,9 +113,7 @@ class ManualStand:
         self._safe_stop = SafeStop(
             stand.controller,
             clock,
-            SafeStopSettings(
-                RELEASE_SPEED_MM_PER_S, stand_file.controller.watchdog_s, stays_where_unloaded=True
-            ),
+            SafeStopSettings(RELEASE_SPEED_MM_PER_S, watchdog_s(stand_file), stays_where_unloaded=True),
             pump=self.tick,
             eyes=StopEyes(self.acquisition, stand_file.limits.force_max_kN),
             emergency=lambda: panel.action is Action.EMERGENCY,
@@ -129,14 +144,26 @@ class ManualStand:
         self._safe_stop.arm()
         self.acquisition.feeding = True
         self.acquisition.panel.change(self._guards)
-        self._stand.controller.enable(
-            force_limit_kN=self._limits.device_force_kN(self._file.limits.force_max_kN),
-            stroke_limit_mm=self._limits.stroke_mm,
-            watchdog_ms=round(self._file.controller.watchdog_s * 1000.0),
-        )
+        self.set_limits()
         self.acquisition.panel.switched_on()
         if old_fault is not None:
             self._say(f"{fault_text(old_fault)} of the controller was reset")
+
+    def set_limits(self) -> None:
+        """Give the controller its limits and switch on; a piston that stands farther out may come back.
+
+        Raises
+        ------
+        DeviceFault
+            As :meth:`switch_on`.
+        """
+        stands_mm = self.acquisition.latest.values.get("position", 0.0)
+        far_mm = stands_mm + BEYOND_MM if stands_mm > self._limits.stroke_mm else self._limits.stroke_mm
+        self._stand.controller.enable(
+            force_limit_kN=self._limits.device_force_kN(self._file.limits.force_max_kN),
+            stroke_limit_mm=min(far_mm, self._file.limits.stroke_max_mm),
+            watchdog_ms=round(watchdog_s(self._file) * 1000.0),
+        )
 
     def tick(self) -> None:
         """Make one pass, and say what guards say."""
@@ -259,6 +286,7 @@ def by_hand(
     """Connect, look, switch on; whatever happens inside, stop safely at the end and say it.
 
     A motion that the device's own limit has ended, though the guard lies below it, leaves no fault behind.
+    A stop whose safe state was not seen is a device's fault, whatever had demanded it.
 
     Raises
     ------
@@ -271,9 +299,9 @@ def by_hand(
     for sensor in stand.sensors:
         sensor.start()
     hand = ManualStand(stand, stand_file, clock, limits, request, say)
-    hand.look()
     halt: Halt | None = None
     try:
+        hand.look()
         hand.switch_on()
         yield hand
     except Halt as stopped:
@@ -281,12 +309,12 @@ def by_hand(
     finally:
         report = hand.end()
         say(report.line)
-    if report.safe and hand.reset_own_limit() and halt is not None:
+    if not report.safe:
+        raise DeviceFault(report.line if halt is None else f"{halt.trip.reason}; {report.line}")
+    if hand.reset_own_limit() and halt is not None:
         halt = Halt(replace(halt.trip, device_fault=False))
     if halt is not None:
         raise halt
-    if not report.safe:
-        raise DeviceFault(report.line)
 
 
 def _guards(stand: Stand, stand_file: StandFile, limits: ManualLimits) -> GuardSet:

@@ -35,7 +35,8 @@ from daq.signals import StopRequest
 from daq.start_band import begins_with_a_wait
 from daq.stop_eyes import StopEyes
 from daq.validity import expired_calibrations
-from daq.zeroing import Zeroing, ZeroLimits
+from daq.zero_limits import ZeroLimits
+from daq.zeroing import Zeroing
 from drivers.interfaces import Stand
 from foundation.clock import Clock
 from foundation.zero import Zero

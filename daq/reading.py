@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from drivers.interfaces import SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Channel
 from foundation.clock import Clock
+from foundation.errors import DeviceFault
 from foundation.zero import Zero
 
 PASS_S = 0.02
@@ -71,12 +72,12 @@ class _Heard:
 
 
 class Reader:
-    """Reads a connected stand for a while; may be asked again and again.
+    """Reads a stand for a while; may be asked again and again.
 
     Parameters
     ----------
     stand : Stand
-        Connected, its sensors started.
+        Connected, its sensors started: by the caller, or by :meth:`begin`.
     clock : Clock
     """
 
@@ -86,6 +87,31 @@ class Reader:
         self._heard_s: dict[str, float] = {}
         self.faults: list[str] = []
         """What sensors said of themselves while they were read last."""
+
+    def begin(self) -> list[str]:
+        """Connect to the controller, and begin to read every sensor that can be opened.
+
+        A sensor is one program's at a time: while the stand is moved by another terminal, that one holds the
+        serial ports, and what is left is worth reading all the same.
+
+        Returns
+        -------
+        list of str
+            Why a sensor could not be opened, one line each.
+
+        Raises
+        ------
+        DeviceFault
+            If the controller does not answer.
+        """
+        self._stand.controller.connect()
+        unopened: list[str] = []
+        for sensor in self._stand.sensors:
+            try:
+                sensor.start()
+            except DeviceFault as fault:
+                unopened.append(str(fault))
+        return list(dict.fromkeys(unopened))
 
     def read(self, duration_s: float, zero: Zero | None = None) -> list[ChannelReading]:
         """Return every channel over the next ``duration_s`` of stand time, controller first.

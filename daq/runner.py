@@ -201,11 +201,9 @@ class _Campaign:
         if trip is not None:
             status = "refused" if refused and trip.guard != "operator" else run_status(trip)
         reason = "" if trip is None else trip.reason
-        exit_status = ExitStatus.DONE
-        if trip is not None:
-            exit_status = ExitStatus.DEVICE_FAULT if trip.device_fault else ExitStatus.STOPPED
-        elif report is not None and not report.safe:  # nobody saw the stand come to rest
-            reason, exit_status = report.line, ExitStatus.DEVICE_FAULT
+        exit_status = _exit_status(trip, report)
+        if trip is None and exit_status:
+            reason = "" if report is None else report.line
         self._record = replace(
             self._record, status=status, reason=reason, stopped_by="" if trip is None else trip.guard
         )
@@ -404,6 +402,13 @@ class _Campaign:
             self._folder.save(self._record)
         except OSError as error:
             self._session.say_aloud(f"campaign.json could not be written: {error.strerror}")
+
+
+def _exit_status(trip: Trip | None, report: SafeStopReport | None) -> ExitStatus:
+    """Return the exit status of what ended a campaign: only a stand that was seen to be safe is no fault."""
+    if report is None or not report.safe or (trip is not None and trip.device_fault):
+        return ExitStatus.DEVICE_FAULT
+    return ExitStatus.DONE if trip is None else ExitStatus.STOPPED
 
 
 def _too_warm(trip: Trip) -> bool:

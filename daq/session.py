@@ -15,6 +15,7 @@ from daq.crests import prepare
 from daq.driving import Halt
 from daq.guards import Action, Trip, run_status
 from daq.heat_log import LATE_S, HeatLog, Seen
+from daq.manual import BEYOND_MM
 from daq.metadata import CampaignFacts, run_document
 from daq.opening import Opening, expired_today, guards_of, trip_at
 from daq.passes import Passes
@@ -156,6 +157,7 @@ class Session:
         alive.driver.commanding.agree(
             self._terms, SessionVoice(alive.acquisition, self._showing), self._keep_learned
         )
+        alive.zeroing.arrived = self._set_limits
         self._opening.look(alive, steps)
         if must_be_cool and (why := alive.panel.warmer_than()):
             stream = why.partition(" ")[0]
@@ -171,12 +173,30 @@ class Session:
         alive.panel.switched_on()
 
     def _set_limits(self) -> None:
-        """Give the controller its limits and switch on; its stroke counts from its own zero."""
+        """Give the controller its limits and switch on; its stroke counts from its own zero.
+
+        A piston that stands farther out, as a jog has left it, may come back to be touched off.
+
+        Raises
+        ------
+        Halt
+            If it stands farther out, and nothing will bring it back.
+        """
+        alive, most_mm = self._need(), self._plan.stand_limits.stroke_max_mm
         furthest_mm = self._need_terms().bounds.piston_max_mm
-        stroke_mm = furthest_mm + max(0.0, self._need().driver.commanding.zero_mm)
+        limit_mm = min(furthest_mm + max(0.0, alive.driver.commanding.zero_mm), most_mm)
+        stands_mm = alive.acquisition.latest.values.get("position", 0.0)
+        if stands_mm > limit_mm:
+            if not alive.zeroing.to_come:
+                why = (
+                    f"the piston stands at {stands_mm:.2f} mm, beyond the {limit_mm:.4g} mm of this "
+                    "campaign: bring it back first (“bufferstand stand jog STAND.toml --to 0”)"
+                )
+                raise Halt(self.trip_of("zero", why, device_fault=False))
+            limit_mm = min(stands_mm + BEYOND_MM, most_mm)
         self._stand.controller.enable(
             force_limit_kN=self._plan.limits.force.value,
-            stroke_limit_mm=min(stroke_mm, self._plan.stand_limits.stroke_max_mm),
+            stroke_limit_mm=limit_mm,
             watchdog_ms=round(self._facts.watchdog_s * 1000.0),
         )
 

@@ -150,16 +150,13 @@ def find_contact(samples: TouchSamples) -> Contact:
     reached = int(np.searchsorted(np.maximum.accumulate(way), lowest))
     used = slice(max(0, min(reached, half) - round(REST_S * rate_Hz)), turn)
     moved_mm = float(np.max(np.abs(way[used][_lag(rate_Hz) :] - way[used][: -_lag(rate_Hz)])))
-    fit = _Hinge(way[used], force[used]).best(lowest, float(way[half]), moved_mm)
-    u_way = _noise(samples.position_mm) / float(np.sqrt(max(1.0, SMOOTHED_S * rate_Hz)))
-    u_place = float(np.hypot(fit.u_place, u_way))
+    own = samples.step.get("position", 0.0) / float(np.sqrt(12.0))
+    scatter_mm = float(np.hypot(_noise(samples.position_mm), own))
+    fit = _Hinge(way[used], force[used], scatter_mm).best(lowest, float(way[half]), moved_mm)
     wires = {
-        name: _reading(
-            way[used], _moved(samples, name, values)[used], fit.place, u_place, samples.step.get(name, 0.0)
-        )
+        name: _reading(way[used], _moved(samples, name, values)[used], fit, samples.step.get(name, 0.0))
         for name, values in samples.wires_mm.items()
     }
-    own = float(np.hypot(u_way, samples.step.get("position", 0.0) / np.sqrt(12.0)))
     return Contact(
         position=Reading(fit.place, own, fit.u_place),
         wires=wires,
@@ -249,11 +246,17 @@ _JUMP = _Family("jump", lambda behind: [behind, (behind > 0.0).astype(np.float64
 
 
 class _Hinge:
-    """Least squares of a level and a rise behind a place, over a coordinate."""
+    """Least squares of a level and a rise behind a place, over a coordinate.
 
-    def __init__(self, way: FloatArray, force: FloatArray) -> None:
+    ``scatter_mm`` is the noise of the single positions. Averaging takes it out of sight but leaves it in the
+    place: the few samples of the rise hold few averages. Seen over the rise it counts as noise of the force,
+    slope times as large.
+    """
+
+    def __init__(self, way: FloatArray, force: FloatArray, scatter_mm: float) -> None:
         self._way = way
         self._force = force
+        self._scatter_mm = scatter_mm
 
     def best(self, low: float, high: float, shortest_mm: float) -> _Fit:
         """Return the fit whose place lies between two ends, in the simplest shape that the samples allow.
@@ -266,39 +269,52 @@ class _Hinge:
         }
         family = min((_CURVED, _JUMP), key=lambda one: squares[one.name])
         needed = JUMPED if family is _JUMP else CURVED
-        residuals = self._solved(places[family.name], family)[1]
-        variance = squares[family.name] / max(1, self._way.size - 4)
-        scale = variance * _repeats(residuals)
-        if squares["straight"] - squares[family.name] <= needed * scale:
+        noise = self._noise_along(places[family.name], family, squares[family.name])
+        if squares["straight"] - squares[family.name] <= needed * float(np.max(noise)):
             family = _STRAIGHT
+            noise = self._noise_along(places[family.name], family, squares[family.name])
         place = places[family.name]
         coefficients = self._solved(place, family)[0]
         jump = shortest_mm / float(np.sqrt(12.0)) if family is _JUMP else 0.0
-        u_place, u_level = self._u(place, coefficients, family, scale)
+        u_place, u_level = self._u(place, coefficients, family, noise)
         return _Fit(
             place,
             float(min(np.hypot(u_place, jump), (high - low) / np.sqrt(3.0))),
             float(coefficients[0]),
             u_level,
             float(coefficients[1]),
-            float(np.sqrt(variance)),
+            float(np.sqrt(squares[family.name] / max(1, self._way.size - 4))),
         )
 
+    def _noise_along(self, place: float, family: _Family, squares: float) -> FloatArray:
+        """Return the variance of the noise at each sample [kN²]: of the force, and of the position behind."""
+        coefficients, residuals = self._solved(place, family)
+        of_force = squares / max(1, self._way.size - 4) * _repeats(residuals)
+        return of_force + (self._rise(place, coefficients, family) * self._scatter_mm) ** 2
+
+    def _rise(self, place: float, coefficients: FloatArray, family: _Family) -> FloatArray:
+        """Return the slope of the force along the way [kN/mm]."""
+        bend = float(coefficients[2]) if family is _CURVED else 0.0
+        behind = np.maximum(self._way - place, 0.0)
+        return np.where(self._way > place, float(coefficients[1]) + 2.0 * bend * behind, 0.0)
+
     def _u(
-        self, place: float, coefficients: FloatArray, family: _Family, scale: float
+        self, place: float, coefficients: FloatArray, family: _Family, noise: FloatArray
     ) -> tuple[float, float]:
         """Return the standard uncertainties of place and level, by the curved shape or that with a jump.
 
         A bend that noise hides may still be there, so that a straight rise is no surer than a curved one.
+        With n samples on a straight rise of slope s, noises σ of force and σx of position, the place has
+        ``3 √((σ / s)² + σx²) / √n``: three times the mean's, as an end of a parabola has.
         """
         behind = np.maximum(self._way - place, 0.0)
-        bend = float(coefficients[2]) if family is _CURVED else 0.0
-        rise = np.where(self._way > place, float(coefficients[1]) + 2.0 * bend * behind, 0.0)
+        rise = self._rise(place, coefficients, family)
         columns = np.column_stack((np.ones_like(behind), behind, behind**2, -rise))
         width = np.max(np.abs(columns), axis=0)
         width[width == 0.0] = 1.0  # a column of zeros has no say
         scaled = columns / width
-        covariance = np.linalg.pinv(scaled.T @ scaled, hermitian=True) * scale / np.outer(width, width)
+        inverse = np.linalg.pinv(scaled.T @ scaled, hermitian=True)
+        covariance = inverse @ (scaled.T * noise) @ scaled @ inverse / np.outer(width, width)
         u = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         return 0.0 if family is _JUMP else float(u[3]), float(u[0])
 
@@ -311,13 +327,19 @@ class _Hinge:
         return float(places[at])
 
     def _solved(self, place: float, family: _Family) -> tuple[FloatArray, FloatArray]:
-        """Return coefficients and residuals; a bend or a jump downwards is none."""
+        """Return coefficients and residuals; a bend, a jump or a rise downwards is none.
+
+        A specimen that goes in takes no force away: without that a bend begins before the contact.
+        """
         behind = np.maximum(self._way - place, 0.0)
         columns = np.column_stack([np.ones_like(behind), *family.columns(behind)])
         coefficients = np.linalg.lstsq(columns, self._force, rcond=None)[0]
         if columns.shape[1] > 2 and coefficients[-1] < 0.0:
             straight, residuals = self._solved(place, _STRAIGHT)
             return np.append(straight, 0.0), residuals
+        if columns.shape[1] > 2 and coefficients[1] < 0.0:
+            ends = np.linalg.lstsq(columns[:, [0, 2]], self._force, rcond=None)[0]
+            coefficients = np.array([ends[0], 0.0, ends[1]])
         return coefficients, self._force - columns @ coefficients
 
     def _squares(self, place: float, family: _Family) -> float:
@@ -332,9 +354,9 @@ def _repeats(residuals: FloatArray) -> float:
     return (1.0 + min(max(alike, 0.0), 0.95)) / (1.0 - min(max(alike, 0.0), 0.95))
 
 
-def _reading(way: FloatArray, wire: FloatArray, place: float, u_place: float, step: float) -> Reading:
+def _reading(way: FloatArray, wire: FloatArray, fit: _Fit, step: float) -> Reading:
     """Return a wire at the contact: by a line before it and another behind it, which meet there."""
-    before, behind = np.minimum(way - place, 0.0), np.maximum(way - place, 0.0)
+    before, behind = np.minimum(way - fit.place, 0.0), np.maximum(way - fit.place, 0.0)
     columns = np.column_stack((np.ones_like(way), before, behind))
     value, *slopes = np.linalg.lstsq(columns, wire, rcond=None)[0].tolist()
     residuals = wire - columns @ np.array([value, *slopes])
@@ -342,4 +364,4 @@ def _reading(way: FloatArray, wire: FloatArray, place: float, u_place: float, st
     covariance = np.linalg.pinv(columns.T @ columns, hermitian=True) * scale
     own = float(np.hypot(np.sqrt(max(0.0, covariance[0, 0])), step / np.sqrt(12.0)))
     steepest = min(1.0, max(abs(slope) for slope in slopes))  # no wire moves faster than the piston
-    return Reading(value, own, steepest * u_place)
+    return Reading(value, own, steepest * fit.u_place)

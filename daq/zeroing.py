@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -23,8 +23,11 @@ from daq.guards import Action, Trip
 from daq.panel import GuardSet
 from daq.scaling import STROKE_WIRES
 from daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
+from daq.touch_peak import SLOW_SHARE
+from daq.zero_limits import ZeroLimits, wires_apart, zero_refusal
 from drivers.interfaces import EndReason
 from foundation.channel import Channel
+from foundation.durations import duration_text
 from foundation.zero import ChannelZero, Touch, Zero
 from protocols.steps import (
     ForceCycles,
@@ -50,34 +53,14 @@ TRIP_OVER_KN = 6.0
 """The force guard trips so far over the touch force while the piston creeps [kN]."""
 AT_ZERO_MM = 0.1
 """The piston stands at its zero within this."""
+SAID_FROM_MM = 1.0
+"""A way back to the piston's zero that is longer than this is said [mm]."""
 LEANS_KN = 0.2
 """A piston that reads so much more force at its own zero than retracted touches the specimen there [kN]."""
 CLEAR_MM = 1.0
 """So far the piston goes back before it creeps to a contact that lies before its own zero [mm]."""
-SLOW_SHARE = 0.1
-"""There it is this program that stops it, later than the controller would: it creeps with this share of the
-speed, so that the force grows by less than a kilonewton meanwhile (150 kN/mm at 0.05 mm/s in 0.1 s)."""
 APART_NOTE_SHARE = 0.2
 """From this share of the refusal on, a difference of the draw wires is said."""
-
-
-@dataclass(frozen=True)
-class ZeroLimits:
-    """How far off the channels may be found.
-
-    Parameters
-    ----------
-    force_kN : float
-        At rest.
-    apart_mm : float
-        Difference of the two draw wires at first contact.
-    release_speed_mm_per_s : float
-        Of the release before the touch.
-    """
-
-    force_kN: float
-    apart_mm: float
-    release_speed_mm_per_s: float
 
 
 class Zeroing:
@@ -118,15 +101,23 @@ class Zeroing:
         self._catch_up = catch_up
         self._specimen = specimen
         self._operator = operator
+        self.arrived: Callable[[], object] = lambda: None
+        """Called once the piston has come to its own zero, from wherever it stood: narrower limits of the
+        device may be set then."""
 
     @property
     def zero(self) -> Zero | None:
         """Return the zero in force."""
         return self._acquisition.zero
 
+    @property
+    def to_come(self) -> bool:
+        """Return whether first contact is still to be touched off: the piston is brought to its zero then."""
+        return self._table.touch and self.zero is None
+
     def due(self, motions: Sequence[Motion]) -> bool:
         """Return whether a touch must come before motions: one compresses, and none has been made."""
-        if not self._table.touch or self.zero is not None:
+        if not self.to_come:
             return False
         for motion in motions:
             if isinstance(motion, TouchOff):
@@ -159,7 +150,8 @@ class Zeroing:
         asked = motion or TouchOff()
         speed = asked.speed_mm_per_s or self._table.speed_mm_per_s
         self.use(None)
-        clear = self._go_to_piston_zero()
+        clear = self._go_to_piston_zero(asked.force_kN)
+        self.arrived()
         samples = Collected()
         self._acquisition.observers.append(samples.take)
         try:
@@ -173,7 +165,7 @@ class Zeroing:
                 self._creep(float(np.mean(rest)), own_rest_kN, force_kN, speed)
             else:
                 speed *= SLOW_SHARE
-                self._creep_from_behind(float(np.mean(rest)), force_kN, speed)
+                self._creep_from_behind(float(np.mean(rest)) + force_kN, speed)
             self._catch_up()
         finally:
             self._acquisition.observers.remove(samples.take)
@@ -193,22 +185,29 @@ class Zeroing:
 
     # --- motions -----------------------------------------------------------------------------------
 
-    def _go_to_piston_zero(self) -> bool:
+    def _go_to_piston_zero(self, asked_kN: float | None) -> bool:
         """Bring the piston to its own zero, from where the controller's static cycles begin.
+
+        It may stand anywhere: far out, as a jog has left it, or retracted. Its way and speed are said.
 
         Returns
         -------
         bool
             Whether it came there without touching; else it stands :data:`CLEAR_MM` before the contact.
         """
-        self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
+        self._go_back()
         position_mm = self._acquisition.latest.values.get("position", 0.0)
         if position_mm >= -AT_ZERO_MM:
             return True
-        free_kN = self._look_at_rest()
-        force_kN = self._acquisition.latest.values.get("force", 0.0) + TOUCH_FORCE_MAX_KN
+        free_kN, rest = self._rest_force()
+        force_kN = self._touch_force_kN(rest, asked_kN)
         speed = self._table.speed_mm_per_s
-        self._driver.perform(RampToForce(force_kN, 0.0, speed), abs(position_mm) / speed)
+        way_s = abs(position_mm) / speed
+        self._say(
+            f"  the piston stands at {position_mm:.2f} mm: forward to its own zero at {speed:g} mm/s "
+            f"({duration_text(way_s)}), until it touches"
+        )
+        self._until_force(float(np.mean(rest)) + force_kN, speed, way_s)
         self._catch_up()
         touched_mm = self._acquisition.latest.values.get("position", 0.0)
         if touched_mm >= -AT_ZERO_MM and self._look_at_rest() - free_kN <= LEANS_KN:
@@ -216,25 +215,40 @@ class Zeroing:
         if -touched_mm > self._table.travel_max_mm:
             raise self._refusal(
                 f"the specimen is touched at {touched_mm:.2f} mm already, further before the piston's own "
-                f"zero than [zero] travel_max_mm = {self._table.travel_max_mm:g}: give the specimen more "
-                "room, or set the controller's zero"
+                f"zero than {self._limits.names.travel} = {self._table.travel_max_mm:g}: give the specimen "
+                "more room, or set the controller's zero"
             )
         self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
         self._driver.perform(RampTo(touched_mm - CLEAR_MM, speed), 2.0 * CLEAR_MM / speed)
         return False
 
-    def _creep_from_behind(self, rest_kN: float, force_kN: float, speed: float) -> None:
-        """Creep to a contact that lies before the piston's own zero, and back off; guarded narrowly."""
+    def _go_back(self) -> None:
+        """Release; a piston that stands far out comes back to its own zero by that."""
+        position_mm = self._acquisition.latest.values.get("position", 0.0)
+        speed = self._limits.release_speed_mm_per_s
+        way_s = max(0.0, position_mm) / speed
+        if position_mm > SAID_FROM_MM:
+            self._say(
+                f"  the piston stands at {position_mm:.2f} mm: back to its own zero at {speed:g} mm/s "
+                f"({duration_text(way_s)})"
+            )
+        self._driver.perform(Release(speed), 10.0 + way_s)
+
+    def _until_force(self, force_kN: float, speed: float, way_s: float) -> None:
+        """Ramp towards the piston's own zero until a force is read; guarded narrowly."""
         panel = self._acquisition.panel
         guards = panel.guards
-        panel.change(self._narrow(rest_kN + force_kN))
-        way_s = 2.0 * CLEAR_MM / speed
+        panel.change(self._narrow(force_kN))
         try:
-            self._driver.perform(RampToForce(rest_kN + force_kN, 0.0, speed), way_s)
-            self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
-            self._catch_up()
+            self._driver.perform(RampToForce(force_kN, 0.0, speed), way_s)
         finally:
             panel.change(guards)
+
+    def _creep_from_behind(self, turn_kN: float, speed: float) -> None:
+        """Creep to a contact that lies before the piston's own zero, and back off."""
+        self._until_force(turn_kN, speed, 2.0 * CLEAR_MM / speed)
+        self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
+        self._catch_up()
 
     def _narrow(self, force_kN: float) -> GuardSet:
         """Return the guards with the force's so far over that of the touch only."""
@@ -258,16 +272,27 @@ class Zeroing:
                 seen.append(status.force_kN)
         return sum(seen) / len(seen) if seen else 0.0
 
+    def _rest_force(self) -> tuple[float, NDArray[np.float64]]:
+        """Stand still for a while; return the controller's own mean [kN], and the samples of the force."""
+        samples = Collected()
+        self._acquisition.observers.append(samples.take)
+        try:
+            own_kN = self._look_at_rest()
+        finally:
+            self._acquisition.observers.remove(samples.take)
+        return own_kN, samples.column("force")
+
     def _touch_force_kN(self, rest: NDArray[np.float64], asked_kN: float | None) -> float:  # noqa: N802
         noise_kN = float(np.std(rest)) if rest.size else math.inf
         given = asked_kN or self._table.touch_force_kN
         if given is None:
             given = min(TOUCH_FORCE_MAX_KN, max(TOUCH_FORCE_MIN_KN, FORCE_OVER_NOISE * noise_kN))
         if given < LEAST_OVER_NOISE * noise_kN:
+            more = f", or raise {self._limits.names.touch_force} (at most {TOUCH_FORCE_MAX_KN:g} kN)"
             raise self._refusal(
                 f"the force at rest scatters by {noise_kN:.2f} kN (standard deviation): a touch at "
-                f"{given:g} kN would not be told from it; mend its cable or filter, or raise touch_force_kN "
-                f"(at most {TOUCH_FORCE_MAX_KN:g} kN)"
+                f"{given:g} kN would not be told from it; mend its cable or filter"
+                + (more if given < TOUCH_FORCE_MAX_KN else "")
             )
         return float(given)
 
@@ -292,7 +317,7 @@ class Zeroing:
             raise self._refusal(
                 f"no contact within {travel_mm:g} mm of the piston's zero (force rose by less than "
                 f"{force_kN:.2g} kN): bring the specimen nearer to the plate, set the controller's zero, or "
-                "raise [zero] travel_max_mm"
+                f"raise {self._limits.names.travel}"
             )
 
     # --- what was found ----------------------------------------------------------------------------
@@ -397,39 +422,6 @@ def step_of(channel: Channel) -> float:
         at = np.zeros(1)
     low, high = channel.calibration.apply(np.array([float(at), float(at) + 1.0]))
     return abs(float(high - low))
-
-
-def zero_refusal(zero: Zero, table: ZeroTable, limits: ZeroLimits) -> str:
-    """Return why a zero is too far off to be one, empty if it is not."""
-    for name in STROKE_WIRES:
-        value = zero.value(name)
-        if abs(value) > table.stroke_max_mm:
-            return (
-                f"{name} reads {value:+.2f} mm at first contact, more than [zero] stroke_max_mm = "
-                f"{table.stroke_max_mm:g} mm: hook the wire in anew, or correct its calibration"
-            )
-    if text := wires_apart(zero, limits.apart_mm):
-        return (
-            f"{text}, more than {limits.apart_mm:g} mm ([zero] wires_apart_max_mm, else the tilt in force): "
-            "align the specimen, or hook the wires in anew"
-        )
-    force_kN = zero.value("force")
-    if abs(force_kN) > limits.force_kN:
-        return (
-            f"the force reads {force_kN:+.2f} kN at rest, more than [guards] zero_force_max_kN = "
-            f"{limits.force_kN:g} kN: unload the specimen, or set the zero of transducer or calibration"
-        )
-    return ""
-
-
-def wires_apart(zero: Zero, most_mm: float) -> str:
-    """Return by how much the two draw wires differ at the zero, empty if by no more than ``most_mm``."""
-    if any(zero.of(name) is None for name in STROKE_WIRES):
-        return ""
-    apart_mm = zero.value("stroke_1") - zero.value("stroke_2")
-    if abs(apart_mm) <= most_mm:
-        return ""
-    return f"at first contact the draw wires differ by {apart_mm:+.2f} mm (stroke_1 − stroke_2)"
 
 
 def _touch_samples(samples: Collected, channels: dict[str, Channel]) -> TouchSamples:

@@ -44,9 +44,15 @@ def port_hint(text: str) -> str:
     if "No such file" in text:
         found = sorted({str(path) for place in _PLACES for name in _NAMES for path in Path(place).glob(name)})
         return f"serial ports of this computer: {', '.join(found) or 'none'}"
-    if "exclusively lock" in text or "Resource temporarily unavailable" in text or "busy" in text.lower():
+    if is_held(text):
         return "another program holds this port: look with fuser, and end it"
     return ""
+
+
+def is_held(text: str) -> bool:
+    """Return whether a port could not be opened because another program holds it."""
+    signs = ("exclusively lock", "Resource temporarily unavailable")
+    return any(sign in text for sign in signs) or "busy" in text.lower()
 
 
 def _who_answers(stand_file: StandFile) -> str:

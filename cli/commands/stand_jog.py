@@ -79,7 +79,7 @@ def command(
     """
     from cli.by_hand import consent, ended, moving, opened
     from daq.driving import Halt
-    from daq.manual import ManualLimits
+    from daq.manual import ManualLimits, watchdog_s
     from foundation.errors import ExitStatus
 
     held_key = is_terminal(sys.stdin)
@@ -88,7 +88,9 @@ def command(
         limits = ManualLimits(min(force_max, stand_file.limits.force_max_kN), stand_file.limits.stroke_max_mm)
         _demand_within(targets, stand_file, stand)
         where = f"by {by:g} mm" if by is not None else "to " + ", ".join(f"{mm:g}" for mm in targets) + " mm"
-        consent(stand_file, limits, f"jog {where} at {speed:g} mm/s", yes_move)
+        gone_mm = speed * watchdog_s(stand_file)
+        killed = f"if this program dies, the controller stops it after {gone_mm:.2g} mm more"
+        consent(stand_file, limits, (("motion", f"jog {where} at {speed:g} mm/s; {killed}"),), yes_move)
         try:
             with moving(devices, stand_file, clock, limits) as hand:
                 goals = targets if by is None else (hand.acquisition.latest.values["position"] + by,)
@@ -112,7 +114,7 @@ def _demand_orders(by: float | None, targets: tuple[float, ...], *, held_key: bo
     if by is None or abs(by) > STEP_MAX_MM:
         raise BadInput(
             f"no terminal in which a key could be held: one command moves by {STEP_MAX_MM:g} mm at most",
-            file="--by",
+            file="--by" if by is not None else "--to",
             remedy=f"give --by of at most {STEP_MAX_MM:g}, again and again; or use a terminal",
         )
 

@@ -35,18 +35,20 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
     """Show every channel live: mean and noise, in counts and in its unit, and how old it is.
 
     Nothing is moved or set. In a terminal it goes on until Ctrl-C. “From zero” is the value from the zero
-    that “bufferstand stand zero” or “tare” has stored.
+    that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds, as one that
+    moves the stand does, is named, and the rest is read.
     """
-    from cli.by_hand import opened, zero_of
+    from cli.by_hand import opened, say, zero_of
     from daq.reading import Reader
+    from drivers.check_hints import is_held
     from foundation.errors import ExitStatus
 
     with opened(stand) as (stand_file, devices, clock):
         zero = zero_of(stand)
-        devices.controller.connect()
-        for sensor in devices.sensors:
-            sensor.start()
         reader = Reader(devices, clock)
+        unopened = reader.begin()
+        for text in unopened:
+            say(f"note: {text}{_held_text(text)}")
         if as_json:
             readings = reader.read(seconds or WINDOW_S, zero)
             content = {
@@ -54,7 +56,7 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
                 "stand": stand_file.stand.id,
                 "zero": None if zero is None else zero.document(),
                 "channels": [one.as_dict() for one in readings],
-                "faults": reader.faults,
+                "faults": [*unopened, *reader.faults],
             }
             write_json(content, "-")
         elif once or (seconds is None and not sys.stdout.isatty()):
@@ -63,7 +65,15 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
             until_s = None if seconds is None else clock.now_s() + seconds
             while until_s is None or clock.now_s() < until_s:
                 _show_once(reader, WINDOW_S, zero, live=sys.stdout.isatty())
-    return ExitStatus.DONE
+    missing = any(not is_held(text) for text in unopened)
+    return ExitStatus.DEVICE_FAULT if missing else ExitStatus.DONE
+
+
+def _held_text(text: str) -> str:
+    """Return who has a sensor that could not be opened, where it is another program."""
+    from drivers.check_hints import is_held
+
+    return "; another program holds it, and only that one reads it" if is_held(text) else ""
 
 
 def _show_once(reader: Reader, duration_s: float, zero: Zero | None, *, live: bool = False) -> None:

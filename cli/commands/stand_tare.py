@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cli.arming import user_name
 from cli.options import EXISTING
 from foundation.errors import BadInput
 
@@ -34,7 +35,7 @@ FORCE_MAX_KN, WIRE_MAX_MM, APART_MAX_MM = 5.0, 10.0, 5.0
     help="Only these; all that the stand has if none is given.",
 )
 @click.option("--specimen", metavar="ID", default="", help="The specimen that is in the stand.")
-@click.option("--operator", metavar="NAME", default="", help="Who does it.")
+@click.option("--operator", metavar="NAME", default="", help="Who does it; the login name if not given.")
 def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str) -> int:
     """Take what the channels read now for their zero; nothing moves.
 
@@ -59,7 +60,7 @@ def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str
             file=stand,
             remedy="see what “bufferstand check” says of it",
         )
-    zero = _zero_of(found, specimen, operator)
+    zero = _zero_of(found, specimen, operator or user_name())
     if why := _refusal(zero, stand_file.stand.tilt_max_mm or APART_MAX_MM):
         say(f"bufferstand: {why}; nothing was written")
         return ExitStatus.STOPPED
@@ -125,8 +126,8 @@ def _zero_of(found: list[ChannelZero], specimen: str, operator: str) -> Zero:
 
 
 def _refusal(zero: Zero, apart_mm: float) -> str:
-    from daq.zeroing import ZeroLimits, zero_refusal
+    from daq.zero_limits import BY_HAND, ZeroLimits, zero_refusal
     from protocols.zero_table import ZeroTable
 
     table = ZeroTable(stroke_max_mm=WIRE_MAX_MM)
-    return zero_refusal(zero, table, ZeroLimits(FORCE_MAX_KN, apart_mm, 1.0))
+    return zero_refusal(zero, table, ZeroLimits(FORCE_MAX_KN, apart_mm, 1.0, BY_HAND))

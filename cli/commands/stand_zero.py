@@ -15,7 +15,7 @@ TRAVEL_MM = 10.0
 @click.command("zero", epilog="Example:  bufferstand stand zero stand.toml --specimen A-0815")
 @click.argument("stand", metavar="STAND.toml", type=EXISTING)
 @click.option("--specimen", metavar="ID", default="", help="The specimen that is in the stand.")
-@click.option("--operator", metavar="NAME", default="", help="Who does it.")
+@click.option("--operator", metavar="NAME", default="", help="Who does it; the login name if not given.")
 @click.option(
     "--touch-force",
     metavar="KN",
@@ -57,11 +57,13 @@ def command(
     too far off to be taken for zero.
     """
     from cli.by_hand import consent, ended, moving, opened, say
+    from cli.movement import touch_rows
     from daq.driving import Halt
     from daq.kept_zero import store_zero
     from daq.limits import DEFAULT_TILT_MM
     from daq.manual import FORCE_MAX_KN, RELEASE_SPEED_MM_PER_S, ManualLimits
-    from daq.zeroing import Zeroing, ZeroLimits
+    from daq.zero_limits import BY_HAND, ZeroLimits
+    from daq.zeroing import Zeroing
     from foundation.errors import ExitStatus
     from protocols.guard_table import GuardTable
     from protocols.zero_table import ZeroTable
@@ -71,14 +73,14 @@ def command(
             min(FORCE_MAX_KN, stand_file.limits.force_max_kN),
             min(travel + 5.0, stand_file.limits.stroke_max_mm),
         )
-        motion = f"touch off: to the piston's zero, then up to {travel:g} mm at {speed:g} mm/s, and back"
-        consent(stand_file, limits, motion, yes_move)
         table = ZeroTable(touch_force_kN=touch_force, speed_mm_per_s=speed, travel_max_mm=travel)
+        stiffness = stand_file.limits.machine_stiffness_kN_per_mm or 0.0
+        armed = consent(stand_file, limits, touch_rows(table, RELEASE_SPEED_MM_PER_S, stiffness), yes_move)
         tilt_mm = stand_file.stand.tilt_max_mm or DEFAULT_TILT_MM
-        far = ZeroLimits(GuardTable().zero_force_max_kN, tilt_mm, RELEASE_SPEED_MM_PER_S)
+        far = ZeroLimits(GuardTable().zero_force_max_kN, tilt_mm, RELEASE_SPEED_MM_PER_S, BY_HAND)
         try:
             with moving(devices, stand_file, clock, limits) as hand:
-                zero = Zeroing(
+                zeroing = Zeroing(
                     hand.acquisition,
                     hand.driver,
                     table,
@@ -86,8 +88,10 @@ def command(
                     say=say,
                     catch_up=hand.catch_up,
                     specimen=specimen,
-                    operator=operator,
-                ).touch()
+                    operator=operator or armed.by,
+                )
+                zeroing.arrived = hand.set_limits
+                zero = zeroing.touch()
         except Halt as halt:
             return ended(halt)
     path = store_zero(stand, zero)

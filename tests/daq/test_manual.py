@@ -14,11 +14,14 @@ from hypothesis import strategies as st
 
 from daq.dead_man import LET_GO_S, DeadMan
 from daq.driving import Halt
+from daq.guards import Action, Trip
 from daq.kept_zero import store_zero, stored_path, stored_zero
-from daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand
+from daq.manual import BEYOND_MM, SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
 from daq.reading import Reader
 from daq.signals import StopLevel, StopRequest
-from drivers.interfaces import ControllerStatus, MotionState
+from daq.stop_eyes import ForceSeen, StopEyes
+from drivers.check_hints import is_held
+from drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
 from drivers.simulated.commands import Fault
 from drivers.simulated.controller import Controller
 from drivers.simulated.inprocess import InProcessStand, open_in_process
@@ -172,6 +175,44 @@ def _with_force(force_kN: float) -> Callable[..., ControllerStatus]:
     return altered
 
 
+def test_a_command_that_is_killed_is_stopped_by_the_shortest_watchdog(
+    made: tuple[InProcessStand, StandFile],
+) -> None:
+    stand, file = made
+    with by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lambda _: None) as hand:
+        assert stand.device.controller.watchdog.time_ms == 1000
+        assert hand.jog(1.0, 1.0, lambda: True)
+    slow = file.controller.model_copy(update={"timeout_s": 0.8, "watchdog_s": 5.0})
+    assert watchdog_s(file.model_copy(update={"controller": slow})) == pytest.approx(1.6)
+
+
+def test_a_piston_far_out_may_come_back_within_wider_limits(made: tuple[InProcessStand, StandFile]) -> None:
+    """As after a jog to 20 mm: a touch by hand sets 8 mm, and its first motion is the way back."""
+    stand, file = made
+    with by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lambda _: None) as hand:
+        assert hand.jog(20.0, SPEED_MAX_MM_PER_S, lambda: True)
+    narrow = ManualLimits(20.0, 8.0)
+    with by_hand(stand.stand, file, stand.clock, narrow, StopRequest(), lambda _: None) as hand:
+        assert stand.device.controller.stroke_limit_mm == pytest.approx(20.0 + BEYOND_MM, abs=0.1)
+        assert hand.jog(0.0, SPEED_MAX_MM_PER_S, lambda: True)
+        hand.set_limits()
+        assert stand.device.controller.stroke_limit_mm == pytest.approx(8.0)
+        assert stand.device.controller.fault is Fault.NONE
+
+
+def test_a_stop_that_was_not_seen_to_be_safe_is_a_fault_whatever_demanded_it(
+    made: tuple[InProcessStand, StandFile], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the force reads 6 kN with nothing on it: nobody can tell."""
+    stand, file = made
+    monkeypatch.setattr(StopEyes, "force", lambda _: ForceSeen(6.0, "force", tared=False))
+    with (
+        pytest.raises(DeviceFault, match=r"^by the operator; safe stop: .*NOT SAFE"),
+        by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lambda _: None),
+    ):
+        raise Halt(Trip("operator", Action.STOP, "by the operator", 0.0, device_fault=False))
+
+
 def test_ctrl_c_stops_it(made: tuple[InProcessStand, StandFile]) -> None:
     stand, file = made
     request = StopRequest()
@@ -224,6 +265,37 @@ def test_readings_are_means_and_noise_in_counts_and_units(made: tuple[InProcessS
     assert stroke.from_zero == pytest.approx(-0.5, abs=0.01)
     assert readings["temperature_1"].value == pytest.approx(21.0, abs=0.2)
     assert readings["temperature_1"].age_s is not None
+
+
+class HeldSensor:
+    """A sensor on a port that another program holds."""
+
+    def __init__(self, sensor: Sensor) -> None:
+        self.facts = sensor.facts
+
+    def start(self) -> None:
+        raise DeviceFault("amplifier at /dev/x: cannot be opened (Could not exclusively lock port)")
+
+    def drain(self) -> list[SampleBlock | SensorFault]:
+        return []
+
+    def close(self) -> None:
+        pass
+
+
+def test_what_another_program_holds_is_named_and_the_rest_is_read(
+    made: tuple[InProcessStand, StandFile],
+) -> None:
+    stand, _ = made
+    sensors = [HeldSensor(one) if one.facts.name == "amplifier" else one for one in stand.stand.sensors]
+    reader = Reader(replace(stand.stand, sensors=tuple(sensors)), stand.clock)
+    (unopened,) = reader.begin()
+    assert is_held(unopened)
+    readings = {one.name: one for one in reader.read(2.0)}
+    assert readings["force"].samples > 1500
+    assert readings["temperature_1"].samples > 0
+    assert readings["force_2"].samples == 0
+    assert readings["force_2"].value is None
 
 
 @given(

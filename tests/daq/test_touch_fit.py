@@ -65,6 +65,34 @@ def test_the_stated_uncertainty_covers_about_as_often_as_it_says(seeds: int) -> 
     assert np.median(widths) < 0.03, "it covers because it is right, not because it is wide"
 
 
+def test_the_place_alone_lies_within_its_own_uncertainty() -> None:
+    """Without what counts and the encoder's stated zero add: these hide a place whose U is too small."""
+    shares: list[float] = []
+    for specimen in SPECIMENS.values():
+        for seed in range(4):
+            gap_mm = float(np.random.default_rng(seed).uniform(0.0, 3.0))
+            samples = touched(specimen, gap_mm=gap_mm, wires_mm=(0.0, 0.0), noise_kN=0.1, seed=seed)
+            place = find_contact(samples).position
+            shares.append(abs(place.value - gap_mm) / place.u_place)
+    assert np.mean(np.array(shares) <= 2.0) >= 0.9
+    assert max(shares) > 0.5, "it is not simply wide"
+
+
+def test_the_uncertainty_of_the_place_is_that_of_the_end_of_a_parabola() -> None:
+    """Closed form, n samples on a straight rise of slope s: u = 3 √((σ / s)² + σx²) / √n."""
+    slope, force_noise, way_noise, step_mm, rise = 50.0, 0.1, 0.01, 0.0005, 120
+    creep = np.arange(2000 + rise) * step_mm
+    way = np.concatenate((creep, creep[::-1]))
+    random = np.random.default_rng(7)
+    contact_mm = float(creep[2000])
+    force = slope * np.maximum(way - contact_mm, 0.0) + random.normal(0.0, force_noise, way.size)
+    position = way + random.normal(0.0, way_noise, way.size)
+    found = find_contact(TouchSamples(np.arange(way.size) / 1000.0, force, position, {}, {}, {})).position
+    expected = 3.0 * np.hypot(force_noise / slope, way_noise) / np.sqrt(rise)
+    assert found.u_place == pytest.approx(expected, rel=0.3)
+    assert abs(found.value - contact_mm) <= 2.0 * found.u_place
+
+
 def test_the_stiffness_of_the_first_rise_is_that_of_frame_and_spring_in_series() -> None:
     spring = Specimen(stiffness_kN_per_mm=2.0, preload_kN=0.0)
     contact = find_contact(touched(spring, gap_mm=1.0, wires_mm=(0.0, 0.0), noise_kN=0.1, seed=3))

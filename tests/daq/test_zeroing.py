@@ -14,12 +14,15 @@ from daq.folder import load_record
 from daq.kept_zero import ZERO_NAME, kept_zero
 from daq.metadata import CampaignFacts
 from daq.runner import CampaignOutcome, run_campaign
+from daq.touch_peak import met_peak_kN, turned_peak_kN
 from drivers.interfaces import MotionState
+from drivers.simulated.commands import Fault
 from drivers.simulated.faults import ScheduledFault
 from drivers.simulated.inprocess import InProcessStand, open_in_process
 from evaluation.api import evaluate
 from evaluation.requirements.static import PRELOAD_FROM_MM, PRELOAD_TO_MM
 from foundation.zero import Zero
+from protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
 from recording.runfile import open_run
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
@@ -43,6 +46,12 @@ record = true
 """
 
 
+HELD = '[[step]]\nkind = "touch"\n'
+"""Nothing but a touch."""
+SHORT = "[limits]\nstroke_max_mm = 30.0"
+"""With what the frame takes, the piston goes to 34 mm at most."""
+
+
 def start(
     folder: Path,
     steps: str,
@@ -62,10 +71,13 @@ def start(
     stand = folder / "stand.toml"
     text = stand.read_text(encoding="utf-8").replace("force_noise_kN = 0.15", f"force_noise_kN = {noise_kN}")
     off = f"wire_zero_mm = {list(wires_mm)}\ngap_mm = {gap_mm}\nforce_zero_kN = {force_kN}\n"
-    off += f"piston_start_mm = {piston_mm}\n"
+    off += f"piston_start_mm = {min(piston_mm, 0.0)}\n"
     stand.write_text(text + off, encoding="utf-8")
     plan, stand_file = sample_plan(path)
     opened, shown = open_in_process(stand_file), Lines()
+    if piston_mm > 0.0:
+        opened.device.actuator.position_mm = opened.device.actuator._followed_mm = piston_mm
+        opened.device.controller.position_mm = opened.device.controller.command_mm = piston_mm
     for fault in faults:
         opened.device.faults.add(fault)
     known = facts_of(stand_file)
@@ -157,6 +169,15 @@ def test_asked_strokes_are_counted_from_first_contact(tmp_path: Path) -> None:
     assert float(np.max(stroke.value)) == pytest.approx(float(np.max(truth["stroke_mm"])), abs=0.15)
 
 
+def test_the_contact_lies_within_the_uncertainty_of_its_place_alone(tmp_path: Path) -> None:
+    """A bend was taken here for one that began 0.017 mm before the contact with a falling force."""
+    outcome, _, _ = start(tmp_path, RAMP, gap_mm=0.5)
+    touch = zero_in(outcome.runs[0]).touch
+    assert touch is not None
+    assert touch.stiffness_kN_per_mm > 0.0
+    assert abs(touch.position_mm - 0.5) <= 2.0 * touch.u_position_mm < 0.015
+
+
 SLOW = """
 [[step]]
 kind = "motion"
@@ -229,7 +250,9 @@ def test_what_is_too_far_off_is_refused_and_the_stand_is_safe(
     tmp_path: Path, kind: dict[str, Any], more: str, says: str
 ) -> None:
     outcome, opened, _ = start(tmp_path, STATIC, zero=more, **kind)
-    assert outcome.exit_status == 3
+    assert outcome.safe_stop is not None
+    assert outcome.exit_status == (3 if outcome.safe_stop.safe else 4)
+    assert outcome.safe_stop.safe == ("force_kN" not in kind), "6 kN may be on the specimen"
     assert says in outcome.reason
     assert not outcome.runs
     record = load_record(tmp_path / "out")
@@ -237,6 +260,50 @@ def test_what_is_too_far_off_is_refused_and_the_stand_is_safe(
     assert record.recorded_nothing(tmp_path / "out"), "mended, the same command begins anew"
     assert opened.device.controller.state in (MotionState.OFF, MotionState.READY)
     assert float(np.max(opened.truth.arrays()["force_kN"])) < 5.0
+
+
+def test_a_piston_that_stands_far_out_comes_back_first_and_that_is_said(tmp_path: Path) -> None:
+    """As a calibration leaves it: beyond the device's limit of this campaign."""
+    zero = "travel_max_mm = 2.0\n" + SHORT
+    outcome, opened, shown = start(tmp_path, RAMP, piston_mm=45.0, gap_mm=50.0, zero=zero)
+    way = r"the piston stands at 4[45]\.\d\d mm: back to its own zero at 20 mm/s \(2\.[23] s\)"
+    assert any(re.search(way, line) for line in shown.lines)
+    assert "no contact within 2 mm" in outcome.reason, "the specimen is far away, and that is all there is"
+    assert outcome.exit_status == 3
+    assert opened.device.controller.fault is Fault.NONE
+    assert opened.device.actuator.position_mm == pytest.approx(0.0, abs=0.2)
+    assert opened.device.controller.stroke_limit_mm < 40.0, "the limit follows"
+
+
+def test_a_piston_far_out_is_not_moved_where_nothing_is_touched_off(tmp_path: Path) -> None:
+    zero = "touch = false\n" + SHORT
+    outcome, opened, _ = start(tmp_path, RAMP, piston_mm=45.0, gap_mm=50.0, zero=zero)
+    assert (outcome.status, outcome.exit_status) == ("refused", 3)
+    assert re.search(
+        r"the piston stands at 4[45]\.\d\d mm, beyond the 34 mm of this campaign", outcome.reason
+    )
+    assert opened.device.actuator.position_mm == pytest.approx(45.0, abs=0.1)
+
+
+def test_a_way_forward_to_the_piston_s_zero_is_said(tmp_path: Path) -> None:
+    _, _, shown = start(tmp_path, RAMP, piston_mm=-3.0)
+    way = r"the piston stands at -[23]\.\d\d mm: forward to its own zero at 0\.5 mm/s \([56]\.\d s\)"
+    assert any(re.search(way, line) for line in shown.lines)
+
+
+@pytest.mark.parametrize(
+    ("gap_mm", "speed", "force_kN"), [(1.0, 1.0, 2.0), (1.0, 0.5, 1.0), (-3.0, 0.5, 2.0)]
+)
+def test_the_force_of_a_touch_stays_below_what_is_announced(
+    tmp_path: Path, gap_mm: float, speed: float, force_kN: float
+) -> None:
+    zero = f"speed_mm_per_s = {speed}\ntouch_force_kN = {force_kN}"
+    outcome, opened, _ = start(tmp_path, HELD, gap_mm=gap_mm, piston_mm=-5.0, zero=zero)
+    assert outcome.status == "complete", outcome.reason
+    table = ZeroTable(speed_mm_per_s=speed, touch_force_kN=force_kN)
+    most_kN = met_peak_kN(table, 150.0) if gap_mm < 0.0 else turned_peak_kN(table, 150.0)
+    peak_kN = float(np.max(opened.truth.arrays()["force_kN"]))
+    assert force_kN - 0.5 < peak_kN <= most_kN < 2.0 * TOUCH_FORCE_MAX_KN + 6.0
 
 
 def test_a_difference_of_the_wires_is_said(tmp_path: Path) -> None:

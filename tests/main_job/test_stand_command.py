@@ -15,7 +15,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import serial
 
+from cli.arming import user_name
 from daq.kept_zero import stored_path, stored_zero
 from tests.clean_stand import clean_stand_text
 from tests.main_job.conftest import bufferstand
@@ -74,6 +76,19 @@ def test_readings_in_counts_and_units(stand: Path) -> None:
     assert force["noise"] == pytest.approx(0.15, rel=0.2)
 
 
+def test_readings_while_another_terminal_holds_the_amplifier(stand: Path) -> None:
+    """As “stand jog” does: what is not held is read, and what is held is named."""
+    with serial.Serial(str(stand.parent / "wires" / "amplifier"), 38400, exclusive=True):
+        done = bufferstand("stand", "read", stand, "--json")
+    assert done.returncode == 0, done.stderr
+    assert "another program holds it" in done.stderr
+    document = json.loads(done.stdout)
+    assert any("amplifier" in text for text in document["faults"])
+    read = {one["name"]: one["samples"] for one in document["channels"]}
+    assert read["force"] > 0
+    assert read["force_2"] == 0
+
+
 def test_a_tare_is_stored_and_one_that_hides_a_fault_is_not(stand: Path, tmp_path: Path) -> None:
     done = bufferstand("stand", "tare", stand, "--channel", "force", "--operator", "me")
     assert done.returncode == 0, done.stderr
@@ -88,7 +103,7 @@ def test_a_tare_is_stored_and_one_that_hides_a_fault_is_not(stand: Path, tmp_pat
     other.write_text(text.replace("coefficients = [-50.0,", "coefficients = [-30.0,"), encoding="utf-8")
     refused = bufferstand("stand", "tare", other)
     assert refused.returncode == 3
-    assert "stroke_1 reads +21.5" in refused.stderr
+    assert re.search(r"stroke_1 reads \+21\.5\d mm at rest, more than 10 mm: hook", refused.stderr)
     assert "nothing was written" in refused.stderr
     assert not stored_path(other).exists()
 
@@ -112,11 +127,12 @@ def test_what_moves_asks_and_is_refused_without_an_answer(stand: Path) -> None:
 def test_first_contact_by_hand(stand: Path) -> None:
     done = bufferstand("stand", "zero", stand, "--specimen", "A-1", "--yes-move", STAND_ID)
     assert done.returncode == 0, done.stderr
-    assert "touch off: to the piston's zero, then up to 10 mm at 0.5 mm/s, and back" in done.stderr
+    assert "to the piston's zero from wherever it stands: back at 5 mm/s, forward at 0.5 mm/s" in done.stderr
+    assert "up to 10 mm at 0.5 mm/s, to 2.8 kN at most, and back" in done.stderr
     assert "valve off" in done.stderr
     zero = stored_zero(stand)
     assert zero is not None
-    assert (zero.how, zero.specimen) == ("touch", "A-1")
+    assert (zero.how, zero.specimen, zero.operator) == ("touch", "A-1", user_name())
     assert zero.value("stroke_1") == pytest.approx(1.5, abs=0.1)
     assert zero.value("position") == pytest.approx(1.0, abs=0.1)
     document = json.loads(bufferstand("stand", "read", stand, "--json").stdout)
@@ -132,7 +148,10 @@ def test_without_a_terminal_it_jogs_step_by_step(stand: Path) -> None:
     assert second - first == pytest.approx(-0.8, abs=0.05)
     far = bufferstand("stand", "jog", stand, "--by", "5", "--yes-move", STAND_ID)
     assert far.returncode == 2
+    assert far.stderr.startswith("bufferstand: --by: ")
     assert "one command moves by 1 mm at most" in far.stderr
+    to = bufferstand("stand", "jog", stand, "--to", "5", "--yes-move", STAND_ID)
+    assert to.stderr.startswith("bufferstand: --to: ")
 
 
 def test_a_latched_fault_is_named_and_reset_by_what_asks_before_it_moves(stand: Path) -> None:
@@ -189,6 +208,12 @@ class Held:
         self.read(0.3)
         return float(re.findall(r"position (-?\d+\.\d+)", self.text)[-1])
 
+    def hang_up(self) -> int:
+        """Close the terminal while it runs; return its exit status."""
+        os.close(self.descriptor)
+        _, status = os.waitpid(self.pid, 0)
+        return os.waitstatus_to_exitcode(status)
+
     def end(self) -> int:
         until_s = time.monotonic() + HANGS_S
         while self.status is None:
@@ -220,3 +245,11 @@ def test_in_a_terminal_it_moves_while_a_key_is_held(stand: Path) -> None:
     assert held.end() == 0
     assert positions(held.text)[-2:] == pytest.approx([-4.0, -2.0], abs=0.05)
     assert "valve off" in held.text
+
+
+def test_a_terminal_that_is_closed_is_the_operator_s_stop(stand: Path) -> None:
+    held = Held("stand", "jog", str(stand), "--to", "-9", "--yes-move", STAND_ID)
+    held.wait_for("hold any key to move")
+    held.wait_for(r"position -?\d", holding=True)
+    assert held.hang_up() == 3, "1 is that of a specimen that failed"
+    assert bufferstand("stand", "tare", stand, "--channel", "force").returncode == 0, "its valve is off"

@@ -16,7 +16,8 @@ from cli.simulation import STARVED_S
 from daq.driving import Halt
 from daq.manual import ManualLimits, ManualStand, by_hand
 from daq.signals import StopRequest
-from daq.zeroing import Zeroing, ZeroLimits
+from daq.zero_limits import ZeroLimits
+from daq.zeroing import Zeroing
 from drivers.connect import build_controller, build_sensors
 from drivers.interfaces import MotionState, Stand
 from drivers.simulated.inprocess import open_in_process
