@@ -71,6 +71,11 @@ class Commanding:
         """Compensate from now on by these terms, and say what is to be said."""
         self._terms, self._voice, self._once = terms, voice, Once(voice)
 
+    @property
+    def voice(self) -> Voice:
+        """Who says what becomes of the commands."""
+        return self._voice
+
     def begin_step(self, step: PlannedStep, motions: Sequence[Motion]) -> None:
         """Take the motions of a step, which say where a ramp leads to and what forces are expected."""
         self._step, self._motions, self.rows = step, motions, []
