@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 PASSES = 2.0
 """So many passes ahead is looked where a turn is not known yet: its force grows faster and faster."""
 LOOKED_AT = 5
-"""So many passes are looked at before the first ramp: on a busy computer they last longer than they should."""
+"""So many passes are looked at before the first ramp: on a busy computer they last longer than planned."""
 WAY_MM = 2.0
 """As long as a turn is not known the piston goes no further than this within a reaction [mm]: so far a
 spring's stiffness hardly changes, and its force can be foreseen."""

@@ -62,10 +62,8 @@ class ForceRow:
         last = f"{self.reached_min_kN:.1f} … {self.reached_max_kN:.1f} kN in the last cycle"
         if not self.cycles_off:
             return f"asked {asked}, {last}: met within {self.tolerance_kN:.3g} kN in every cycle"
-        text = (
-            f"asked {asked}, {last}: not met within {self.tolerance_kN:.3g} kN in cycles {self.cycles_off} of "
-            f"{self.cycles}"
-        )
+        where = f"cycles {self.cycles_off} of {self.cycles}"
+        text = f"asked {asked}, {last}: not met within {self.tolerance_kN:.3g} kN in {where}"
         if self.stroke_limit_mm is not None:
             text += f"; the stroke limit of {self.stroke_limit_mm:g} mm came before {self.asked_max_kN:g} kN"
         return text

@@ -193,6 +193,8 @@ class Estimator:
         self._note(index, request, walk)
         kinds = Harmonic | StaticCycles | ForceCycles
         cyclic = [motion.cycles for motion in motions if isinstance(motion, kinds)]
+        warms = isinstance(request.step, WarmUpStep)
+        is_open = warms and not self._around.predictor.knows_heat
         return PlannedStep(
             index=index,
             name=request.name,
@@ -207,7 +209,7 @@ class Estimator:
             peak_speed_mm_per_s=shape.peak_speed_mm_per_s,
             cycles=sum(cyclic) if cyclic else None,
             expected_peak_force_kN=self._peak_force(motions, start_C, compensate=request.compensate),
-            expected_heat_J=walk.heat_J,
+            expected_heat_J=0.0 if is_open else walk.heat_J,
             start_temperature_C=start_C,
             end_temperature_C=walk.end.mass_C,
             max_temperature_C=walk.highest.mass_C,
@@ -224,7 +226,7 @@ class Estimator:
             purpose=shape.purpose,
             compensate=request.compensate,
             warmth=request.step.warmth() if isinstance(request.step, WarmUpStep) else None,
-            expected_cycles=walk.cycles if isinstance(request.step, WarmUpStep) else None,
+            expected_cycles=walk.cycles if warms and not is_open else None,
             start_band=request.step.start_band(),
             wait_s=wait_s,
             asked=request.step.asked(),

@@ -172,7 +172,7 @@ def _row(step: PlannedStep, *, knows_heat: bool) -> tuple[str, ...]:
         number(step.peak_speed_mm_per_s, ".4g"),
         _cycles_text(step),
         number(step.expected_peak_force_kN, ".0f"),
-        f"{step.expected_heat_J / 1000.0:.1f}" if knows_heat or step.expected_heat_J > 0.0 else "not known",
+        _heat_text(step, knows_heat=knows_heat),
         f"{step.end_temperature_C:.1f}" if knows_heat else "not known",
         _sensor_text(step) if knows_heat else "not known",
         duration_text(step.duration_s),
@@ -192,6 +192,11 @@ def _sines(step: PlannedStep) -> tuple[str, str]:
     return f"{specimen.mean_mm:.1f} ± {specimen.amplitude_mm:.1f}", ""
 
 
+def _heat_text(step: PlannedStep, *, knows_heat: bool) -> str:
+    known = knows_heat or step.expected_heat_J > 0.0 or step.only_waits
+    return f"{step.expected_heat_J / 1000.0:.1f}" if known else "not known"
+
+
 def _sensor_text(step: PlannedStep) -> str:
     return f"{step.sensor_end_temperature_C:.1f}" + (" (stop)" if step.stops else "")
 
@@ -199,6 +204,8 @@ def _sensor_text(step: PlannedStep) -> str:
 def _cycles_text(step: PlannedStep) -> str:
     if step.cycles is None:
         return ""
+    if step.is_open:
+        return f"≤ {step.cycles}"
     if step.expected_cycles is not None:
         return f"≈ {step.expected_cycles:.0f}"
     return str(step.cycles) if step.steady is None else f"{step.steady.min_cycles}…{step.cycles}"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from protocols.evenness import LOOK_S
 from protocols.kinds.common import Positive
 from protocols.kinds.cyclic import SineOrSlow
 from protocols.steps import Warmth
@@ -21,6 +22,19 @@ class WarmUpStep(SineOrSlow):
     max_cycles: int = Field(default=500, gt=0, le=100_000)
     soak_s: float = Field(default=0.0, ge=0)
     timeout_s: Positive = 7200.0
+
+    @model_validator(mode="after")
+    def _there_is_time(self) -> Self:
+        if self.timeout_s <= self.soak_s + LOOK_S:
+            soak = f" and soak_s = {self.soak_s:g}" if self.soak_s > 0.0 else ""
+            raise ValueError(
+                f"timeout_s = {self.timeout_s:g} is over before the first cycle: it looks for {LOOK_S:g} s"
+                f"{soak} comes on top; raise timeout_s"
+                if soak
+                else f"timeout_s = {self.timeout_s:g} is over before the first cycle: it looks for {LOOK_S:g} s; "
+                "raise timeout_s"
+            )
+        return self
 
     def most_cycles(self) -> int:
         """Return how many cycles it can have."""
