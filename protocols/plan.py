@@ -285,11 +285,7 @@ def make_plan(
     final = estimator(thermal)
     chosen = tuple(requests) if put is None else put.chosen
     steps = final.steps(chosen)
-    cold, warm = (
-        [one for one in off if not any(one.request is request for request in done)]
-        for off in (final.too_cold, final.never_cool)
-    )
-    demand_right_warmth(campaign, cold, warm)
+    demand_right_warmth(campaign, final, done)
     ordering = None
     if put is not None:
         ordering = Ordering(

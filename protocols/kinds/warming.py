@@ -26,13 +26,9 @@ class WarmUpStep(SineOrSlow):
     @model_validator(mode="after")
     def _there_is_time(self) -> Self:
         if self.timeout_s <= self.soak_s + LOOK_S:
-            soak = f" and soak_s = {self.soak_s:g}" if self.soak_s > 0.0 else ""
             raise ValueError(
-                f"timeout_s = {self.timeout_s:g} is over before the first cycle: it looks for {LOOK_S:g} s"
-                f"{soak} comes on top; raise timeout_s"
-                if soak
-                else f"timeout_s = {self.timeout_s:g} is over before the first cycle: it looks for {LOOK_S:g} s; "
-                "raise timeout_s"
+                f"timeout_s = {self.timeout_s:g} is no longer than what it rests in any case: soak_s = "
+                f"{self.soak_s:g}, and {LOOK_S:g} s in which it looks; raise timeout_s, or shorten soak_s"
             )
         return self
 

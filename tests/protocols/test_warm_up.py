@@ -85,10 +85,31 @@ def test_the_stop_is_a_limit_above_it(plan: MakePlan) -> None:
 
 
 def test_a_goal_that_the_model_does_not_reach_is_said(plan: MakePlan) -> None:
-    weak = ClosedFormSpring(capacity_J_per_K=10_000.0, loss_W_per_K=100.0)
+    weak = ClosedFormSpring(capacity_J_per_K=10_000.0, loss_W_per_K=15.0)
     found = plan(warm_up(), spring=weak)
     assert any("by the model the sensor only comes to" in note for note in found.notes), found.notes
     assert found.steps[0].expected_cycles == 500.0
+
+
+@pytest.mark.parametrize(
+    ("to_C", "more", "said"),
+    [
+        (10.0, "", r"waiting never cools the specimen from 21\.0 °C to 8 … 12 °C: the air has 21 °C"),
+        (-300.0, "", r"to -302 … -298 °C: the air has 21 °C; give it a temperature_C above 21"),
+        (75.0, OWN_STOP + "max_cycles = 1\n", "not half the way from 21.0 °C to 73 °C"),
+        (75.0, OWN_STOP + "timeout_s = 1\n", "timeout_s = 1 is no longer than what it rests"),
+        (75.0, OWN_STOP + "soak_s = 8000\n", "soak_s = 8000, and 15 s in which it looks"),
+        (75.0, OWN_STOP + "timeout_s = 60\n", "more than twice timeout_s = 60"),
+    ],
+)
+def test_a_warm_up_that_cannot_end_is_refused(plan: MakePlan, to_C: float, more: str, said: str) -> None:
+    with pytest.raises(BadInput, match=said):
+        plan(warm_up(to_C, more), spring=EASY)
+
+
+def test_a_specimen_that_is_colder_than_the_air_may_warm_up_to_less(plan: MakePlan) -> None:
+    cold = "[conditions]\nspecimen_C = 5.0\n"
+    assert plan(cold + warm_up(10.0, ""), spring=EASY).steps[0].warmth is not None
 
 
 @pytest.mark.parametrize(("band_K", "said"), [(0.01, True), (0.06, True), (0.0625, False), (2.0, False)])
@@ -150,7 +171,9 @@ def test_heat_is_counted_up_to_the_end_only(plan: MakePlan) -> None:
 
 
 def test_cycles_that_nobody_can_say_are_at_most_and_no_heat(load: Load) -> None:
-    curve = CurvePredictor(((0.0, 15.0), (25.0, 67.0), (60.0, 195.0), (96.0, 600.0)), 0.5, None, 1.15, "a sheet")
+    curve = CurvePredictor(
+        ((0.0, 15.0), (25.0, 67.0), (60.0, 195.0), (96.0, 600.0)), 0.5, None, 1.15, "a sheet"
+    )
     found = make_plan(load(warm_up(35.0)), STAND, curve, SPECIMEN)
     step = found.steps[0]
     assert step.is_open
