@@ -14,6 +14,7 @@ from foundation.purpose import Purpose
 from protocols.campaign import Campaign
 from protocols.expansion import Request, motions_of
 from protocols.first_cycle import peak_force
+from protocols.force_turns import Loading
 from protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
@@ -201,7 +202,7 @@ class Estimator:
     ) -> PlannedStep:
         shape = _shape(request.step)
         moves_s = sum(estimate.duration_s for estimate in walk.estimates)
-        self._note(index, request, walk)
+        self._note(index, request, motions, walk, start_C)
         kinds = Harmonic | StaticCycles | ForceCycles
         cyclic = [motion.cycles for motion in motions if isinstance(motion, kinds)]
         warms = isinstance(request.step, WarmUpStep)
@@ -332,8 +333,17 @@ class Estimator:
         notes = warm_up_notes(step, walk, planned.heating, knows_heat=predictor.knows_heat)
         self.notes += [f"{name}: {note}" for note in notes]
 
-    def _note(self, index: int, request: Request, walk: Walk) -> None:
+    def _note(
+        self, index: int, request: Request, motions: Sequence[Motion], walk: Walk, start_C: float
+    ) -> None:
         test = limits_of(request.step, self._around.test)
+        if isinstance(request.step, ForceCyclesStep) and self._around.predictor.known_to_mm > 0.0:
+            give = self._around.give_mm_per_kN
+            taken = 0.0 if request.compensate else give
+            loading = Loading(self._around.predictor, start_C, give, taken)
+            between = [motion for motion in motions if isinstance(motion, ForceCycles)]
+            said = [note for motion in between for note in loading.notes(motion)]
+            self.notes += [f"step {index} “{request.name}”: {note}" for note in said]
         if isinstance(request.step, CoolDownStep):
             note = _cool_down_note(request.step, self._around.ambient_C)
             if note and walk.estimates[0].duration_s > 0.0:

@@ -175,11 +175,11 @@ def test_a_narrow_window_is_met_though_the_turns_wander(tmp_path: Path, tick_s: 
     assert not any("WARNING" in line for line in shown.lines)
 
 
-@pytest.mark.parametrize(("high", "speed"), [(590.0, 300.0), (500.0, 300.0)])
+@pytest.mark.parametrize(("high", "speed"), [(500.0, 230.0), (400.0, 300.0)])
 def test_a_slow_loop_makes_the_first_cycle_slower_and_not_overrun(
     tmp_path: Path, high: float, speed: float
 ) -> None:
-    """A pass of 0.2 s is 60 mm at 300 mm/s: looking ahead does not help, going slower does."""
+    """A pass of 0.2 s is 46 to 60 mm: looking ahead does not help, going slower does."""
     settings = RunSettings(pace=Pace(tick_s=0.2))
     outcome, opened, _ = run(tmp_path, force_cycles(50.0, high, speed, 3), settings=settings)
     assert outcome.status == "complete", outcome.reason
