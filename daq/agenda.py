@@ -308,10 +308,9 @@ def _with_their_pauses(
 
 def _expected(step: PlannedStep, *, knows_heat: bool) -> Expected:
     moves_s = step.expected_duration_s - step.wait_s  # the wait before it has a line of its own
-    says_heat = not step.is_open and (knows_heat or step.expected_heat_J > 0.0 or step.only_waits)
     return Expected(
         moves_s,
-        step.expected_heat_J if says_heat else None,
+        None if not knows_heat and step.nobody_says_heat else step.expected_heat_J,
         step.sensor_end_temperature_C if knows_heat else None,
         step.is_open,
     )

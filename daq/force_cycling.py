@@ -21,6 +21,7 @@ import numpy as np
 from daq.acquisition import Acquisition
 from daq.force_row import ForceTurns, force_row
 from daq.turn_watch import TurnWatch
+from protocols.force_turns import FINEST_MM
 from protocols.steps import ForceCycles, RampTo, RampToForce
 
 if TYPE_CHECKING:
@@ -48,8 +49,6 @@ LARGEST_SHARE = 0.2
 force any further, for there the stiffness falls …"""
 LARGEST_MM = 2.0
 """… or this, whichever is more [mm]: far off, the stiffness is another."""
-LEAST_MM = 0.02
-"""Less is left as it is [mm]: encoders show a hundredth."""
 BEYOND_MM = 0.1
 """So far beyond the stroke limit a ramp may seem to lead before it is held [mm]: noise."""
 SOFTEST_SHARE = 0.2
@@ -186,7 +185,7 @@ class _Cycling:
             short_kN = turn.sign * (turn.asked_kN - turn.reached_kN)
             if short_kN <= NEAR * self._motion.tolerance_kN:
                 break
-            if turn.sign * (target_mm - turn.stood_mm) < LEAST_MM:
+            if turn.sign * (target_mm - turn.stood_mm) < FINEST_MM:
                 turn.by_limit = True
                 break
         turn.target_mm, turn.known = target_mm, True

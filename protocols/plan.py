@@ -172,7 +172,7 @@ def _row(step: PlannedStep, *, knows_heat: bool) -> tuple[str, ...]:
         number(step.peak_speed_mm_per_s, ".4g"),
         _cycles_text(step),
         number(step.expected_peak_force_kN, ".0f"),
-        _heat_text(step, knows_heat=knows_heat),
+        "not known" if not knows_heat and step.nobody_says_heat else f"{step.expected_heat_J / 1000.0:.1f}",
         f"{step.end_temperature_C:.1f}" if knows_heat else "not known",
         _sensor_text(step) if knows_heat else "not known",
         duration_text(step.duration_s),
@@ -190,11 +190,6 @@ def _sines(step: PlannedStep) -> tuple[str, str]:
         return "", f"{piston.mean_mm:.1f} ± {piston.amplitude_mm:.1f}"
     specimen = Sine.between(turns.lower_mm, turns.upper_mm)
     return f"{specimen.mean_mm:.1f} ± {specimen.amplitude_mm:.1f}", ""
-
-
-def _heat_text(step: PlannedStep, *, knows_heat: bool) -> str:
-    known = knows_heat or step.expected_heat_J > 0.0 or step.only_waits
-    return f"{step.expected_heat_J / 1000.0:.1f}" if known else "not known"
 
 
 def _sensor_text(step: PlannedStep) -> str:

@@ -191,6 +191,11 @@ class PlannedStep:
         return self.steady is not None or self.warmth is not None
 
     @property
+    def nobody_says_heat(self) -> bool:
+        """Whether its heat of 0 stands for one that is not known, where heat cannot be predicted."""
+        return not (self.expected_heat_J > 0.0 or self.only_waits)
+
+    @property
     def is_open(self) -> bool:
         """Whether nobody can say how many cycles it takes: duration and disk are the most then, heat is 0."""
         return self.warmth is not None and self.expected_cycles is None
