@@ -50,6 +50,7 @@ class Agenda:
         self._policy = plan.campaign.limits.on_temperature_stop
         self._air_C = plan.campaign.content.conditions.ambient_C
         self._replanner = replanner
+        self._plan_knows_heat = self._knows_heat = plan.knows_heat
         self._first, self._pause_before = _with_their_pauses(plan.steps)
         self._planned = {step.plan_hash: step for step in plan.steps}
         self._left = [step for step in plan.steps if not step.pause and not over(step)]
@@ -134,7 +135,8 @@ class Agenda:
             planned = self._pause_before.get(self._left[0].plan_hash) if self._left else None
         return self._as_run(
             step, seen, cycles, complete, run, heat_J or 0.0,
-            None if planned is None else _expected(planned), _expected(step),
+            None if planned is None else _expected(planned, knows_heat=self._plan_knows_heat),
+            _expected(step, knows_heat=self._knows_heat),
         )  # fmt: skip
 
     def rested(self, step: PlannedStep, seen: Seen, temperature_C: float) -> AsRun:
@@ -196,6 +198,7 @@ class Agenda:
         """Expect of what is left what a predictor says that was not there when it was planned."""
         if self._replanner is not None:
             self._replanner.know(predictor)
+            self._knows_heat = predictor.knows_heat
             self._outdated = True
 
     def begin(self, specimen_C: float | None, ambient_C: float | None) -> None:
@@ -308,9 +311,14 @@ def _with_their_pauses(
     return tuple(kept), pauses
 
 
-def _expected(step: PlannedStep) -> Expected:
+def _expected(step: PlannedStep, *, knows_heat: bool) -> Expected:
     moves_s = step.expected_duration_s - step.wait_s  # the wait before it has a line of its own
-    return Expected(moves_s, step.expected_heat_J, step.sensor_end_temperature_C)
+    return Expected(
+        moves_s,
+        None if not knows_heat and step.nobody_says_heat else step.expected_heat_J,
+        step.sensor_end_temperature_C if knows_heat else None,
+        step.is_open,
+    )
 
 
 def _heat_J(step: PlannedStep, cycles: int, *, complete: bool) -> float | None:  # noqa: N802 - the unit's capital

@@ -28,15 +28,41 @@ REPORT_HEADER = (
     "end °C planned", "as learned", "measured",
 )  # fmt: skip
 """Columns of :func:`report_rows`; “as learned” is what was expected just before the step."""
+NOT_KNOWN = "not known"
 
 
 @dataclass(frozen=True)
 class Expected:
-    """What is expected of a step: how long it takes [s], its heat [J], and the sensor at its end [°C]."""
+    """What is expected of a step.
+
+    Parameters
+    ----------
+    duration_s : float
+        How long it takes [s].
+    heat_J : float or None
+        Its heat [J]; None where nobody can say.
+    end_C : float or None
+        The sensor at its end [°C]; None where nobody can say.
+    at_most : bool
+        Whether it may as well end much sooner: a warm-up of which nobody knows how many cycles it takes.
+    """
 
     duration_s: float
-    heat_J: float
-    end_C: float
+    heat_J: float | None
+    end_C: float | None
+    at_most: bool = False
+
+    def duration_text(self) -> str:
+        """Return how long it takes, as a person says it."""
+        return ("at most " if self.at_most else "") + duration_text(self.duration_s)
+
+    def heat_text(self, unit: str = "") -> str:
+        """Return its heat in kJ."""
+        return NOT_KNOWN if self.heat_J is None else f"{self.heat_J / 1000.0:.1f}{unit}"
+
+    def end_text(self, unit: str = "") -> str:
+        """Return the sensor at its end in °C."""
+        return NOT_KNOWN if self.end_C is None else f"{self.end_C:.1f}{unit}"
 
 
 @dataclass(frozen=True)
@@ -105,10 +131,10 @@ class AsRun:
         end = "" if self.end_C is None else f", {self.end_C:.1f} °C at its end"
         text = f"took {duration_text(self.duration_s)}, {self.heat_J / 1000.0:.1f} kJ{end}"
         if self.planned is not None:
-            text += (
-                f" (planned: {duration_text(self.planned.duration_s)}, "
-                f"{self.planned.heat_J / 1000.0:.1f} kJ, {self.planned.end_C:.1f} °C)"
-            )
+            planned = self.planned
+            heat = "heat not known" if planned.heat_J is None else planned.heat_text(" kJ")
+            end = "end not known" if planned.end_C is None else planned.end_text(" °C")
+            text += f" (planned: {planned.duration_text()}, {heat}, {end})"
         left = f"; about {duration_text(self.left_s)} left"
         if abs(self.left_s - self.planned_left_s) > 0.05 * self.planned_left_s + 1.0:
             left += f" (by the first plan {duration_text(self.planned_left_s)})"
@@ -207,12 +233,12 @@ def report_rows(rows: Sequence[AsRun]) -> list[tuple[str, ...]]:
         (
             "" if row.pause else str(row.index),
             row.name + ("" if row.complete else " (stopped)"),
-            "" if row.planned is None else duration_text(row.planned.duration_s),
+            "" if row.planned is None else row.planned.duration_text(),
             duration_text(row.duration_s),
-            "" if row.planned is None else f"{row.planned.heat_J / 1000.0:.1f}",
+            "" if row.planned is None else row.planned.heat_text(),
             f"{row.heat_J / 1000.0:.1f}",
-            "" if row.planned is None else f"{row.planned.end_C:.1f}",
-            f"{row.estimated.end_C:.1f}",
+            "" if row.planned is None else row.planned.end_text(),
+            row.estimated.end_text(),
             "" if row.end_C is None else f"{row.end_C:.1f}",
         )
         for row in rows
@@ -277,29 +303,34 @@ class Totals:
         Of the steps that came to their end, and of the waits [s].
     planned_wait_s, measured_wait_s : float
         The part of it that is waiting for the specimen to cool.
-    planned_heat_J, measured_heat_J : float
-        Of the steps that came to their end.
+    planned_heat_J, measured_heat_J : float or None, float
+        Of the steps that came to their end; None where nobody could say it of one of them.
     planned_missed_K, learned_missed_K : float or None
         How far the expected temperatures at the steps' ends were from those measured, in the mean: by the
-        first plan, and just before each step. None where nothing was measured.
+        first plan, and just before each step. None where nothing was measured, or expected.
+    planned_at_most : bool
+        Whether one of the steps was planned with the most time that it could take.
     """
 
     planned_s: float
     measured_s: float
     planned_wait_s: float
     measured_wait_s: float
-    planned_heat_J: float
+    planned_heat_J: float | None
     measured_heat_J: float
     planned_missed_K: float | None
     learned_missed_K: float | None
+    planned_at_most: bool = False
 
     def sentence(self) -> str:
         """Return them as a person says it."""
+        heat = NOT_KNOWN if self.planned_heat_J is None else f"{self.planned_heat_J / 1000.0:.0f} kJ"
+        planned = ("at most " if self.planned_at_most else "") + duration_text(self.planned_s)
         text = (
-            f"took {duration_text(self.measured_s)} (planned {duration_text(self.planned_s)}), of which "
+            f"took {duration_text(self.measured_s)} (planned {planned}), of which "
             f"{duration_text(self.measured_wait_s)} waiting to cool (planned "
             f"{duration_text(self.planned_wait_s)}); {self.measured_heat_J / 1000.0:.0f} kJ of heat (planned "
-            f"{self.planned_heat_J / 1000.0:.0f} kJ)"
+            f"{heat})"
         )
         if self.planned_missed_K is not None and self.learned_missed_K is not None:
             text += (
@@ -315,20 +346,25 @@ def totals(rows: Sequence[AsRun]) -> Totals:
     waits = [row for row in over if row.pause or row.kind == "cool-down"]
     known = [row for row in over if row.planned is not None and row.end_C is not None and row not in waits]
 
-    def planned(of: Sequence[AsRun], name: str) -> float:
-        return float(sum(getattr(row.planned, name) for row in of if row.planned is not None))
+    plans = [row.planned for row in over if row.planned is not None]
+    heats = [plan.heat_J for plan in plans if plan.heat_J is not None]
+
+    def planned_s(of: Sequence[AsRun]) -> float:
+        return float(sum(row.planned.duration_s for row in of if row.planned is not None))
 
     def missed(name: str) -> float | None:
-        apart = [abs(getattr(row, name).end_C - (row.end_C or 0.0)) for row in known]
+        ends = [(getattr(row, name).end_C, row.end_C or 0.0) for row in known]
+        apart = [abs(expected_C - end_C) for expected_C, end_C in ends if expected_C is not None]
         return sum(apart) / len(apart) if apart else None
 
     return Totals(
-        planned(over, "duration_s"),
+        planned_s(over),
         sum(row.duration_s for row in over),
-        planned(waits, "duration_s"),
+        planned_s(waits),
         sum(row.duration_s for row in waits),
-        planned(over, "heat_J"),
+        sum(heats) if len(heats) == len(plans) else None,
         sum(row.heat_J for row in over),
         missed("planned"),
         missed("estimated"),
+        any(plan.at_most for plan in plans),
     )

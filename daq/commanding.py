@@ -84,6 +84,11 @@ class Commanding:
         self._terms, self._voice, self._once = terms, voice, Once(voice)
         self._keep_learned = keep
 
+    @property
+    def voice(self) -> Voice:
+        """Who says what becomes of the commands."""
+        return self._voice
+
     def begin_step(
         self, step: PlannedStep, motions: Sequence[Motion], specimen_C: float | None = None
     ) -> None:

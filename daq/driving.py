@@ -14,6 +14,7 @@ from daq.acquisition import Acquisition
 from daq.catching_up import catch_up
 from daq.commanding import Commandable, Commanding
 from daq.force_cycling import cycle_between_forces
+from daq.force_row import ForceRow
 from daq.guards import Action, Trip
 from daq.progress import Part
 from daq.signals import StopLevel, StopRequest
@@ -105,6 +106,8 @@ class Driver:
         self._waits_since_s = 0.0
         self.cycles_done = 0
         """Full cycles of all cyclic motions of the step so far."""
+        self.force_rows: list[ForceRow] = []
+        """What the step's motions between two forces asked for and reached."""
         self.command_s = 0.0
         """How long the controller took to take the last motion: some round trips of the wire, without the
         samples that were read in between [s]."""
@@ -121,6 +124,7 @@ class Driver:
     ) -> None:
         """Forget the cycles of the step before; take the motions (left) of this one, and how warm it is."""
         self.cycles_done = self._cycles_before = 0
+        self.force_rows = []
         if step is not None:
             self.commanding.begin_step(step, motions, specimen_C)
 

@@ -1,9 +1,10 @@
 """Cycling between two forces, which no controller of edition 2 does by itself: it is driven from here.
 
 A running ramp cannot be replaced by another, and a hold that is asked for comes late by a reaction. So the
-first cycle feels its way: it holds early by what the force would grow meanwhile, and goes on by what is
-missing divided by the stiffness measured there. Every later ramp goes to a learned position and ends by
-itself; after each turn the position is corrected by::
+first cycle feels its way: it goes no faster than a reaction allows, holds early by what the force would grow
+meanwhile, and goes on by what is missing divided by the stiffness measured there. Every later ramp has the
+speed that was asked for, goes to a learned position and ends by itself; after each turn the position is
+corrected by::
 
     Δposition = (asked − reached force) / (dF / dposition)
 
@@ -18,17 +19,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from daq.acquisition import Acquisition
+from daq.force_row import ForceTurns, force_row
 from daq.turn_watch import TurnWatch
+from protocols.force_turns import FINEST_MM
 from protocols.steps import ForceCycles, RampTo, RampToForce
 
 if TYPE_CHECKING:
     from daq.driving import Driver
 
-REACTION_S = 0.03
-"""From the command to hold until the piston stands [s]; the age of the newest sample, the time of a pass and
-what the command takes on the wire come on top, as they are measured."""
 PASSES = 2.0
 """So many passes ahead is looked where a turn is not known yet: its force grows faster and faster."""
+LOOKED_AT = 5
+"""So many passes are looked at before the first ramp: on a busy computer they last longer than planned."""
+WAY_MM = 2.0
+"""As long as a turn is not known the piston goes no further than this within a reaction [mm]: so far a
+spring's stiffness hardly changes, and its force can be foreseen."""
+WINDOW_SHARE = 0.25
+"""Nor may the force come by more than this share of what lies between the two forces …"""
+STEEPER = 4.0
+"""… where behind the upper turn it falls this much steeper than it rose: friction turns round."""
+SLOWEST_MM_PER_S = 1.0
+"""Slower it does not go [mm/s]: a spring would relax meanwhile."""
 TOP_UPS = 8
 """So often at most a turn that fell short is gone on with."""
 NEAR = 0.4
@@ -38,8 +49,6 @@ LARGEST_SHARE = 0.2
 force any further, for there the stiffness falls …"""
 LARGEST_MM = 2.0
 """… or this, whichever is more [mm]: far off, the stiffness is another."""
-LEAST_MM = 0.02
-"""Less is left as it is [mm]: encoders show a hundredth."""
 BEYOND_MM = 0.1
 """So far beyond the stroke limit a ramp may seem to lead before it is held [mm]: noise."""
 SOFTEST_SHARE = 0.2
@@ -87,11 +96,12 @@ def cycle_between_forces(
     acquisition.listeners.append(cycling.watch.take)
     try:
         with driver.counting_turns():
+            cycling.look_at_passes()
             for _ in range(motion.cycles):
                 cycling.cycle()
     finally:
         acquisition.listeners.remove(cycling.watch.take)
-    cycling.say_what_was_missed()
+        cycling.say_what_was_reached()
 
 
 class _Cycling:
@@ -111,40 +121,57 @@ class _Cycling:
         self._lower = _Turn(-1.0, motion.force_min_kN, 0.0)
         self._pass_s = acquisition.pace.tick_s
         self._passed_s: float | None = None
-        self._missed: dict[str, list[int]] = {}
+        self._stands_mm = 0.0
+        self._made: list[ForceTurns] = []
+
+    def look_at_passes(self) -> None:
+        """Stand for some passes, to see how long one takes here: by that the first ramp has its speed."""
+        for _ in range(LOOKED_AT):
+            self._driver.pump()
+            self._note_pass()
 
     def cycle(self) -> None:
         """Load, unload, and put what was reached into the run."""
-        for turn in (self._upper, self._lower):
-            self._go(turn)
         upper, lower = self._upper, self._lower
-        number = self._driver.cycles_done + 1
-        for turn, name in ((upper, "force_max_kN"), (lower, "force_min_kN")):
-            if abs(turn.reached_kN - getattr(self._motion, name)) > self._motion.tolerance_kN:
-                self._missed.setdefault(name, []).append(number)
+        before_mm = upper.stood_mm if upper.known else None
+        self._go(upper)
+        if before_mm is not None:  # what lies between the turns repeats itself, not where they are
+            lower.target_mm = self._kept(lower.target_mm + upper.stood_mm - before_mm)
+        self._go(lower)
+        made = ForceTurns(self._driver.cycles_done + 1, lower.reached_kN, upper.reached_kN, upper.by_limit)
         self._acquisition.say(
             "force-cycle",
-            f"cycle {number}: {lower.reached_kN:.1f} … {upper.reached_kN:.1f} kN",
-            cycle=number,
-            force_min_kN=lower.reached_kN,
-            force_max_kN=upper.reached_kN,
+            f"cycle {made.number}: {made.text()}",
+            cycle=made.number,
+            force_min_kN=made.lower_kN,
+            force_max_kN=made.upper_kN,
             piston_min_mm=lower.stood_mm,
             piston_max_mm=upper.stood_mm,
-            stroke_limit=upper.by_limit,
+            stroke_limit=made.by_limit,
         )
+        if made.is_off(self._motion) and not any(one.is_off(self._motion) for one in self._made):
+            self._warn_of(made)
+        self._made.append(made)
         self._driver.count_cycle()
 
-    def say_what_was_missed(self) -> None:
-        """Say which turns were further from their force than the tolerance."""
+    def _warn_of(self, made: ForceTurns) -> None:
+        """Say aloud that a cycle is off, and why where that is known."""
         motion = self._motion
-        for name, cycles in self._missed.items():
-            where = f"{len(cycles)} of the cycles, first in {cycles[0]}"
-            met = f"was not met within {motion.tolerance_kN:.3g} kN"
-            why = ""
-            if name == "force_max_kN" and self._upper.by_limit:
-                why = f": the stroke limit of {motion.stroke_limit_mm:g} mm came first"
-            text = f"{name} = {getattr(motion, name):g} {met} in {where}{why}"
-            self._acquisition.say("step", text, cycles=cycles)
+        why = f" (the stroke limit of {motion.stroke_limit_mm:g} mm came first)" if made.by_limit else ""
+        self._driver.commanding.voice.warn(
+            f"WARNING: cycle {made.number} went {made.text()}{why}, asked {motion.force_min_kN:g} … "
+            f"{motion.force_max_kN:g} kN within {motion.tolerance_kN:.3g} kN"
+        )
+
+    def say_what_was_reached(self) -> None:
+        """Put what was asked for and reached into the run; aloud where it was not met."""
+        row = force_row(self._motion, self._made)
+        if row is None:
+            return
+        self._driver.force_rows.append(row)
+        self._acquisition.say("force", row.sentence(), **row.as_dict())
+        if row.cycles_off:
+            self._driver.commanding.voice.warn(f"WARNING: {row.sentence()}")
 
     def _go(self, turn: _Turn) -> None:
         """Go to a turn, and on where it fell short; learn where it lies."""
@@ -158,7 +185,7 @@ class _Cycling:
             short_kN = turn.sign * (turn.asked_kN - turn.reached_kN)
             if short_kN <= NEAR * self._motion.tolerance_kN:
                 break
-            if turn.sign * (target_mm - turn.stood_mm) < LEAST_MM:
+            if turn.sign * (target_mm - turn.stood_mm) < FINEST_MM:
                 turn.by_limit = True
                 break
         turn.target_mm, turn.known = target_mm, True
@@ -168,8 +195,9 @@ class _Cycling:
         acquisition, driver = self._acquisition, self._driver
         self.watch.begin_ramp()
         self._passed_s = None
-        speed = self._motion.speed_mm_per_s
-        driver.ramp(RampTo(target_mm, speed), self._limit_s, lambda: self._enough(turn, target_mm))
+        speed = self._speed(turn)
+        limit_s = self._limit_s + abs(target_mm - self._stands_mm) / speed
+        driver.ramp(RampTo(target_mm, speed), limit_s, lambda: self._enough(turn, target_mm, speed))
         ended_us = acquisition.device_now_us
         acquisition.renew_status()
         driver.wait(self._motion.DWELL_S)
@@ -177,25 +205,44 @@ class _Cycling:
             driver.pump()
         status = acquisition.latest.status
         turn.stood_mm = target_mm if status is None else status.command_mm - driver.commanding.zero_mm
+        self._stands_mm = turn.stood_mm
         if turn.sign > 0.0:  # the piston goes on by more than the specimen, never by less
             left_mm = self._motion.stroke_limit_mm - acquisition.latest.values.get("stroke", 0.0)
             self._furthest_mm = min(self._way_mm, turn.stood_mm + left_mm)
 
-    def _enough(self, turn: _Turn, target_mm: float) -> bool:
-        """Whether the ramp must be held now, so that the force is not overrun when the hold has come."""
-        latest = self._acquisition.latest
-        if latest.device_s is not None:
+    def _speed(self, turn: _Turn) -> float:
+        """Return how fast the piston goes to a turn [mm/s]: to one that is not known, as it can be seen."""
+        if turn.known:
+            return self._motion.speed_mm_per_s
+        way_mm = WAY_MM
+        if turn.sign < 0.0 and (stiffness := self.watch.stiffness_before_kN_per_mm):
+            window_kN = self._upper.reached_kN - turn.asked_kN
+            way_mm = min(way_mm, WINDOW_SHARE * max(window_kN, 0.0) / (STEEPER * stiffness))
+        slow = max(way_mm / self._reaction_s(turn), SLOWEST_MM_PER_S)
+        return min(self._motion.speed_mm_per_s, slow)
+
+    def _reaction_s(self, turn: _Turn) -> float:
+        """Return how long it takes from a sample until the piston stands because of it [s]."""
+        wire_s = (self._acquisition.age_s or 0.0) + self._driver.command_s
+        return (1.0 if turn.known else PASSES) * self._pass_s + wire_s + self._motion.REACTION_S
+
+    def _note_pass(self) -> None:
+        """See how long a pass takes; a long one counts for some time."""
+        now_s = self._acquisition.latest.device_s
+        if now_s is not None:
             if self._passed_s is not None:
-                self._pass_s = max(latest.device_s - self._passed_s, 0.9 * self._pass_s)
-            self._passed_s = latest.device_s
+                self._pass_s = max(now_s - self._passed_s, 0.9 * self._pass_s)
+            self._passed_s = now_s
+
+    def _enough(self, turn: _Turn, target_mm: float, speed_mm_per_s: float) -> bool:
+        """Whether the ramp must be held now, so that the force is not overrun when the hold has come."""
+        self._note_pass()
         rate = self.watch.rate_kN_per_s()
         if rate is None:
             return False
-        left_s = turn.sign * (target_mm - self.watch.position_mm) / self._motion.speed_mm_per_s
-        wire_s = (self._acquisition.age_s or 0.0) + self._driver.command_s
-        reaction_s = (1.0 if turn.known else PASSES) * self._pass_s + wire_s + REACTION_S
-        ahead_s = min(reaction_s, max(left_s, 0.0))
-        then_mm = latest.values.get("stroke", 0.0) + ahead_s * self._motion.speed_mm_per_s
+        left_s = turn.sign * (target_mm - self.watch.position_mm) / speed_mm_per_s
+        ahead_s = min(self._reaction_s(turn), max(left_s, 0.0))
+        then_mm = self._acquisition.latest.values.get("stroke", 0.0) + ahead_s * speed_mm_per_s
         if turn.sign > 0.0 and then_mm > self._motion.stroke_limit_mm + BEYOND_MM:
             return True
         then_kN = self.watch.force_kN + rate * ahead_s

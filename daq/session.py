@@ -110,6 +110,7 @@ class Session:
         self._terms: Terms | None = None
         self._keeper: StrokeKeeper | None = None
         self._off: list[int] = []
+        self._forces_off: list[int] = []
         self._warmed: Warmed | None = None
         self.seen: Seen | None = None
         """What the last step, or wait for cooling, did to the specimen."""
@@ -214,6 +215,9 @@ class Session:
         if self._off:
             steps = ", ".join(str(index) for index in dict.fromkeys(self._off))
             self._showing.message(f"WARNING: the stroke that was asked for was not reached in step {steps}")
+        if self._forces_off:
+            steps = ", ".join(str(index) for index in dict.fromkeys(self._forces_off))
+            self._showing.message(f"WARNING: the forces that were asked for were not met in step {steps}")
         if report is not None:
             self._showing.message(report.line)
         if self._alive is not None:
@@ -311,6 +315,7 @@ class Session:
     def _keep_strokes(self, step: PlannedStep) -> None:
         """Keep what a step asked, commanded and reached, with what was learned of the stroke."""
         terms, rows = self._need_terms(), self._need().driver.commanding.rows
+        self._forces_off += [step.index] * any(row.cycles_off for row in self._need().driver.force_rows)
         if not rows:
             return
         self._off += [step.index] * any(row.compensated and row.is_off(terms.table) for row in rows)

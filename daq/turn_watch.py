@@ -31,9 +31,12 @@ class TurnWatch:
         self._position: list[Floats] = []
         self._extreme_kN: float | None = None
         self._stiffness: float | None = None
+        self.stiffness_before_kN_per_mm: float | None = None
+        """dF/dposition before the turn before this one; None where it is not known."""
 
     def begin_turn(self, sign: float) -> None:
-        """Forget everything: the way leads to greater forces now (+1), or to smaller ones (−1)."""
+        """Forget the turn before: the way leads to greater forces now (+1), or to smaller ones (−1)."""
+        self.stiffness_before_kN_per_mm = self.stiffness_kN_per_mm()
         self._sign, self._extreme_kN, self._stiffness = sign, None, None
         self._time, self._force, self._position = [], [], []
 

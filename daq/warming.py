@@ -238,6 +238,7 @@ def _period_s(step: PlannedStep) -> float:
     for motion, estimate in zip(step.motions, step.estimates, strict=True):
         if isinstance(motion, Harmonic):
             return 1.0 / motion.frequency_Hz
-        if isinstance(motion, StaticCycles | ForceCycles) and step.expected_cycles:
-            return estimate.duration_s / step.expected_cycles
+        planned = step.cycles if step.expected_cycles is None else step.expected_cycles
+        if isinstance(motion, StaticCycles | ForceCycles) and planned:
+            return estimate.duration_s / planned
     return 1.0

@@ -14,6 +14,7 @@ from foundation.purpose import Purpose
 from protocols.campaign import Campaign
 from protocols.expansion import Request, motions_of
 from protocols.first_cycle import peak_force
+from protocols.force_turns import Loading
 from protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
@@ -43,6 +44,7 @@ from protocols.steps import (
 from protocols.temperature_limits import limits_of
 from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
 from protocols.turn_changes import turn_changes
+from protocols.warm_up_outlook import never_warm, warm_up_notes
 
 HASH_VERSION = 1
 """Raised when the meaning of a motion changes, so that no old run passes for a new one."""
@@ -69,8 +71,6 @@ class DataRate:
         return round(self.bytes_per_s * duration_s + self.bytes_per_run)
 
 
-SENSOR_STEP_K = 0.0625
-"""What a DS18B20 tells apart at 12 bit [K]."""
 _REACHED_K = 0.01
 """A wait is found to a millionth of its time; so near its end it has come there [K]."""
 
@@ -82,6 +82,16 @@ class OffBand:
     index: int
     request: Request
     sensor_C: float
+
+
+@dataclass(frozen=True)
+class NeverWarm:
+    """A warm-up that cannot end: its number, why not, and what to do."""
+
+    index: int
+    request: Request
+    problem: str
+    remedy: str
 
 
 @dataclass(frozen=True)
@@ -144,6 +154,8 @@ class Estimator:
         """Steps that are expected to begin below their band of temperatures."""
         self.never_cool: list[OffBand] = []
         """Steps that are expected to begin above a band that ends below the air."""
+        self.never_warm: list[NeverWarm] = []
+        """Warm-ups that are not expected to end, by more than the model may be wrong."""
 
     def steps(
         self, requests: Sequence[Request], start: Temperatures | None = None
@@ -173,7 +185,7 @@ class Estimator:
             step = self._step(index, request, motions, walk, begins.mass_C, wait_s)
             planned.append(replace(step, heating=heating))
             if isinstance(request.step, WarmUpStep):
-                self._note_warming(request.step, planned[-1], walk)
+                self._look_at_warming(request, request.step, planned[-1], walk, begins.sensor_C)
             now = walk.end
             if walk.ended:  # the next starts when the specimen has cooled; if it cannot, at the air's
                 cools_s = walk.stops[-1].wait_s
@@ -192,9 +204,11 @@ class Estimator:
     ) -> PlannedStep:
         shape = _shape(request.step)
         moves_s = sum(estimate.duration_s for estimate in walk.estimates)
-        self._note(index, request, walk)
+        self._note(index, request, motions, walk, start_C)
         kinds = Harmonic | StaticCycles | ForceCycles
         cyclic = [motion.cycles for motion in motions if isinstance(motion, kinds)]
+        warms = isinstance(request.step, WarmUpStep)
+        is_open = warms and not self._around.predictor.knows_heat
         return PlannedStep(
             index=index,
             name=request.name,
@@ -209,7 +223,7 @@ class Estimator:
             peak_speed_mm_per_s=shape.peak_speed_mm_per_s,
             cycles=sum(cyclic) if cyclic else None,
             expected_peak_force_kN=self._peak_force(motions, start_C, compensate=request.compensate),
-            expected_heat_J=walk.heat_J,
+            expected_heat_J=0.0 if is_open else walk.heat_J,
             start_temperature_C=start_C,
             end_temperature_C=walk.end.mass_C,
             max_temperature_C=walk.highest.mass_C,
@@ -226,7 +240,7 @@ class Estimator:
             purpose=shape.purpose,
             compensate=request.compensate,
             warmth=request.step.warmth() if isinstance(request.step, WarmUpStep) else None,
-            expected_cycles=walk.cycles if isinstance(request.step, WarmUpStep) else None,
+            expected_cycles=walk.cycles if warms and not is_open else None,
             start_band=request.step.start_band(),
             wait_s=wait_s,
             asked=request.step.asked(),
@@ -323,42 +337,30 @@ class Estimator:
                     "all the same (too_cold = “run”)"
                 )
 
-    def _note_warming(self, step: WarmUpStep, planned: PlannedStep, walk: Walk) -> None:
-        """Say how long warming up should take, or that the model does not see it end."""
-        name, warmth = f"step {planned.index} “{planned.name}”", step.warmth()
-        reached_C, heating = walk.end.sensor_C, planned.heating
-        if not self._around.predictor.knows_heat:
-            self.notes.append(
-                f"{name}: nobody states the specimen's heat: how many cycles it takes to "
-                f"{warmth.low_C:g} … {warmth.high_C:g} °C is not known; at most {step.max_cycles}"
-            )
-        elif walk.highest.sensor_C < warmth.low_C - _REACHED_K and reached_C < warmth.low_C - _REACHED_K:
-            self.notes.append(
-                f"{name}: by the model the sensor only comes to {reached_C:.1f} °C in {walk.cycles:.0f} "
-                f"cycles, not to {warmth.low_C:g} °C; cycle with more amplitude or faster, or raise "
-                "max_cycles"
-            )
-        elif sum(one.duration_s for one in walk.estimates) > step.timeout_s:
-            self.notes.append(f"{name}: takes longer by the model than timeout_s = {step.timeout_s:g}")
-        elif walk.cycles > 0.0:
-            self.notes.append(
-                f"{name}: about {walk.cycles:.0f} cycles and {duration_text(walk.expected_duration_s)} to "
-                f"{warmth.low_C:g} … {warmth.high_C:g} °C, by the model, with the rest in which the sensor "
-                "becomes even with the spring"
-            )
-        if warmth.band_K < SENSOR_STEP_K:
-            self.notes.append(
-                f"{name}: band_K = {warmth.band_K:g} is less than the sensors tell apart (steps of "
-                f"{SENSOR_STEP_K:g} K): a reading may never lie in {warmth.low_C:g} … {warmth.high_C:g} °C"
-            )
-        if heating is not None and heating.least_K is not None and heating.least_K > 2.0 * warmth.band_K:
-            self.notes.append(
-                f"{name}: the shortest go of cycles heats by {heating.least_K:.2f} K, more than the band of "
-                f"{2.0 * warmth.band_K:g} K is wide: it overshoots and waits to cool; cycle more gently"
-            )
+    def _look_at_warming(
+        self, request: Request, step: WarmUpStep, planned: PlannedStep, walk: Walk, begins_C: float
+    ) -> None:
+        """Say how long warming up should take, or keep that it cannot end."""
+        predictor, ambient_C = self._around.predictor, self._around.ambient_C
+        found = never_warm(step, walk, begins_C, ambient_C, knows_heat=predictor.knows_heat)
+        if found is not None:
+            self.never_warm.append(NeverWarm(planned.index, request, *found))
+            return
+        name = f"step {planned.index} “{planned.name}”"
+        notes = warm_up_notes(step, walk, planned.heating, knows_heat=predictor.knows_heat)
+        self.notes += [f"{name}: {note}" for note in notes]
 
-    def _note(self, index: int, request: Request, walk: Walk) -> None:
+    def _note(
+        self, index: int, request: Request, motions: Sequence[Motion], walk: Walk, start_C: float
+    ) -> None:
         test = limits_of(request.step, self._around.test)
+        if isinstance(request.step, ForceCyclesStep) and self._around.predictor.known_to_mm > 0.0:
+            give = self._around.give_mm_per_kN
+            taken = 0.0 if request.compensate else give
+            loading = Loading(self._around.predictor, start_C, give, taken)
+            between = [motion for motion in motions if isinstance(motion, ForceCycles)]
+            said = [note for motion in between for note in loading.notes(motion)]
+            self.notes += [f"step {index} “{request.name}”: {note}" for note in said]
         if isinstance(request.step, CoolDownStep):
             note = _cool_down_note(request.step, self._around.ambient_C)
             if note and walk.estimates[0].duration_s > 0.0:

@@ -29,7 +29,6 @@ from protocols.kinds import (
 )
 from protocols.limits import Envelope
 from protocols.steps import (
-    ForceCycles,
     Harmonic,
     Hold,
     Motion,
@@ -205,7 +204,8 @@ def motions_of(  # noqa: PLR0911 - one for each kind
         case InnerLoopsStep():
             return (*_loops(step, motion), release)
         case ForceCyclesStep():
-            return (_between_forces(step, limits), release)
+            limit_mm = limits.stroke.value if step.stroke_limit_mm is None else step.stroke_limit_mm
+            return (step.motion(limit_mm), release)
         case MotionStep():
             return _composed(step, release, limits)
         case CoolDownStep():
@@ -218,14 +218,6 @@ def motions_of(  # noqa: PLR0911 - one for each kind
 def _sine(step: HarmonicStep) -> Harmonic:
     frequency, _ = step.rate()
     return Harmonic(step.prestress_mm, step.amplitude_mm, frequency, step.most_cycles())
-
-
-def _between_forces(step: ForceCyclesStep, limits: Envelope) -> ForceCycles:
-    limit_mm = limits.stroke.value if step.stroke_limit_mm is None else step.stroke_limit_mm
-    return ForceCycles(
-        step.force_min_kN, step.force_max_kN, limit_mm, step.speed_mm_per_s, step.cycles,
-        step.tolerance_percent,
-    )  # fmt: skip
 
 
 def _held(step: HoldStep, motion: MotionSettings, release: Release, limits: Envelope) -> tuple[Motion, ...]:

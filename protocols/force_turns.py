@@ -2,14 +2,98 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from protocols.commanded import piston_mm
-from protocols.prediction import Predictor
+from protocols.prediction import Predictor, StaticEstimate
 from protocols.steps import ForceCycles, Turns
 
 POINTS = 400
 """Of the way back; between two of them the stroke is interpolated."""
+FINEST_MM = 0.02
+"""Finer a piston is not set [mm]: encoders show a hundredth."""
+SURE_MM = 0.1
+"""So far a turn may wander at one force from one cycle to the next [mm], on the simulated stand of the
+samples: a spring creeps, and force and encoder have noise."""
+NEAR_SHARE = 0.02
+"""The stiffness at the upper turn is that over this share of its force."""
+
+
+@dataclass(frozen=True)
+class Loading:
+    """A specimen in its machine on the way to a force.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The specimen.
+    temperature_C : float
+        Its temperature [°C].
+    give_mm_per_kN : float
+        1 / k of the machine.
+    taken_mm_per_kN : float
+        The same where the stroke limit is the piston's; 0 where it is the specimen's.
+    """
+
+    predictor: Predictor
+    temperature_C: float
+    give_mm_per_kN: float
+    taken_mm_per_kN: float
+
+    def to(self, motion: ForceCycles) -> StaticEstimate:
+        """Return the compression to the upper force, or to the stroke limit where that comes first."""
+        return self.predictor.static(
+            motion.force_max_kN,
+            motion.stroke_limit_mm,
+            motion.speed_mm_per_s,
+            self.temperature_C,
+            self.taken_mm_per_kN,
+        )
+
+    def stiffness_at_turn(self, motion: ForceCycles) -> float:
+        """Return dF/dposition of the piston just before the upper turn [kN/mm]."""
+        top = self.to(motion)
+        before = self.to(replace(motion, force_max_kN=(1.0 - NEAR_SHARE) * top.peak_force_kN))
+        grown_kN = top.peak_force_kN - before.peak_force_kN
+        way_mm = piston_mm(top.end_stroke_mm - before.end_stroke_mm, grown_kN, self.give_mm_per_kN)
+        return grown_kN / way_mm if way_mm > 0.0 else 0.0
+
+    def finest_kN(self, motion: ForceCycles) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return the force [kN] of the finest way of the piston, at the turn where it is more."""
+        turns = self.turns(motion)
+        way_mm = turns.piston_upper_mm - turns.piston_lower_mm
+        between = (turns.upper_kN - turns.lower_kN) / way_mm if way_mm > 0.0 else 0.0
+        return FINEST_MM * max(self.stiffness_at_turn(motion), between)
+
+    def turns(self, motion: ForceCycles) -> Turns:
+        """Return where the motion turns (:func:`force_turns`)."""
+        return force_turns(
+            self.predictor, motion, self.temperature_C, self.give_mm_per_kN, self.taken_mm_per_kN
+        )
+
+    def notes(self, motion: ForceCycles) -> list[str]:
+        """Return what of the motion is expected not to be met, or not surely."""
+        notes, turns, tolerance_kN = [], self.turns(motion), motion.tolerance_kN
+        if turns.upper_kN < motion.force_max_kN - tolerance_kN:
+            notes.append(
+                f"the stroke limit of {motion.stroke_limit_mm:g} mm comes at {turns.upper_kN:.0f} kN, before "
+                f"force_max_kN = {motion.force_max_kN:g}: it turns there"
+            )
+        wander_kN = self.finest_kN(motion) * SURE_MM / FINEST_MM
+        if tolerance_kN < wander_kN:
+            notes.append(
+                f"tolerance_percent = {motion.tolerance_percent:g} ({tolerance_kN:.2g} kN) may not be met in "
+                f"every cycle: {SURE_MM:g} mm of the piston are {wander_kN:.2g} kN"
+            )
+        way_mm = turns.piston_upper_mm - turns.piston_lower_mm
+        if way_mm < motion.speed_mm_per_s * motion.REACTION_S:
+            notes.append(
+                f"between its forces the piston goes {way_mm:.2f} mm: too little to come to "
+                f"{motion.speed_mm_per_s:g} mm/s within {motion.REACTION_S:g} s"
+            )
+        return notes
 
 
 def force_turns(

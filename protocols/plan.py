@@ -172,7 +172,7 @@ def _row(step: PlannedStep, *, knows_heat: bool) -> tuple[str, ...]:
         number(step.peak_speed_mm_per_s, ".4g"),
         _cycles_text(step),
         number(step.expected_peak_force_kN, ".0f"),
-        f"{step.expected_heat_J / 1000.0:.1f}" if knows_heat or step.expected_heat_J > 0.0 else "not known",
+        "not known" if not knows_heat and step.nobody_says_heat else f"{step.expected_heat_J / 1000.0:.1f}",
         f"{step.end_temperature_C:.1f}" if knows_heat else "not known",
         _sensor_text(step) if knows_heat else "not known",
         duration_text(step.duration_s),
@@ -199,6 +199,8 @@ def _sensor_text(step: PlannedStep) -> str:
 def _cycles_text(step: PlannedStep) -> str:
     if step.cycles is None:
         return ""
+    if step.is_open:
+        return f"≤ {step.cycles}"
     if step.expected_cycles is not None:
         return f"≈ {step.expected_cycles:.0f}"
     return str(step.cycles) if step.steady is None else f"{step.steady.min_cycles}…{step.cycles}"
@@ -278,11 +280,7 @@ def make_plan(
     final = estimator(thermal)
     chosen = tuple(requests) if put is None else put.chosen
     steps = final.steps(chosen)
-    cold, warm = (
-        [one for one in off if not any(one.request is request for request in done)]
-        for off in (final.too_cold, final.never_cool)
-    )
-    demand_right_warmth(campaign, cold, warm)
+    demand_right_warmth(campaign, final, done)
     ordering = None
     if put is not None:
         ordering = Ordering(

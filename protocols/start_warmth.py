@@ -1,30 +1,50 @@
-"""Refusals of steps that would begin at another temperature than they are to: no waiting mends that."""
+"""Refusals of steps that would begin, or never come to be, at the temperature at which they are to be."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 from foundation.errors import BadInput
 from protocols.campaign import Campaign
-from protocols.estimate import OffBand
+from protocols.estimate import Estimator, NeverWarm, OffBand
+from protocols.expansion import Request
+
+OffT = TypeVar("OffT", OffBand, NeverWarm)
 
 
-def demand_right_warmth(campaign: Campaign, cold: Sequence[OffBand], warm: Sequence[OffBand]) -> None:
-    """Refuse a plan in which a step would begin too cold, or too warm for any time of waiting.
+def demand_right_warmth(campaign: Campaign, estimator: Estimator, over: Sequence[Request]) -> None:
+    """Refuse a plan in which a step would not begin, or a warm-up not end, as warm as it is to be.
 
     Parameters
     ----------
     campaign : Campaign
-    cold : sequence of OffBand
-        Steps that are expected to begin below their band: waiting warms nothing.
-    warm : sequence of OffBand
-        Those that are expected to begin above one that ends below the air: waiting never cools so far.
+    estimator : Estimator
+        That has planned the steps.
+    over : sequence of Request
+        What is complete: it is not refused any more.
 
     Raises
     ------
     BadInput
-        If there is one, unless a step that is too cold says that it is run all the same.
+        If there is one; a step that is too cold may say that it is run all the same.
     """
+
+    def left(found: Sequence[OffT]) -> list[OffT]:
+        return [one for one in found if not any(one.request is request for request in over)]
+
+    _demand_start(campaign, left(estimator.too_cold), left(estimator.never_cool))
+    for one in left(estimator.never_warm):
+        raise BadInput(
+            f"step {one.index} “{one.request.name}”: {one.problem}",
+            file=campaign.path,
+            place=campaign.place(one.request.number, one.request.nested),
+            remedy=one.remedy,
+        )
+
+
+def _demand_start(campaign: Campaign, cold: Sequence[OffBand], warm: Sequence[OffBand]) -> None:
+    """Refuse steps that begin below their band, or above one below the air: no waiting mends that."""
     for one in cold:
         band = one.request.step.start_band()
         if band is None or not band.refuses_cold:

@@ -76,8 +76,7 @@ def deviations_section(source: Source) -> Section:
                 note="Everything recorded up to that moment is kept and evaluated.",
             )
         )
-    if (strokes := _strokes(source)) is not None:
-        blocks.append(strokes)
+    blocks += [table for table in (_strokes(source), _forces(source)) if table is not None]
     return Section("deviations", "Deviations and stopped runs", tuple(blocks))
 
 
@@ -127,6 +126,31 @@ def _off(run: ReportRun, row: Mapping[str, Any]) -> Cell:
     if row["reached_amplitude_mm"] is None:
         return Cell(f"expected {fixed(expected.upper_mm, 2)}")
     return Cell(f"expected {fixed(expected.mean_mm, 2)} ± {fixed(expected.amplitude_mm, 2)}")
+
+
+def _forces(source: Source) -> Table | None:
+    """Return what was asked and reached in each run between two forces; None if there is none."""
+    rows = []
+    for run in source.runs:
+        for row in run.forces:
+            off = f"none of {row['cycles']} cycles"
+            if row["cycles_off"]:
+                off = f"cycles {row['cycles_off']} of {row['cycles']}"
+            if row["stroke_limit_mm"] is not None:
+                off += f"; the stroke limit of {row['stroke_limit_mm']:g} mm came first"
+            rows.append(
+                (
+                    Cell(str(run.number), "number"),
+                    Cell(f"{row['asked_min_kN']:g} … {row['asked_max_kN']:g}"),
+                    Cell(f"{fixed(row['reached_min_kN'], 1)} … {fixed(row['reached_max_kN'], 1)}"),
+                    Cell(significant(row["tolerance_kN"], 3)),
+                    Cell(off, "bad" if row["cycles_off"] else "text"),
+                )
+            )
+    heads = ("Run", "Asked kN", "Reached kN", "Tolerance kN", "Off")
+    note = "Reached in the last cycle. Cycles that are named turned further from a force than the tolerance."
+    columns = tuple(Column(head) for head in heads)
+    return Table("Forces asked and reached", columns, tuple(rows), note=note) if rows else None
 
 
 def _derived_deviations(source: Source) -> list[str]:

@@ -48,6 +48,8 @@ class ReportRun:
         Number of a step, where this is one of the steps of a run (:attr:`parts`).
     strokes : tuple of mapping
         What was asked, commanded and reached in each cyclic motion (event ``stroke``, docs/run-file.md).
+    forces : tuple of mapping
+        What was asked and reached in each motion between two forces (event ``force``).
     """
 
     number: int
@@ -60,6 +62,7 @@ class ReportRun:
     problem: str = ""
     part: int | None = None
     strokes: tuple[Mapping[str, Any], ...] = ()
+    forces: tuple[Mapping[str, Any], ...] = ()
 
     @property
     def label(self) -> str:

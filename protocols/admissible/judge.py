@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from protocols.admissible.between_forces import BetweenForcesJudge
 from protocols.admissible.breach import Breach, over, within
 from protocols.admissible.grounds import Grounds
 from protocols.admissible.sine import SineJudge
@@ -57,7 +58,7 @@ class Judge(Grounds):
             case MotionStep():
                 return self._composed(step)
             case ForceCyclesStep():
-                return self._slow.between_forces(step)
+                return BetweenForcesJudge(self).breach(step)
         return None
 
     def of(self, request: Request, *, stroke_done: bool) -> Judge:

@@ -7,6 +7,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from protocols.kinds.common import Positive, StepSettings
+from protocols.steps import ForceCycles
 
 LARGEST_TOLERANCE_PERCENT = 20.0
 """A wider one would let the cycles be others than those that were asked for."""
@@ -22,6 +23,13 @@ class ForceCyclesStep(StepSettings):
     cycles: int = Field(gt=0)
     stroke_limit_mm: Positive | None = None
     tolerance_percent: float = Field(default=2.0, gt=0, le=LARGEST_TOLERANCE_PERCENT)
+
+    def motion(self, stroke_limit_mm: float) -> ForceCycles:
+        """Return what the actuator does, up to the stroke limit in force [mm]."""
+        return ForceCycles(
+            self.force_min_kN, self.force_max_kN, stroke_limit_mm, self.speed_mm_per_s, self.cycles,
+            self.tolerance_percent,
+        )  # fmt: skip
 
     @model_validator(mode="after")
     def _forces_are_apart(self) -> Self:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from protocols.evenness import LOOK_S
 from protocols.kinds.common import Positive
 from protocols.kinds.cyclic import SineOrSlow
 from protocols.steps import Warmth
@@ -21,6 +22,15 @@ class WarmUpStep(SineOrSlow):
     max_cycles: int = Field(default=500, gt=0, le=100_000)
     soak_s: float = Field(default=0.0, ge=0)
     timeout_s: Positive = 7200.0
+
+    @model_validator(mode="after")
+    def _there_is_time(self) -> Self:
+        if self.timeout_s <= self.soak_s + LOOK_S:
+            raise ValueError(
+                f"timeout_s = {self.timeout_s:g} is no longer than what it rests in any case: soak_s = "
+                f"{self.soak_s:g}, and {LOOK_S:g} s in which it looks; raise timeout_s, or shorten soak_s"
+            )
+        return self
 
     def most_cycles(self) -> int:
         """Return how many cycles it can have."""

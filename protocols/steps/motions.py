@@ -124,6 +124,9 @@ class ForceCycles:
 
     name: ClassVar[str] = "force-cycles"
     DWELL_S: ClassVar[float] = 0.1
+    REACTION_S: ClassVar[float] = 0.03
+    """From the command to hold until the piston stands [s]: a round trip of 10 ms, and a position loop of
+    15 Hz that follows some 20 ms late."""
     force_min_kN: float
     force_max_kN: float
     stroke_limit_mm: float

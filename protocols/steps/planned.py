@@ -104,7 +104,8 @@ class PlannedStep:
     warmth : Warmth or None
         It repeats its motions until the specimen is so warm; ``cycles`` are the most then.
     expected_cycles : float or None
-        How many that should take by the model; None where ``cycles`` says it.
+        How many that should take by the model; None where ``cycles`` says it, or where nobody knows the
+        specimen's heat (:attr:`is_open`).
     heating : Heating or None
         What the model says of warming up; None for any other step.
     asked : mapping
@@ -154,6 +155,16 @@ class PlannedStep:
     def ends_early(self) -> bool:
         """Whether it may end before all of its cycles are done."""
         return self.steady is not None or self.warmth is not None
+
+    @property
+    def nobody_says_heat(self) -> bool:
+        """Whether its heat of 0 stands for one that is not known, where heat cannot be predicted."""
+        return not (self.expected_heat_J > 0.0 or self.only_waits)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether nobody can say how many cycles it takes: duration and disk are the most then, heat is 0."""
+        return self.warmth is not None and self.expected_cycles is None
 
     @property
     def turns(self) -> Turns | None:

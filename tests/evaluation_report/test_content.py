@@ -10,11 +10,13 @@ from typing import Any
 
 import pytest
 
+from daq.force_row import ForceTurns, force_row
 from evaluation.report.build import build_content
 from evaluation.report.content import DASH, Cell, Column, Content, Table, VerdictLine
 from evaluation.report.fields import ReportFields
 from evaluation.report.source import ReportRun, Source, runs_text
 from evaluation.report.verdicts import is_condition, name_of, verdict_cell, verdict_line, worst
+from protocols.steps import ForceCycles
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, requirement
 
@@ -380,3 +382,20 @@ def test_a_run_without_a_steady_cycle_has_no_result_though_it_has_cycles(report:
     assert table.rows[1][force].tone == "number", "the extreme of all samples needs no cycle"
     for cell in (*table.rows[1][1:force], *table.rows[1][force + 1 : 8]):
         assert (cell.text, cell.why) == (DASH, "no cycle of the run is complete and steady")
+
+
+def test_forces_that_were_not_met_stand_in_the_report(report: Made) -> None:
+    motion = ForceCycles(50.0, 400.0, 60.0, 20.0, 2, 2.0)
+    met = force_row(motion, [ForceTurns(1, 52.0, 396.0, by_limit=False)])
+    short = [ForceTurns(number, 50.0, 207.0, by_limit=True) for number in (1, 2)]
+    missed = force_row(motion, short)
+    assert met is not None
+    assert missed is not None
+    source = with_run(report.source, 1, forces=(met.as_dict(), missed.as_dict()))
+    (table,) = [one for one in tables(build_content(source)) if one.title == "Forces asked and reached"]
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["1", "50 … 400", "52.0 … 396.0", "8", "none of 1 cycles"],
+        ["1", "50 … 400", "50.0 … 207.0", "8", "cycles 1-2 of 2; the stroke limit of 60 mm came first"],
+    ]
+    assert [row[-1].tone for row in table.rows] == ["text", "bad"]
+    assert not [one for one in tables(report.content) if one.title == "Forces asked and reached"]

@@ -77,6 +77,8 @@ class ClosedFormSpring:
         )
 
     def _slow(self, force_limit_kN: float, end_mm: float, temperature_C: float) -> StaticCycle:
+        if self.force_at(0.0, temperature_C) >= force_limit_kN:
+            return StaticCycle(force_limit_kN, 0.0, 0.0)
         if self.force_at(end_mm, temperature_C) > force_limit_kN:
             end_mm = brentq(lambda x: self.force_at(x, temperature_C) - force_limit_kN, 0.0, end_mm)
         absorbed_J = 2.5 * (end_mm / 2.0) ** 2 * self.softening(temperature_C)

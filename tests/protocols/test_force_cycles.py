@@ -146,7 +146,48 @@ def test_the_model_turns_back_later_than_it_was_loaded() -> None:
 
 
 def test_a_stroke_limit_comes_first(plan: MakePlan) -> None:
-    step = plan(force_cycles(more="stroke_limit_mm = 60.0")).steps[0]
+    found = plan(force_cycles(more="stroke_limit_mm = 60.0"))
+    step = found.steps[0]
     assert step.turns is not None
     assert step.turns.upper_mm == pytest.approx(60.0)
     assert step.expected_peak_force_kN == pytest.approx(SPRING.force_at(60.0, 21.0), abs=0.5)
+    assert any("comes at 203 kN, before force_max_kN = 400: it turns there" in note for note in found.notes)
+
+
+def test_a_stroke_limit_before_the_lower_force_is_refused_with_the_one_that_would_do(plan: MakePlan) -> None:
+    with pytest.raises(BadInput, match=r"the stroke limit of 10 mm comes at 3\d\.\d+ kN, before") as caught:
+        plan(force_cycles(more="stroke_limit_mm = 10.0"))
+    nearest = caught.value.remedy.removeprefix("nearest admissible: stroke_limit_mm = ")
+    assert float(nearest) == pytest.approx(stroke_at(400.0), abs=0.02)
+    assert not plan(force_cycles(more=f"stroke_limit_mm = {nearest}")).notes
+
+
+def test_a_speed_at_which_a_late_turn_goes_beyond_the_limit_is_refused(plan: MakePlan) -> None:
+    """By hand, with the closed form's stiffness at 590 kN: k v · 0.03 s are the 10 kN that are left."""
+    keys = KEYS.replace("400.0", "590.0")
+    fast = keys.replace("speed_mm_per_s = 20.0", "speed_mm_per_s = 300.0")
+    with pytest.raises(BadInput, match=r"in the 0\.03 s in which the piston is stopped") as caught:
+        plan(force_cycles(fast))
+    speed, force = (float(part.partition(" = ")[2].split()[0]) for part in caught.value.remedy.split(", or "))
+    top_mm = stroke_at(590.0)
+    stiffness = (SPRING.force_at(top_mm, 21.0) - SPRING.force_at(top_mm - 0.1, 21.0)) / 0.1
+    assert speed == pytest.approx(10.0 / stiffness / 0.03, rel=0.02)
+    assert plan(force_cycles(fast.replace("300.0", f"{speed}"))).steps
+    assert plan(force_cycles(fast.replace("590.0", f"{force}"))).steps
+    with pytest.raises(BadInput, match="can become"):
+        plan(force_cycles(fast.replace("590.0", f"{force + 1.0}")))
+
+
+def test_a_tolerance_finer_than_the_piston_can_be_set_is_refused(plan: MakePlan) -> None:
+    with pytest.raises(BadInput, match=r"0\.02 mm of it are") as caught:
+        plan(force_cycles(more="tolerance_percent = 0.0001"))
+    nearest = float(caught.value.remedy.rpartition(" = ")[2])
+    (note,) = plan(force_cycles(more=f"tolerance_percent = {nearest}")).notes
+    assert "may not be met in every cycle" in note
+    assert not plan(force_cycles()).notes
+
+
+def test_a_way_too_short_for_the_speed_is_said(plan: MakePlan) -> None:
+    narrow = KEYS.replace("force_min_kN = 100.0", "force_min_kN = 394.0")
+    (note,) = plan(force_cycles(narrow, "tolerance_percent = 0.7")).notes
+    assert "too little to come to 20 mm/s" in note

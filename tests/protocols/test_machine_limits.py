@@ -187,3 +187,38 @@ def test_the_plan_of_a_stiffer_frame_is_nearer_to_the_rigid_one(plan: MakePlan) 
 def test_a_machine_that_cannot_be(changes: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(STAND, **changes)
+
+
+SOFT = replace(STAND, machine_stiffness_kN_per_mm=0.5)
+"""It gives way by 600 mm under 300 kN; the piston has 250 mm."""
+
+
+@pytest.mark.parametrize(
+    ("step", "key"),
+    [
+        ('kind = "static"\nforce_limit_kN = 300.0', "force_limit_kN"),
+        ('kind = "conditioning"\nforce_limit_kN = 300.0', "force_limit_kN"),
+        ('kind = "hold"\nforce_kN = 300.0\nduration_s = 1.0', "force_kN"),
+        ('kind = "hold"\nstroke_mm = 70.0\nduration_s = 1.0', "stroke_mm"),
+        (
+            (
+                'kind = "force-cycles"\nforce_min_kN = 20.0\nforce_max_kN = 300.0\n'
+                "speed_mm_per_s = 20.0\ncycles = 1"
+            ),
+            "force_max_kN",
+        ),
+    ],
+)
+def test_no_slow_step_goes_beyond_the_pistons_travel(plan: MakePlan, step: str, key: str) -> None:
+    text = f"[[step]]\n{step}\n"
+    assert plan(text).steps, "a rigid machine takes nothing"
+    with pytest.raises(BadInput, match=r"the piston's position at .* is above stroke_max_mm = 250") as caught:
+        plan(text, stand=SOFT)
+    named, _, nearest = caught.value.remedy.removeprefix("nearest admissible: ").partition(" = ")
+    assert named == key
+    asked = "70.0" if key == "stroke_mm" else "300.0"
+    turns = plan(text.replace(asked, nearest), stand=SOFT).steps[0].turns
+    if turns is not None:
+        assert turns.piston_upper_mm == pytest.approx(250.0, abs=0.1)
+    with pytest.raises(BadInput):
+        plan(text.replace(asked, f"{float(nearest) + 0.2}"), stand=SOFT)

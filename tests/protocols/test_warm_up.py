@@ -7,9 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foundation.errors import BadInput
+from model.file import load_model
+from protocols.curve_predictor import CurvePredictor
+from protocols.plan import HEADER, make_plan
+from protocols.prediction import ModelPredictor
 from protocols.steps import Harmonic, Hold, StaticCycles, Warmth
 from protocols.stroke_history import stroke_over_time
-from tests.protocols.conftest import MakePlan, harmonic
+from tests.daq.cases import SAMPLES
+from tests.protocols.conftest import SPECIMEN, STAND, Load, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 
 SINE = "prestress_mm = 50.0\namplitude_mm = 20.0\nfrequency_Hz = 1.0\n"
@@ -80,10 +85,31 @@ def test_the_stop_is_a_limit_above_it(plan: MakePlan) -> None:
 
 
 def test_a_goal_that_the_model_does_not_reach_is_said(plan: MakePlan) -> None:
-    weak = ClosedFormSpring(capacity_J_per_K=10_000.0, loss_W_per_K=100.0)
+    weak = ClosedFormSpring(capacity_J_per_K=10_000.0, loss_W_per_K=15.0)
     found = plan(warm_up(), spring=weak)
     assert any("by the model the sensor only comes to" in note for note in found.notes), found.notes
     assert found.steps[0].expected_cycles == 500.0
+
+
+@pytest.mark.parametrize(
+    ("to_C", "more", "said"),
+    [
+        (10.0, "", r"waiting never cools the specimen from 21\.0 °C to 8 … 12 °C: the air has 21 °C"),
+        (-300.0, "", r"to -302 … -298 °C: the air has 21 °C; give it a temperature_C above 21"),
+        (75.0, OWN_STOP + "max_cycles = 1\n", "not half the way from 21.0 °C to 73 °C"),
+        (75.0, OWN_STOP + "timeout_s = 1\n", "timeout_s = 1 is no longer than what it rests"),
+        (75.0, OWN_STOP + "soak_s = 8000\n", "soak_s = 8000, and 15 s in which it looks"),
+        (75.0, OWN_STOP + "timeout_s = 60\n", "more than twice timeout_s = 60"),
+    ],
+)
+def test_a_warm_up_that_cannot_end_is_refused(plan: MakePlan, to_C: float, more: str, said: str) -> None:
+    with pytest.raises(BadInput, match=said):
+        plan(warm_up(to_C, more), spring=EASY)
+
+
+def test_a_specimen_that_is_colder_than_the_air_may_warm_up_to_less(plan: MakePlan) -> None:
+    cold = "[conditions]\nspecimen_C = 5.0\n"
+    assert plan(cold + warm_up(10.0, ""), spring=EASY).steps[0].warmth is not None
 
 
 @pytest.mark.parametrize(("band_K", "said"), [(0.01, True), (0.06, True), (0.0625, False), (2.0, False)])
@@ -142,3 +168,23 @@ def test_heat_is_counted_up_to_the_end_only(plan: MakePlan) -> None:
     whole = plan(warm_up(35.0, ""), spring=SPRING).steps[0]
     same = plan(harmonic(50.0, 20.0, cycles=round(whole.expected_cycles or 0.0)), spring=SPRING).steps[0]
     assert whole.expected_heat_J == pytest.approx(same.expected_heat_J, rel=0.02)
+
+
+def test_cycles_that_nobody_can_say_are_at_most_and_no_heat(load: Load) -> None:
+    curve = CurvePredictor(
+        ((0.0, 15.0), (25.0, 67.0), (60.0, 195.0), (96.0, 600.0)), 0.5, None, 1.15, "a sheet"
+    )
+    found = make_plan(load(warm_up(35.0)), STAND, curve, SPECIMEN)
+    step = found.steps[0]
+    assert step.is_open
+    assert (step.cycles, step.expected_cycles, step.expected_heat_J) == (500, None, 0.0)
+    row = dict(zip(HEADER, found.rows()[0], strict=True))
+    assert (row["cycles"], row["heat kJ"]) == ("≤ 500", "not known")
+
+
+def test_a_stroke_so_small_that_it_is_not_closed_heats_by_nothing_and_not_by_less(load: Load) -> None:
+    """From its unloading curve at rest the model ends above where it began: its work is −0.2 J."""
+    model = ModelPredictor(load_model(SAMPLES / "models" / "category-a-elastomer.toml"))
+    assert model.static(600.0, 2.0, 5.0, 21.0).absorbed_energy_J < 0.0
+    small = '[[step]]\nkind = "static"\nstroke_limit_mm = 2.0\ncycles = 10\n'
+    assert make_plan(load(small), STAND, model, SPECIMEN).steps[0].expected_heat_J == 0.0
