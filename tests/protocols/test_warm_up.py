@@ -193,7 +193,7 @@ def test_a_stroke_so_small_that_it_is_not_closed_heats_by_nothing_and_not_by_les
 
 
 def test_a_sensor_that_lags_is_no_reason_to_refuse(load: Load) -> None:
-    """When a short go of cycles ends it has hardly seen them: the rest after them shows what the spring has."""
+    """When a short go of cycles ends it has hardly seen them: the rest after them shows the spring."""
     model = load_model(SAMPLES / "models" / "category-a-elastomer.toml")
     slow = ModelPredictor(replace(model, heat=replace(model.heat, sensor_lag_s=60.0)))
     step = make_plan(load(warm_up(24.0, "band_K = 0.25\n")), STAND, slow, SPECIMEN).steps[0]
