@@ -43,10 +43,10 @@ def never_warm(
         return problem, f"{above}, or correct ambient_C or specimen_C of [conditions]"
     if not knows_heat:
         return None
-    highest_C = walk.highest.sensor_C
+    highest_C = max(walk.highest.mass_C, walk.end.sensor_C)  # a sensor shows later what the spring has
     if MODEL_FACTOR * (highest_C - begins_C) < warmth.low_C - begins_C and not walk.ended:
         problem = (
-            f"by the model the sensor only comes to {highest_C:.1f} °C in {walk.cycles:.0f} cycles, not half "
+            f"by the model the spring only comes to {highest_C:.1f} °C in {walk.cycles:.0f} cycles, not half "
             f"the way from {begins_C:.1f} °C to {warmth.low_C:g} °C"
         )
         return problem, "cycle with more amplitude or faster, or raise max_cycles"

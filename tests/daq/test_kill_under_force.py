@@ -49,7 +49,7 @@ cycles = 1
     "warming": """
 [[step]]
 kind = "warm-up"
-temperature_C = 35.0
+temperature_C = 25.0
 band_K = 2.0
 prestress_mm = 20.0
 amplitude_mm = 10.0

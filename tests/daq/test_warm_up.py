@@ -210,13 +210,17 @@ def test_readings_that_only_rise_are_the_lag_and_no_cooling() -> None:
 
 
 @pytest.mark.parametrize(
-    ("more", "said"), [("max_cycles = 3", "3 cycles (max_cycles)"), ("timeout_s = 5.0", "5 s")]
+    ("to_C", "band_K", "more", "said"),
+    [(22.5, 0.5, "max_cycles = 3", "3 cycles (max_cycles)"), (35.0, 1.0, "timeout_s = 80.0", "80 s")],
 )
-def test_what_does_not_become_warm_stops_the_campaign(tmp_path: Path, more: str, said: str) -> None:
-    ended = run(tmp_path, warm_up(35.0, more, band=1.0))
+def test_what_does_not_become_warm_stops_the_campaign(
+    tmp_path: Path, to_C: float, band_K: float, more: str, said: str
+) -> None:
+    """By the model it is near enough not to be refused before."""
+    ended = run(tmp_path, warm_up(to_C, more, band=band_K))
     assert (ended.outcome.status, ended.outcome.exit_status) == ("stopped", 3)
     assert said in ended.outcome.reason
-    assert "wanted 34 … 36 °C" in ended.outcome.reason
+    assert f"wanted {to_C - band_K:g} … {to_C + band_K:g} °C" in ended.outcome.reason
     assert ended.outcome.safe_stop is not None
     assert ended.outcome.safe_stop.safe
     assert not ended.opened.device.controller.valve_on

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -188,3 +190,12 @@ def test_a_stroke_so_small_that_it_is_not_closed_heats_by_nothing_and_not_by_les
     assert model.static(600.0, 2.0, 5.0, 21.0).absorbed_energy_J < 0.0
     small = '[[step]]\nkind = "static"\nstroke_limit_mm = 2.0\ncycles = 10\n'
     assert make_plan(load(small), STAND, model, SPECIMEN).steps[0].expected_heat_J == 0.0
+
+
+def test_a_sensor_that_lags_is_no_reason_to_refuse(load: Load) -> None:
+    """When a short go of cycles ends it has hardly seen them: the rest after them shows the spring."""
+    model = load_model(SAMPLES / "models" / "category-a-elastomer.toml")
+    slow = ModelPredictor(replace(model, heat=replace(model.heat, sensor_lag_s=60.0)))
+    step = make_plan(load(warm_up(24.0, "band_K = 0.25\n")), STAND, slow, SPECIMEN).steps[0]
+    assert step.sensor_max_temperature_C < 22.5
+    assert step.max_temperature_C > 24.0
