@@ -35,5 +35,5 @@ def test_force_and_heat_are_multiples_of_the_models(tmp_path: Path, factor: floa
 
 
 def test_a_factor_that_no_spring_has_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="greater than or equal"):
+    with pytest.raises(BadInput, match=r"write a number from 0\.3 to 3\.0"):
         walk(tmp_path, 0.0)
