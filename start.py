@@ -111,12 +111,12 @@ def check() -> int:
 def test(arguments: list[str]) -> int:
     """Run every test, or those that pytest is told to; return the first status that is not 0.
 
-    Two at a time, a file of the main job (its tests share a campaign) on one worker; then, alone, those that
-    keep the computer busy.
+    One more at a time than there are processors, since those on real wires wait more than they reckon; a file
+    of the main job (its tests share a campaign) on one worker; then, alone, those that keep it busy.
     """
     if any(argument != "--long" for argument in arguments):
         return run("-m", "pytest", *arguments, folder=ROOT)
-    workers = str(min(4, os.cpu_count() or 1))
+    workers = str(min(4, os.cpu_count() or 1) + 1)
     timed = [*arguments, "--durations=25"]  # a suite grows slow test by test: show which
     parts = (
         ["-n", workers, f"--ignore={MAIN_JOB}"],
