@@ -66,6 +66,7 @@ class Commanding:
         self._look: SineLook | StaticLook | RampLook | None = None
         self._keep_learned: Callable[[], object] | None = None
         self._warmer_K = 0.0
+        self._is_measured = False
         self._known: tuple[Harmonic, Harmonic] | None = None
         self._once = Once(self._voice)
         self.rows: list[StrokeRow] = []
@@ -103,7 +104,17 @@ class Commanding:
             Temperature of the specimen's mass now [°C]; as planned if not given.
         """
         self._step, self._motions, self.rows = step, motions, []
+        self._is_measured = False
         self._warmer_K = 0.0 if specimen_C is None else specimen_C - step.start_temperature_C
+
+    def specimen_is(self, specimen_C: float) -> None:
+        """Expect the forces of a specimen of this temperature [°C], measured while it warms up.
+
+        A warm-up's cycles are as many as it takes: the plan's temperature of one of them is no use.
+        """
+        if self._step is not None:
+            self._is_measured = True
+            self._warmer_K = specimen_C - self._step.start_temperature_C
 
     # --- commands -----------------------------------------------------------------------------------
 
@@ -220,7 +231,7 @@ class Commanding:
         """Return the turns by which a motion is commanded, of a specimen as warm as it is."""
         if (estimate := self._estimate(motion)) is None:
             return None
-        if isinstance(motion, Harmonic):
+        if isinstance(motion, Harmonic) and not self._is_measured:
             return estimate.usual_turns(motion.cycles, self._warmer_K)
         return estimate.turns_at(0.0, self._warmer_K)
 
@@ -228,7 +239,7 @@ class Commanding:
         """Return the turns that are expected of one cycle of a motion."""
         if (estimate := self._estimate(motion)) is None:
             return None
-        if isinstance(motion, Harmonic):
+        if isinstance(motion, Harmonic) and not self._is_measured:
             return estimate.turns_of_cycle(cycle, motion.cycles, self._warmer_K)
         return estimate.turns_at(0.0, self._warmer_K)
 

@@ -180,8 +180,10 @@ class _Warming:
             now = self.drift.drifts()
             if now is None:
                 return False
+            driver.commanding.specimen_is(self._spring_C(now))
             return self._spring_C(now) + (self._rise_K or 0.0) >= self._aim_C
 
+        self._driver.commanding.specimen_is(self._spring_C(drifts))
         for motion, estimate in zip(self._motions, self._step.estimates, strict=True):
             self._driver.perform(motion, max(estimate.duration_s, self._warmth.timeout_s), enough=enough)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -168,6 +169,9 @@ def test_a_narrow_band_is_met_without_overshooting(
     assert any(warmed.sentence() in line for line in found.lines)
     if modelled:
         assert found.row.cycles == pytest.approx(found.plan.steps[0].expected_cycles, rel=0.35)
+        last = (tmp_path / "out" / "strokes.jsonl").read_text(encoding="utf-8").splitlines()[-1]
+        _, upper = json.loads(last)["learned"]["force_factors"]
+        assert upper == pytest.approx(1.0, abs=0.02), "a warm spring is not taken for a softer one"
     else:
         assert any("is not known; at most 500" in note for note in found.plan.notes)
 
