@@ -26,7 +26,6 @@ STAMP = ENVIRONMENT / "bufferstand-stamp"
 PYTHON = ENVIRONMENT / "bin" / "python"
 OLDEST_PYTHON = (3, 11)
 OLDEST_PIP = (22, 3)
-MAIN_JOB = "tests/main_job"
 BUSY = "tests/main_job/test_busy_machine.py"
 
 
@@ -119,8 +118,7 @@ def test(arguments: list[str]) -> int:
     workers = str(min(4, os.cpu_count() or 1) + 1)
     timed = [*arguments, "--durations=25"]  # a suite grows slow test by test: show which
     parts = (
-        ["-n", workers, f"--ignore={MAIN_JOB}"],
-        ["-n", workers, "--dist", "loadfile", MAIN_JOB, f"--ignore={BUSY}"],
+        ["-n", workers, f"--ignore={BUSY}"],
         [BUSY],
     )
     status = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from typing import Any
 
 # Before numpy is loaded: its threads wait for each other by spinning, and take the cores from what is tested.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -11,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import matplotlib as mpl
 import pytest
 from hypothesis import HealthCheck, settings
+from xdist.scheduler import LoadScopeScheduling
 
 mpl.use("Agg")
 
@@ -49,3 +51,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             for item in items:
                 if item.get_closest_marker(mark):
                     item.add_marker(skip)
+
+
+SHARED_FILES = "tests/main_job/"
+
+
+class _TestByTest(LoadScopeScheduling):  # type: ignore[misc] - xdist states no types
+    """Hand out test by test, but the files of the main job whole: the tests of each share a campaign."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return nodeid.split("::", maxsplit=1)[0] if nodeid.startswith(SHARED_FILES) else nodeid
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> _TestByTest:
+    """Put the scheduler above in the place of xdist's, whose groups pytest 9.1 no longer sees."""
+    return _TestByTest(config, log)

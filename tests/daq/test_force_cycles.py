@@ -106,9 +106,9 @@ LATER = slice(1, None)
     ("low", "high", "speed", "tick_s"),
     [
         (50.0, 400.0, 20.0, 0.01),
-        (0.0, 500.0, 50.0, 0.01),
-        (100.0, 600.0, 10.0, 0.02),
         (20.0, 200.0, 100.0, 0.05),
+        pytest.param(0.0, 500.0, 50.0, 0.01, marks=pytest.mark.long),
+        pytest.param(100.0, 600.0, 10.0, 0.02, marks=pytest.mark.long),
     ],
 )
 def test_both_forces_are_met_from_the_second_cycle_on(
@@ -278,8 +278,8 @@ def test_the_watch_measures_stiffness_rate_and_extreme(sign: float, speed: float
 @pytest.mark.parametrize(
     ("round_trip_ms", "high", "speed", "over_kN", "apart"),
     [
-        (2.0, 400.0, 50.0, 8.0, True),
-        (5.0, 400.0, 50.0, 8.0, False),
+        pytest.param(2.0, 400.0, 50.0, 8.0, True, marks=pytest.mark.long),
+        pytest.param(5.0, 400.0, 50.0, 8.0, False, marks=pytest.mark.long),
         (10.0, 200.0, 100.0, 16.0, False),
     ],
 )

@@ -56,7 +56,13 @@ def left_behind(stand_file: StandFile, round_trip_s: float, how: str) -> InProce
 
 @pytest.mark.parametrize(
     ("round_trip_ms", "how"),
-    [(0.04, "together"), (5.0, "together"), (10.0, "together"), (2.0, "apart"), (4.5, "apart")],
+    [
+        pytest.param(0.04, "together", marks=pytest.mark.long),
+        pytest.param(5.0, "together", marks=pytest.mark.long),
+        (10.0, "together"),
+        (2.0, "apart"),
+        pytest.param(4.5, "apart", marks=pytest.mark.long),
+    ],
 )
 def test_a_killed_campaign_is_resumed_at_any_round_trip_that_keeps_up(
     tmp_path: Path, round_trip_ms: float, how: str

@@ -49,7 +49,7 @@ def bounded(kind: str, round_trip_s: float, action: Action, trips: int, when: Wh
 def test_the_peak_above_the_trip_is_explained_by_two_round_trips_and_two_blocks(
     kind: str, round_trip_s: float, action: Action
 ) -> None:
-    bounded(kind, round_trip_s, action, 3)
+    bounded(kind, round_trip_s, action, 2)
 
 
 @pytest.mark.parametrize(("kind", "round_trip_s", "when"), EARLY)

@@ -8,6 +8,7 @@ Load cell and draw wires sit on steel that the hydraulics warm after switching o
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -71,7 +72,13 @@ class Drift:
             are fewer than this drift knows.
         """
         some = values.shape[1]
+        zero, per_h, per_K, gain_per_K = self._rows
         warmth = self.warmth_K(time_s)[:, np.newaxis]
-        values *= 1.0 + np.array(self.gain_per_K[:some]) * warmth
-        values += np.array(self.zero[:some]) + np.array(self.per_K[:some]) * warmth
-        values += np.array(self.per_h[:some]) * (time_s[:, np.newaxis] / 3600.0)
+        values *= 1.0 + gain_per_K[:some] * warmth
+        values += zero[:some] + per_K[:some] * warmth
+        values += per_h[:some] * (time_s[:, np.newaxis] / 3600.0)
+
+    @cached_property
+    def _rows(self) -> FloatArray:
+        """Zero, its drifts and the gain's, shape (4, channels)."""
+        return np.array((self.zero, self.per_h, self.per_K, self.gain_per_K))

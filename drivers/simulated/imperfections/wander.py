@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 TIME_CONSTANTS_S = (0.03, 0.3, 3.0)
 """Corners at 5.3, 0.53 and 0.053 Hz."""
 MAINS_HZ = 50.0
+_AHEAD = 512  # samples made at once: a slice of a few costs as much as one of hundreds
 
 
 class Wander:
@@ -45,15 +46,36 @@ class Wander:
         self._gains = np.sqrt(1.0 - self._keeps**2)
         self._state = self._random.standard_normal((len(TIME_CONSTANTS_S), 1, len(flicker)))
 
+        self._made: FloatArray = np.empty((len(TIME_CONSTANTS_S), 0, len(flicker)))
+        self._used = 0
+
     def add(self, time_s: FloatArray, values: FloatArray) -> None:
         """Add to values, shape (n, channels), of samples at times [s], shape (n,), in place."""
         if np.any(self._share):
-            drawn = self._random.standard_normal((len(time_s), len(TIME_CONSTANTS_S), values.shape[1]))
-            for scale, (keep, gain) in enumerate(zip(self._keeps, self._gains, strict=True)):
-                made, self._state[scale] = _first_order(drawn[:, scale], keep, gain, self._state[scale])
-                values += self._share * made
+            for made in self._next(len(time_s)):
+                values += made
         if np.any(self._hum):
             values += self._hum * np.sin(2.0 * np.pi * MAINS_HZ * time_s)[:, np.newaxis]
+
+    def _next(self, count: int) -> FloatArray:
+        """Return the flicker of the next samples, shape (scales, count, channels)."""
+        left = self._made.shape[1] - self._used
+        if left < count:
+            fresh = self._make(max(_AHEAD, count - left))
+            self._made = np.concatenate((self._made[:, self._used :], fresh), axis=1)
+            self._used = 0
+        self._used += count
+        return self._made[:, self._used - count : self._used]
+
+    def _make(self, count: int) -> FloatArray:
+        """Go on with each process for ``count`` samples, shape (scales, count, channels)."""
+        scales, _, channels = self._made.shape
+        drawn = self._random.standard_normal((count, scales, channels))
+        made = np.empty((scales, count, channels))
+        for scale, (keep, gain) in enumerate(zip(self._keeps, self._gains, strict=True)):
+            made[scale], self._state[scale] = _first_order(drawn[:, scale], keep, gain, self._state[scale])
+        made *= self._share
+        return made
 
 
 def _first_order(

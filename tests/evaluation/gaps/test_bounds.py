@@ -128,7 +128,9 @@ def test_a_sample_in_a_thousand_costs_no_cycle_at_length(shape: Shape, samples: 
     assert_holds(study(shape, samples, noise, 40, seed=2))
 
 
-@pytest.mark.parametrize("share", [0.02, 0.05, 0.09, 0.2])
+@pytest.mark.parametrize(
+    "share", [0.05, 0.2, *(pytest.param(share, marks=pytest.mark.long) for share in (0.02, 0.09))]
+)
 @pytest.mark.parametrize("shape", ["sine", "triangle"])
 def test_a_longer_hole_is_within_its_bound_or_has_no_figures(shape: Shape, share: float) -> None:
     """Of 1000 samples a cycle, at twelve places of the cycle."""
