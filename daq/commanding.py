@@ -12,9 +12,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from daq.slow_looking import RampLook, StaticLook
 from daq.stroke_agreement import Mute, Once, Terms, Voice
 from daq.stroke_command import commanded_sine, first_loading
-from daq.stroke_looking import Order, RampLook, SineLook, StaticLook
+from daq.stroke_looking import Order, SineLook
 from daq.stroke_rows import StrokeRow
 from drivers.interfaces import Controller
 from protocols.commanded import Sine, piston_mm
@@ -229,17 +230,15 @@ class Commanding:
 
     def _expected(self, motion: Motion) -> Turns | None:
         """Return the turns by which a motion is commanded, of a specimen as warm as it is."""
-        if (estimate := self._estimate(motion)) is None:
-            return None
-        if isinstance(motion, Harmonic) and not self._is_measured:
-            return estimate.usual_turns(motion.cycles, self._warmer_K)
-        return estimate.turns_at(0.0, self._warmer_K)
+        return self._expected_of_cycle(motion, None)
 
-    def _expected_of_cycle(self, motion: Motion, cycle: int) -> Turns | None:
-        """Return the turns that are expected of one cycle of a motion."""
+    def _expected_of_cycle(self, motion: Motion, cycle: int | None) -> Turns | None:
+        """Return the turns that are expected of one cycle of a motion; of its usual ones if None."""
         if (estimate := self._estimate(motion)) is None:
             return None
         if isinstance(motion, Harmonic) and not self._is_measured:
+            if cycle is None:
+                return estimate.usual_turns(motion.cycles, self._warmer_K)
             return estimate.turns_of_cycle(cycle, motion.cycles, self._warmer_K)
         return estimate.turns_at(0.0, self._warmer_K)
 

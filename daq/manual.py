@@ -21,6 +21,7 @@ from daq.panel import GuardPanel, GuardSet
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.signals import StopRequest
 from daq.stop_eyes import StopEyes
+from daq.zero_limits import BEYOND_MM
 from drivers.interfaces import EndReason, Stand
 from drivers.stand_file import StandFile
 from foundation.clock import Clock
@@ -39,8 +40,6 @@ RELEASE_SPEED_MM_PER_S = 5.0
 WATCHDOG_S = 1.0
 """The controller's watchdog by hand, several times what a feed takes: a command that is killed while a key is
 held leaves the piston moving for so long [s]."""
-BEYOND_MM = 5.0
-"""A piston that stands farther out than a command goes has the controller's own limit so far beyond it."""
 DEVICE_LIMIT_FACTOR, DEVICE_LIMIT_OVER_KN = 1.1, 2.0
 """The controller's own limit lies so much over that of the guard, which is to stop first: from 20.6
 to 24 kN it takes 0.17 s at 5 mm/s into 4 kN/mm, several times what a guard takes."""

@@ -15,7 +15,6 @@ from daq.crests import prepare
 from daq.driving import Halt
 from daq.guards import Action, Trip, run_status
 from daq.heat_log import LATE_S, HeatLog, Seen
-from daq.manual import BEYOND_MM
 from daq.metadata import CampaignFacts, run_document
 from daq.opening import Opening, expired_today, guards_of, trip_at
 from daq.passes import Passes
@@ -32,6 +31,7 @@ from daq.stroke_rows import add_strokes
 from daq.stroke_terms import SessionVoice, terms_for
 from daq.warmed import Warmed
 from daq.warming import warm_up
+from daq.zero_limits import BEYOND_MM
 from drivers.interfaces import Stand
 from foundation.clock import Clock
 from foundation.errors import BadInput, DeviceFault

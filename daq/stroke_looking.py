@@ -1,4 +1,4 @@
-"""What becomes of a cyclic motion: a sine is looked at and corrected while it runs, and a row is kept."""
+"""What becomes of a sine: it is looked at and corrected while it runs, and a row is kept."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from daq.cycles_judged import CyclesJudged
 from daq.full_cycles import Change, FullCycle, FullCycles
 from daq.scaling import ScaledBlock
 from daq.sine_watch import CycleSeen, Period, SineWatch
-from daq.static_watch import RampWatch, StaticWatch
 from daq.stroke_agreement import Once, Terms, Voice
-from daq.stroke_rows import StrokeRow, harmonic_row, static_row
+from daq.stroke_rows import StrokeRow, harmonic_row
 from daq.stroke_steps import corrected
 from drivers.interfaces import Controller
 from foundation.errors import CommandRejected
 from protocols.commanded import Sine
-from protocols.steps import Harmonic, RampTo, StaticCycles, Turns
+from protocols.steps import Harmonic, Turns
 
 LEAST_LEFT = 2
 """Cycles that are left when a sine is changed: it goes over in the first, and the second shows it."""
@@ -253,86 +252,3 @@ class SineLook:
                 f"{self._motion.frequency_Hz:g} Hz reached is not known: no cycle is whole among its samples"
             )
         return row
-
-
-class StaticLook:
-    """Looks at slow strokes to a limit, and learns from them.
-
-    Parameters
-    ----------
-    motion : StaticCycles
-        As it was asked for.
-    commanded_mm : float
-        Where the piston turns, from first contact [mm].
-    order : Order
-    """
-
-    def __init__(self, motion: StaticCycles, commanded_mm: float, order: Order) -> None:
-        self._order = order
-        self._watch = StaticWatch(motion, commanded_mm, order.terms.delays_s)
-
-    def take(self, block: ScaledBlock) -> None:
-        """Look at a block of the controller's samples."""
-        self._watch.take(block)
-
-    def look(self, cycles_done: int) -> None:
-        """Do nothing in a pass: what slow strokes show is read at their end."""
-
-    def judge_rest(self) -> bool:
-        """Return that nothing waits to be judged."""
-        return False
-
-    def row(self) -> StrokeRow | None:
-        """Return None: what was reached is known at the end."""
-        return None
-
-    def end(self) -> StrokeRow | None:
-        """Learn from the strokes, and return the row that is kept; None where no sample came."""
-        watch, order = self._watch, self._order
-        if watch.reached_mm is None:
-            return None
-        if not watch.by_force:
-            order.terms.knowledge.take_turn(watch.turn_s)
-        if (slow := watch.seen()) is not None:
-            for doubt in order.terms.knowledge.take_slow(slow, order.expected_of(1)):
-                order.once(doubt)
-        return static_row(
-            watch.motion.stroke_limit_mm,
-            watch.commanded_mm,
-            watch.reached_mm,
-            watch.by_force,
-            compensated=order.compensates,
-        )
-
-
-class RampLook:
-    """Looks at a ramp, and learns how late the piston follows it: of a sine that comes next nothing is known.
-
-    Parameters
-    ----------
-    motion : RampTo
-    terms : Terms
-    """
-
-    def __init__(self, motion: RampTo, terms: Terms) -> None:
-        self._terms, self._watch = terms, RampWatch(motion.speed_mm_per_s)
-
-    def take(self, block: ScaledBlock) -> None:
-        """Look at a block of the controller's samples."""
-        self._watch.take(block)
-
-    def look(self, cycles_done: int) -> None:
-        """Do nothing in a pass: a ramp has no cycles."""
-
-    def judge_rest(self) -> bool:
-        """Return that nothing waits to be judged."""
-        return False
-
-    def row(self) -> StrokeRow | None:
-        """Return None: a ramp has no row."""
-        return None
-
-    def end(self) -> StrokeRow | None:
-        """Learn from the ramp; it has no row."""
-        self._terms.knowledge.take_lag(self._watch.lag_s)
-        return None

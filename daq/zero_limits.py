@@ -8,6 +8,9 @@ from daq.scaling import STROKE_WIRES
 from foundation.zero import Zero
 from protocols.zero_table import ZeroTable
 
+BEYOND_MM = 5.0
+"""A piston that stands farther out than a command goes has the controller's own limit so far beyond it."""
+
 
 @dataclass(frozen=True)
 class LimitNames:

@@ -11,9 +11,8 @@ from drivers.check_rows import CheckRow, rate_row
 from drivers.check_verdict import Verdict
 from drivers.delivery import Delivery
 from drivers.interfaces import Controller, SampleBlock
-from drivers.missed_cycles import MOST_PER_MIN
 from drivers.poll_delivery import LEFT_OUT_SHARE, PollDelivery
-from foundation.clock import Clock
+from foundation.clock import MISSED_CYCLES_MAX_PER_MIN, Clock
 
 RATE_TOLERANCE = 0.02
 """Share by which the rate of a ring may differ from that stated."""
@@ -159,12 +158,13 @@ def missed_row(seen: Seen) -> CheckRow | None:
     text = f"{seen.missed} {cycles} in {span_s:.1f} s, {a_minute:.0f} a minute"
     figures = {"missed": float(seen.missed), "missed_per_min": a_minute}
     what = "its clock went on without a sample: these are counted gaps"
-    rule = f"a campaign stops at more than {MOST_PER_MIN} a minute ([guards] missed_cycles_max_per_min)"
-    sure = a_minute * (1.0 - SURE / math.sqrt(len(seen.missed_at))) > MOST_PER_MIN
-    if _most_in_a_minute(seen.missed_at) > MOST_PER_MIN or sure:
+    most = MISSED_CYCLES_MAX_PER_MIN
+    rule = f"a campaign stops at more than {most} a minute ([guards] missed_cycles_max_per_min)"
+    sure = a_minute * (1.0 - SURE / math.sqrt(len(seen.missed_at))) > most
+    if _most_in_a_minute(seen.missed_at) > most or sure:
         remark = f"{what}; {rule}: look at the load of its loop"
         return CheckRow("controller", "missed cycles", text, Verdict.FAULT, remark, figures=figures)
-    longer = ", watch it for a minute (--watch 60)" if a_minute > MOST_PER_MIN else ""
+    longer = ", watch it for a minute (--watch 60)" if a_minute > most else ""
     remark = f"{what}; {rule}{longer}"
     return CheckRow("controller", "missed cycles", text, Verdict.NOTE, remark, figures=figures)
 

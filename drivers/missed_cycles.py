@@ -8,8 +8,6 @@ from drivers.interfaces import SampleBlock
 
 LONGEST_PAUSE_S = 0.5
 """A clock that steps by more than this between two samples was set, or its device restarted [s]."""
-MOST_PER_MIN = 60
-"""So many cycles a controller may miss in a minute where a campaign states nothing else: 0.1 % of 1 kHz."""
 
 
 def missed_cycles(step_us: float, period_us: float) -> int | None:

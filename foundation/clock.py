@@ -5,6 +5,9 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
+MISSED_CYCLES_MAX_PER_MIN = 60
+"""So many cycles a controller may miss in a minute where a campaign states nothing else: 0.1 % of 1 kHz."""
+
 
 class Clock(Protocol):
     """Monotonic stand time in seconds; one second of it is one second of the specimen's life."""

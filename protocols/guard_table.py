@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from foundation.clock import MISSED_CYCLES_MAX_PER_MIN
 from foundation.settings import Settings
 
 TripAction = Literal["note", "finish-cycle", "stop", "emergency"]
@@ -54,7 +55,7 @@ class GuardTable(Settings):
     """No value of the amplifier for so long [s of the wall]."""
     gap_stop_s: Positive = 0.5
     """A longer gap in the samples left the guards blind."""
-    missed_cycles_max_per_min: int = Field(default=60, ge=0)
+    missed_cycles_max_per_min: int = Field(default=MISSED_CYCLES_MAX_PER_MIN, ge=0)
     """So many cycles of its loop the controller may miss in a minute: 60 are 0.1 % of 1 kHz."""
     lag_stop_s: Positive = 10.0
     """Samples may come late for so long [s of the wall]; a tenth of it is noted."""

@@ -16,10 +16,11 @@ from daq.dead_man import LET_GO_S, DeadMan
 from daq.driving import Halt
 from daq.guards import Action, Trip
 from daq.kept_zero import store_zero, stored_path, stored_zero
-from daq.manual import BEYOND_MM, SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
+from daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
 from daq.reading import Reader
 from daq.signals import StopLevel, StopRequest
 from daq.stop_eyes import ForceSeen, StopEyes
+from daq.zero_limits import BEYOND_MM
 from drivers.check_hints import is_held
 from drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
 from drivers.simulated.commands import Fault
