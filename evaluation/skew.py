@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import f as fisher
-from scipy.stats import t as student
+from scipy.special import fdtri, stdtrit
 
 from evaluation.across_runs.skew_floors import Resolution, skew_floors
 from evaluation.alignment import advanced, area_rate_J_per_s
@@ -248,7 +247,7 @@ def _combined(
     if left > 0:
         chi2 = float(np.sum((weighted @ fit[:, 0] - skew / u) ** 2))
         # The points' own uncertainties come from a few cycles each: only what they do not explain counts.
-        if chi2 / left > fisher.ppf(_TOO_MUCH, left, max(dof, 1.0)):
+        if chi2 / left > fdtri(left, max(dof, 1.0), _TOO_MUCH):
             covariance, dof = covariance * (chi2 / left), float(left)
     budget = {"scatter": float(np.sqrt(covariance[0, 0]))}
     loss = float(fit[1, 0]) if several else reference_loss
@@ -283,7 +282,7 @@ def _combined(
     combined = float(np.sqrt(sum(value**2 for value in budget.values())))
     # Welch-Satterthwaite: only the scatter has few degrees of freedom.
     free = dof * (combined / budget["scatter"]) ** 4 if budget["scatter"] > 0.0 else float("inf")
-    factor = float(student.ppf(0.5 * (1.0 + _COVERED), min(free, 1e6)))
+    factor = float(stdtrit(min(free, 1e6), 0.5 * (1.0 + _COVERED)))
     return SkewMeasurement(
         skew_s=tau,
         expanded_uncertainty_s=factor * combined,
