@@ -114,6 +114,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except Exception as error:  # noqa: BLE001 - a bug must not pass for a failed specimen (status 1)
         if isinstance(error, OSError) and error.filename is None and error.errno in _NO_ROOM:
             _drop_output()
+            if isinstance(error.__context__, KeyboardInterrupt):  # click writes to the terminal that is gone
+                raise SystemExit(_say("stopped by the operator", ExitStatus.STOPPED)) from None
             message = f"standard output: cannot be written: {error.strerror}; make room, or name a file"
             raise SystemExit(_say(message, ExitStatus.BAD_INPUT)) from None
         sys.excepthook(type(error), error, error.__traceback__)

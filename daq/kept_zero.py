@@ -13,6 +13,8 @@ from protocols.zero_table import ZeroTable
 
 STORED_SUFFIX = ".zero.toml"
 """``stand.toml`` has its zero in ``stand.zero.toml``."""
+CLOCK_OFF_H = 0.1
+"""A zero may be dated so far ahead: two computers' clocks differ by minutes [h]."""
 ZERO_NAME = "zero.json"
 """The zero in force, in the campaign's folder."""
 
@@ -75,6 +77,12 @@ def zero_to_take(
     if table.touch or stored is None:
         return None, ""
     age_h = (datetime.now(UTC) - stored.found).total_seconds() / 3600.0
+    if age_h < -CLOCK_OFF_H:
+        return None, (
+            f"the zero of the stand is dated {-age_h:.1f} h from now, so its age is not known: put this "
+            "computer's clock right, then run “bufferstand stand zero” (or tare) again, or let the campaign "
+            "touch off ([zero] touch = true)"
+        )
     if age_h > table.stored_max_age_h:
         return None, (
             f"the zero of the stand is {age_h:.0f} h old, more than [zero] stored_max_age_h = "

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from daq.acquisition import Acquisition
-from daq.before_start import first_look
+from daq.before_start import first_look, use_trouble
 from daq.catching_up import NOT_CAUGHT_UP, catch_up
 from daq.controller_guard import DEVICE_LIMIT_FAULTS, fault_text
 from daq.driving import Driver, Halt
@@ -290,11 +290,14 @@ def by_hand(
     Raises
     ------
     Halt
-        If a guard or the operator stops it.
+        If a guard or the operator stops it; if the stand is in use, and then nothing was written to it.
     DeviceFault
         If a device does not answer, or the stop was not seen to be safe.
     """
     stand.controller.connect()
+    if why := use_trouble(stand.controller, GuardTable().zero_force_max_kN):
+        why = f"{why}; the stand was not touched"
+        raise Halt(Trip("controller", Action.STOP, why, clock.now_s(), device_fault=True))
     for sensor in stand.sensors:
         sensor.start()
     hand = ManualStand(stand, stand_file, clock, limits, request, say)

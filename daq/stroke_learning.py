@@ -203,7 +203,7 @@ class StrokeKnowledge:
         if abs(offset_mm) > MOST_OFFSET_MM:
             found.append(
                 f"piston and draw wires are {offset_mm:+.2f} mm apart without force, which is not made up "
-                "for: set the zero"
+                "for: touch off (“bufferstand stand zero”, or [zero] touch = true; a tare cannot tell)"
             )
         if frequency_Hz is None:
             return found

@@ -36,7 +36,7 @@ def panel(progress: Progress) -> Group:
     head = Text.assemble(
         (f"step {progress.step} of {progress.steps}  ", "bold"),
         progress.name,
-        (f"  {progress.phase}", "cyan"),
+        (f"  {'ended' if progress.phase == 'done' else progress.phase}", "cyan"),
     )
     total_s = progress.elapsed_s + progress.remaining_s
     time = Table.grid(padding=(0, 2))

@@ -8,6 +8,7 @@ from pathlib import Path
 from drivers.interfaces import DeviceFault
 from drivers.modbus_link import ModbusLink, ModbusRefusal
 from drivers.modbus_wires import RtuWire, TcpWire, Wire
+from drivers.port_trouble import is_held
 from drivers.profile import IDENTITY
 from drivers.ring_identity import find_mismatch
 from drivers.stand_file import StandFile
@@ -47,12 +48,6 @@ def port_hint(text: str) -> str:
     if is_held(text):
         return "another program holds this port: look with fuser, and end it"
     return ""
-
-
-def is_held(text: str) -> bool:
-    """Return whether a port could not be opened because another program holds it."""
-    signs = ("exclusively lock", "Resource temporarily unavailable")
-    return any(sign in text for sign in signs) or "busy" in text.lower()
 
 
 def _who_answers(stand_file: StandFile) -> str:

@@ -12,6 +12,7 @@ import serial
 from drivers.ds18b20 import SCRATCHPAD_BYTES, Reading, ReadingFault, decode_scratchpad
 from drivers.ds2480b import BAUD, MATCH_ROM, SKIP_ROM, Ds2480b, Presence, rom_bytes, rom_name
 from drivers.interfaces import DeviceFault
+from drivers.port_trouble import cannot_be_opened
 from drivers.serial_line import QUIET_S, READ_S, Line
 from drivers.stand_file import TemperatureSettings
 from drivers.temperature_bus import TemperatureBus
@@ -116,10 +117,7 @@ class Ds2480bReader:
             port = serial.Serial(str(self._path), BAUD, timeout=READ_S, write_timeout=QUIET_S, exclusive=True)
         except (OSError, ValueError) as error:
             reason = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
-            raise DeviceFault(
-                f"1-Wire adapter at {self._path}: cannot be opened ({reason}); "
-                "look whether the device is there, plugged in, free, and readable by you"
-            ) from None
+            raise DeviceFault(cannot_be_opened(f"1-Wire adapter at {self._path}", reason)) from None
         self._port = port
         line = Line(port, self._clock, f"1-Wire adapter at {self._path}")
         adapter = Ds2480b(line, lambda: port.send_break(_BREAK_S))

@@ -14,6 +14,7 @@ import serial
 from drivers.host_stamps import HostStamps, RateWatch
 from drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
 from drivers.mailbox import Mailbox
+from drivers.port_trouble import cannot_be_opened
 from drivers.serial_line import QUIET_S, READ_S, Line, parity_of
 from drivers.stand_file import AmplifierSettings
 from foundation.channel import Channel, Plausibility
@@ -195,10 +196,7 @@ class SerialAmplifier:
             self._open()
         except (OSError, serial.SerialException) as error:
             self._let_go()
-            raise DeviceFault(
-                f"amplifier at {self._path}: cannot be opened ({_reason(error)}); "
-                "look whether the device is there, plugged in, free, and readable by you"
-            ) from None
+            raise DeviceFault(cannot_be_opened(f"amplifier at {self._path}", _reason(error))) from None
         except DeviceFault:
             self._let_go()
             raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from cli.options import EXISTING, FiniteRange, write_json
 
 if TYPE_CHECKING:
     from daq.reading import ChannelReading, Reader
+    from foundation.clock import Clock
     from foundation.zero import Zero
 
 WINDOW_S = 1.0
@@ -40,7 +42,7 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
     """
     from cli.by_hand import opened, say, zero_of
     from daq.reading import Reader
-    from drivers.check_hints import is_held
+    from drivers.port_trouble import is_held
     from foundation.errors import ExitStatus
 
     with opened(stand) as (stand_file, devices, clock):
@@ -62,18 +64,27 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
         elif once or (seconds is None and not sys.stdout.isatty()):
             _show_once(reader, seconds or WINDOW_S, zero)
         else:
-            until_s = None if seconds is None else clock.now_s() + seconds
-            while until_s is None or clock.now_s() < until_s:
-                _show_once(reader, WINDOW_S, zero, live=sys.stdout.isatty())
+            try:
+                _show_live(reader, zero, None if seconds is None else clock.now_s() + seconds, clock)
+            except OSError as lost:
+                if lost.errno != errno.EIO or lost.filename is not None:  # the terminal was closed
+                    raise
+                return ExitStatus.STOPPED
     missing = any(not is_held(text) for text in unopened)
     return ExitStatus.DEVICE_FAULT if missing else ExitStatus.DONE
 
 
 def _held_text(text: str) -> str:
     """Return who has a sensor that could not be opened, where it is another program."""
-    from drivers.check_hints import is_held
+    from drivers.port_trouble import is_held
 
     return "; another program holds it, and only that one reads it" if is_held(text) else ""
+
+
+def _show_live(reader: Reader, zero: Zero | None, until_s: float | None, clock: Clock) -> None:
+    """Print a table a second, until then or until the operator ends it."""
+    while until_s is None or clock.now_s() < until_s:
+        _show_once(reader, WINDOW_S, zero, live=sys.stdout.isatty())
 
 
 def _show_once(reader: Reader, duration_s: float, zero: Zero | None, *, live: bool = False) -> None:

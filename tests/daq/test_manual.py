@@ -21,8 +21,8 @@ from daq.reading import Reader
 from daq.signals import StopLevel, StopRequest
 from daq.stop_eyes import ForceSeen, StopEyes
 from daq.zero_limits import BEYOND_MM
-from drivers.check_hints import is_held
 from drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
+from drivers.port_trouble import is_held
 from drivers.simulated.commands import Fault
 from drivers.simulated.controller import Controller
 from drivers.simulated.inprocess import InProcessStand, open_in_process

@@ -154,7 +154,7 @@ def test_a_zero_that_was_not_set_is_said_and_not_made_up_for() -> None:
     known = StrokeKnowledge(1.0 / 150.0)
     for _ in range(10):
         said = known.take(LinearStand(offset_mm=3.0).cycle(Sine(50.0, 20.0), 0.5), None)
-    assert any("set the zero" in text for text in said)
+    assert any("touch off" in text for text in said)
     assert known.offset_mm == 0.0
 
 

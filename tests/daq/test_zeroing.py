@@ -363,6 +363,10 @@ def test_a_zero_of_the_stand_is_taken_over_if_it_is_fresh_and_of_this_specimen(t
     late, _, _ = start(tmp_path / "c", RAMP, wires_mm=(1.5, 1.5), zero="touch = false", stored=old)
     assert (late.exit_status, late.status) == (3, "refused")
     assert "more than [zero] stored_max_age_h = 24 h" in late.reason
+    ahead = stored.model_copy(update={"found": stored.found.replace(year=2120)})
+    dated, _, _ = start(tmp_path / "e", RAMP, wires_mm=(1.5, 1.5), zero="touch = false", stored=ahead)
+    assert (dated.exit_status, dated.status) == (3, "refused")
+    assert "h from now, so its age is not known: put this computer's clock right" in dated.reason
     other = stored.model_copy(update={"specimen": "another"})
     wrong, _, _ = start(tmp_path / "d", RAMP, wires_mm=(1.5, 1.5), zero="touch = false", stored=other)
     assert "was found with the specimen another" in wrong.reason

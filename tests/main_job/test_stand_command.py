@@ -80,6 +80,9 @@ def test_readings_while_another_terminal_holds_the_amplifier(stand: Path) -> Non
     """As “stand jog” does: what is not held is read, and what is held is named."""
     with serial.Serial(str(stand.parent / "wires" / "amplifier"), 38400, exclusive=True):
         done = bufferstand("stand", "read", stand, "--json")
+        refused = bufferstand("stand", "zero", stand, "--yes-move", STAND_ID)
+    assert refused.returncode == 4
+    assert "another program holds it (“stand read”, a campaign, a terminal): end that one" in refused.stderr
     assert done.returncode == 0, done.stderr
     assert "another program holds it" in done.stderr
     document = json.loads(done.stdout)
@@ -253,3 +256,33 @@ def test_a_terminal_that_is_closed_is_the_operator_s_stop(stand: Path) -> None:
     held.wait_for(r"position -?\d", holding=True)
     assert held.hang_up() == 3, "1 is that of a specimen that failed"
     assert bufferstand("stand", "tare", stand, "--channel", "force").returncode == 0, "its valve is off"
+
+
+def test_a_reader_whose_terminal_is_closed_is_stopped_and_no_bad_input(stand: Path) -> None:
+    held = Held("stand", "read", str(stand))
+    held.wait_for(r"stroke_1 +\d")
+    assert held.hang_up() == 3
+
+
+@pytest.mark.parametrize("words", [("zero",), ("jog", "--by", "0.5")])
+def test_a_stand_that_another_program_moves_is_left_alone(
+    stand: Path, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    """Where no amplifier's port keeps the second out: refused, it must not switch the first one's valve off."""
+    lone = tmp_path / "stand.toml"
+    text = stand.read_text(encoding="utf-8").replace('"wires/', f'"{stand.parent}/wires/')
+    lone.write_text(
+        re.sub(r"\n\[amplifier\].*?(?=\n\[(?!amplifier))", "", text, flags=re.DOTALL), encoding="utf-8"
+    )
+    held = Held("stand", "jog", str(lone), "--to", "-9", "--speed", "0.2", "--yes-move", STAND_ID)
+    held.wait_for("hold any key to move")
+    held.wait_for(r"position -?\d", holding=True)
+    refused = bufferstand("stand", words[0], lone, *words[1:], "--yes-move", STAND_ID)
+    assert refused.returncode == 4, refused.stderr
+    assert re.search(r"another program \(number \d+\) gives the controller commands", refused.stderr)
+    assert refused.stderr.rstrip().endswith("; the stand was not touched")
+    assert "safe stop" not in refused.stderr
+    began = held.place()
+    held.wait_for(f"position {began - 0.1:.1f}", holding=True)
+    os.write(held.descriptor, b"q")
+    assert held.end() == 0, held.text
