@@ -26,6 +26,7 @@ from daq.starting import left_to_do
 from daq.terminal import progress_on
 from drivers.connect import build_controller, build_sensors
 from drivers.interfaces import Stand
+from drivers.simulated.stand_clock import SHOWN, StandClock
 from drivers.simulated.waiting import NAME, WIRES, is_waiting
 from drivers.stand_file import StandFile
 from foundation.clock import Clock, WallClock
@@ -117,7 +118,7 @@ def perform(
     source: AbstractContextManager[tuple[StandFile, Clock]] = (
         simulated_stand(prepared, speed=speed, truth=truth)
         if simulate
-        else nullcontext((prepared.wired, WallClock()))
+        else nullcontext((prepared.wired, _clock_of(prepared)))
     )
     facts = CampaignFacts(
         stand=prepared.stand_file.model_dump(mode="json"),
@@ -149,7 +150,7 @@ def perform(
                 stop_request=request,
                 settings=RunSettings(
                     waited_for=simulate,
-                    says_it_waits=is_waiting(prepared.stand_home.parent / WIRES / NAME, stand_file),
+                    says_it_waits=_waits(prepared),
                 ),
                 predictor=prepared.predictor,
             )
@@ -158,6 +159,16 @@ def perform(
     if outcome.error is not None:
         keep_bug(outcome.error, out)
     return outcome
+
+
+def _waits(prepared: Prepared) -> bool:
+    """Return whether the stand of the stand file is a served one that waits for its reader."""
+    return is_waiting(prepared.stand_home.parent / WIRES / NAME, prepared.wired)
+
+
+def _clock_of(prepared: Prepared) -> Clock:
+    """Return the wall's time, or that of a served stand that may go faster: its heat goes with it."""
+    return StandClock(prepared.stand_home.parent / WIRES / SHOWN) if _waits(prepared) else WallClock()
 
 
 def zero_to_offer(prepared: Prepared) -> Zero | None:

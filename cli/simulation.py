@@ -51,4 +51,4 @@ def simulated_stand(
     ):
         served = process.served
         endpoints = replace(served.endpoints(), timeout_s=STARVED_S)
-        yield with_endpoints(prepared.stand_file, endpoints), StandClock(Path(served.time_file or ""), speed)
+        yield with_endpoints(prepared.stand_file, endpoints), StandClock(Path(served.time_file or ""))

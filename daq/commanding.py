@@ -298,11 +298,13 @@ class Commanding:
         self._look = self._known = None
 
     def _keep(self, row: StrokeRow) -> None:
+        if self._terms is not None:
+            row = replace(row, not_reached=row.compensated and row.is_off(self._terms.table))
         self.rows.append(row)
         self._voice.event("stroke", row.sentence(), **row.as_dict())
-        if self._terms is None or not row.compensated:
+        if not row.compensated:
             return
-        if row.is_off(self._terms.table):
+        if row.not_reached:
             self._voice.warn(f"WARNING: {row.sentence()}")
         elif row.has_note:
             self._voice.message(f"note: {row.sentence()}")

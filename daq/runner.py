@@ -11,6 +11,7 @@ from typing import Literal
 from daq.agenda import Agenda
 from daq.as_run import AsRun, add_as_run, observed_run, read_as_run
 from daq.control import listening
+from daq.controller_guard import fault_text
 from daq.driving import Halt
 from daq.first_stroke import Acquaintance
 from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus
@@ -37,6 +38,12 @@ from protocols.steps import Motion, PlannedStep, motions_after
 from protocols.temperature_limits import limits_of
 from recording.seal import seal_orphans
 from recording.writer import RunRecorder
+
+FORCE_LIMIT_FAULT = 2
+FORCE_ADVICE = (
+    "the same step would bring the same force again: make it smaller (edit the campaign file, then resume), "
+    "or put a slow stroke before it, by which the spring is learned"
+)
 
 
 @dataclass(frozen=True)
@@ -209,6 +216,8 @@ class _Campaign:
         )
         self._save()
         self._session.take_notes()
+        if trip is not None and not refused and _too_much_force(trip):
+            self._session.say_aloud(FORCE_ADVICE)
         self._session.show_end(status, reason)
         return CampaignOutcome(status, exit_status, tuple(self._runs), reason, report, error)
 
@@ -409,6 +418,11 @@ def _exit_status(trip: Trip | None, report: SafeStopReport | None) -> ExitStatus
     if report is None or not report.safe or (trip is not None and trip.device_fault):
         return ExitStatus.DEVICE_FAULT
     return ExitStatus.DONE if trip is None else ExitStatus.STOPPED
+
+
+def _too_much_force(trip: Trip) -> bool:
+    """Return whether a trip is the force limit, of the guard or of the device."""
+    return trip.guard == "force" or fault_text(FORCE_LIMIT_FAULT) in trip.reason
 
 
 def _too_warm(trip: Trip) -> bool:

@@ -318,7 +318,7 @@ class Session:
         self._forces_off += [step.index] * any(row.cycles_off for row in self._need().driver.force_rows)
         if not rows:
             return
-        self._off += [step.index] * any(row.compensated and row.is_off(terms.table) for row in rows)
+        self._off += [step.index] * any(row.not_reached for row in rows)
         try:
             add_strokes(self._notes, step.index, step.name, rows, terms.knowledge.as_dict())
             if self._keeper is not None:

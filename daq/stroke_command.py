@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from daq.cycles_judged import CLOSE_PERCENT
 from daq.stroke_learning import StrokeKnowledge
 from daq.stroke_steps import Bounds, within_force
 from protocols.commanded import Sine, piston_sine
@@ -84,7 +85,7 @@ def commanded_sine(
     piston = piston_sine(allowed, lower_kN, upper_kN, known.give_mm_per_kN)
     piston = Sine(piston.mean_mm + known.offset_mm, piston.amplitude_mm / known.gain(motion.frequency_Hz))
     kept = bounds.kept(piston, motion.frequency_Hz)
-    if kept.amplitude_mm < 0.999 * piston.amplitude_mm:
+    if kept.amplitude_mm < (1.0 - CLOSE_PERCENT / 100.0) * piston.amplitude_mm:
         said.append(
             f"{name} would need ± {piston.amplitude_mm:.2f} mm of the piston, and "
             f"± {kept.amplitude_mm:.2f} mm are left by {bounds.holding(piston, motion.frequency_Hz)}"

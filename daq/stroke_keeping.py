@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from daq.stroke_learning import StrokeKnowledge
+from daq.stroke_learning import StrokeKnowledge, is_knowledge
 from daq.stroke_rows import read_strokes
 
 NOW_NAME = "strokes-now.json"
@@ -75,7 +75,8 @@ class StrokeKeeper:
 
 def learned_in(folder: Path) -> Mapping[str, Any] | None:
     """Return what was learned last in a campaign's folder; None where nothing was."""
-    found = [line["learned"] for line in read_strokes(folder)[-1:]]
+    found = [line.get("learned") for line in read_strokes(folder)[-1:]]
     with suppress(OSError, ValueError):  # there is none, or a loss of power has cut it off
         found.append(json.loads((folder / NOW_NAME).read_text(encoding="utf-8")))
-    return max(found, key=lambda one: int(one["cycles"]), default=None)
+    whole = [one for one in found if is_knowledge(one)]
+    return max(whole, key=lambda one: int(one["cycles"]), default=None)

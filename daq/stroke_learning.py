@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -320,3 +320,14 @@ class StrokeKnowledge:
             self._factors = [float(one) for one in kept["force_factors"]]
             self._seen = [bool(one) for one in kept["seen"]]
         self._turns = [(float(stroke), float(force)) for stroke, force in kept["turns"]]
+
+
+def is_knowledge(kept: object) -> TypeGuard[Mapping[str, Any]]:
+    """Return whether something is what :meth:`StrokeKnowledge.as_dict` makes, so that it can be restored."""
+    if not isinstance(kept, Mapping):
+        return False
+    try:
+        StrokeKnowledge().restore(kept)
+    except (LookupError, TypeError, ValueError, OverflowError):
+        return False
+    return True

@@ -174,7 +174,11 @@ class SineLook:
         order.voice.warn(
             f"WARNING: {motion.mean_mm:g} ± {motion.amplitude_mm:g} mm at {motion.frequency_Hz:g} Hz brings "
             f"{cycle.upper_kN:.1f} kN in cycle {number}, more than force_max_kN = {most_kN:g}: "
-            + ("it is made smaller" if lowered else "what follows is made smaller")
+            + (
+                "it is made smaller"
+                if lowered
+                else "this sine goes on so, it can no longer be changed; steps after it are made smaller"
+            )
         )
 
     def _correct(self, cycle: CycleSeen, left: int) -> None:
@@ -192,10 +196,7 @@ class SineLook:
             self._coming_kN(),
         )
         if held and self._judged.last_is_not_close:
-            self._order.once(
-                f"{motion.mean_mm:g} ± {motion.amplitude_mm:g} mm at {motion.frequency_Hz:g} Hz "
-                f"cannot be reached: {held}"
-            )
+            self._order.once(f"{self._name()} cannot be reached: {held}")
         if wanted != self._command and left >= LEAST_LEFT:
             self._adjust(wanted)
 
@@ -213,7 +214,9 @@ class SineLook:
             )
         except CommandRejected as rejected:  # no reason to stop
             why = "the controller did not take the change; the sine goes on as it was"
-            voice.event("stroke", f"not corrected to {text} of the piston: {why}", answer=str(rejected))
+            told = f"not corrected to {text} of the piston: {why}"
+            voice.event("stroke", told, answer=str(rejected))
+            self._order.once(f"{self._name()} is not corrected: {why}")
             return
         voice.event(
             "stroke",
@@ -226,6 +229,11 @@ class SineLook:
             wanted.amplitude_mm - self._command.amplitude_mm
         )
         self._command = wanted
+
+    def _name(self) -> str:
+        return (
+            f"{self._asked.mean_mm:g} ± {self._asked.amplitude_mm:g} mm at {self._motion.frequency_Hz:g} Hz"
+        )
 
     def row(self) -> StrokeRow | None:
         """Return what was asked, commanded and reached up to now; None before a cycle."""
@@ -247,8 +255,5 @@ class SineLook:
                 self._judged.miss(number)
         row = self.row()
         if row is None and self._counted > 0:
-            self._order.once(
-                f"what {self._asked.mean_mm:g} ± {self._asked.amplitude_mm:g} mm at "
-                f"{self._motion.frequency_Hz:g} Hz reached is not known: no cycle is whole among its samples"
-            )
+            self._order.once(f"what {self._name()} reached is not known: no cycle is whole among its samples")
         return row

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -55,6 +56,8 @@ class StrokeRow:
         Those that were off by less than that, but by more than compensation is to reach.
     cycles_unseen : str
         Those whose turns are not whole on record.
+    not_reached : bool
+        Whether what was asked of the specimen was missed, in the end, by more than the campaign states.
     """
 
     motion: Literal["harmonic", "static"]
@@ -76,6 +79,7 @@ class StrokeRow:
     cycles_changed: str = ""
     cycles_not_close: str = ""
     cycles_unseen: str = ""
+    not_reached: bool = False
 
     @property
     def off_mm(self) -> float:
@@ -233,8 +237,8 @@ def read_strokes(folder: Path) -> list[dict[str, Any]]:
         return []
     found: list[dict[str, Any]] = []
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        try:
-            found.append(json.loads(line))
-        except json.JSONDecodeError:
-            continue
+        with suppress(ValueError):
+            content = json.loads(line)
+            if isinstance(content, dict):
+                found.append(content)
     return found

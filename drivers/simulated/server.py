@@ -30,7 +30,7 @@ from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.pace import Pace
 from drivers.simulated.register_bank import RegisterBank
 from drivers.simulated.sensor_wires import SensorWires
-from drivers.simulated.stand_clock import ShownTime
+from drivers.simulated.stand_clock import SHOWN, ShownTime
 from drivers.simulated.truth import Truth
 from drivers.simulated.waiting import NAME, WIRES, WaitingSign
 from foundation.clock import Clock, WallClock
@@ -47,8 +47,6 @@ FRESH_S = 0.0025
 """Age of the newest sample that a reading request is content with [s of the wall] …"""
 FRESH_STAND_S = 0.05
 """… and at most [s of stand time]: a fast stand must not make its reader wait for the next look."""
-SHOWN = "time"
-"""Name of the file, in the folder of the wires, in which a stand shows its time."""
 CATCH_UP = 100
 """Most samples made up at once (some milliseconds), by a request or between requests."""
 TURNS = 5
@@ -284,7 +282,7 @@ class StandServer:
 
     def _show_time(self) -> ShownTime:
         try:
-            return ShownTime(self._time_file)
+            return ShownTime(self._time_file, self._options.speed)
         except OSError as error:
             raise BadInput(f"cannot be made: {error.strerror}", file=self._time_file) from None
 

@@ -16,22 +16,26 @@ from pathlib import Path
 from drivers.simulated.pace import CREDIT_S
 from foundation.errors import DeviceFault
 
+SHOWN = "time"
+"""Name of the file, in the folder of the wires, in which a stand shows its time."""
 DEAD_S = 30.0
 """A stand that has shown no time for so long [s of the wall] has ended: time then goes on without it."""
 LEAST = 0.05
 """While the stand's time stands still, though the stand is alive, this share of the wall's is counted: who
 waits for something by the wall's time does not wait for ever."""
 
-_FORM = struct.Struct("dd")
+_FORM = struct.Struct("ddd")
 
 
 class ShownTime:
-    """The stand's side: a file of two numbers, its time and the monotonic wall time of the last look [s].
+    """The stand's side: a file of its time, the monotonic wall time of the last look [s], and its speed.
 
     Parameters
     ----------
     path : Path
         Made anew.
+    speed : float
+        Stand seconds in one second of the wall.
 
     Raises
     ------
@@ -39,11 +43,11 @@ class ShownTime:
         If it cannot be made.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, speed: float) -> None:
         self._path = path
         path.parent.mkdir(parents=True, exist_ok=True)
         fresh = path.with_name(f".{path.name}.new")
-        fresh.write_bytes(_FORM.pack(0.0, time.monotonic()))
+        fresh.write_bytes(_FORM.pack(0.0, time.monotonic(), speed))
         with fresh.open("r+b") as file:
             self._map = mmap.mmap(file.fileno(), _FORM.size)
         fresh.replace(path)
@@ -73,8 +77,6 @@ class StandClock:
     ----------
     path : Path
         The stand's file.
-    speed : float
-        Stand seconds in one second of the wall, for waiting.
 
     Raises
     ------
@@ -82,14 +84,14 @@ class StandClock:
         If the stand shows no time there.
     """
 
-    def __init__(self, path: Path, speed: float) -> None:
+    def __init__(self, path: Path) -> None:
         try:
             with path.open("rb") as file:
                 self._map = mmap.mmap(file.fileno(), _FORM.size, access=mmap.ACCESS_READ)
         except (OSError, ValueError) as error:
             raise DeviceFault(f"the simulated stand shows no time at {path}: {error}") from None
         self._numbers = memoryview(self._map).cast("d")
-        self._speed = speed
+        self._speed = self._numbers[2]
         self._lock = threading.Lock()
         self._looked_s = time.monotonic()
         self._now_s = self._wall_s = 0.0

@@ -80,13 +80,21 @@ def deviations_section(source: Source) -> Section:
     return Section("deviations", "Deviations and stopped runs", tuple(blocks))
 
 
+def _pair(row: Mapping[str, Any], what: str) -> str:
+    """Return a mean ± an amplitude, or the stroke at which a slow motion turns [mm]."""
+    mean, amplitude = row[f"{what}_mean_mm"], row[f"{what}_amplitude_mm"]
+    return fixed(mean, 2) if amplitude is None else f"{fixed(mean, 2)} ± {fixed(amplitude, 2)}"
+
+
+def _not_reached(run: ReportRun, row: Mapping[str, Any]) -> str:
+    made, asked = _pair(row, "reached"), _pair(row, "asked")
+    return (
+        f"Run {run.number}: the stroke that was asked for was not reached: {made} mm in place of {asked} mm."
+    )
+
+
 def _strokes(source: Source) -> Table | None:
     """Return what was asked, commanded and reached in each run that says so; None if none does."""
-
-    def pair(row: Mapping[str, Any], what: str) -> str:
-        mean, amplitude = row[f"{what}_mean_mm"], row[f"{what}_amplitude_mm"]
-        return fixed(mean, 2) if amplitude is None else f"{fixed(mean, 2)} ± {fixed(amplitude, 2)}"
-
     rows = []
     for run in source.runs:
         for row in run.strokes:
@@ -94,9 +102,9 @@ def _strokes(source: Source) -> Table | None:
             rows.append(
                 (
                     Cell(str(run.number), "number"),
-                    Cell(f"{pair(row, 'asked')} ({whose})"),
-                    Cell(pair(row, "last_commanded")),
-                    Cell(pair(row, "reached")),
+                    Cell(f"{_pair(row, 'asked')} ({whose})"),
+                    Cell(_pair(row, "last_commanded")),
+                    Cell(_pair(row, "reached")),
                     _off(run, row),
                 )
             )
@@ -169,6 +177,7 @@ def _derived_deviations(source: Source) -> list[str]:
         f"Force limited to {limit:g} kN by {by} ({runs_text(numbers)}): full stroke was not reached."
         for (limit, by), numbers in limited.items()
     ]
+    items += [_not_reached(run, row) for run in source.runs for row in run.strokes if row.get("not_reached")]
     items += [f"Results of external providers: {text}" for text in source.fields.external_results]
     imported = [run.number for run in source.runs if run.status == "imported"]
     if imported:

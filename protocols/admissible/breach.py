@@ -48,9 +48,8 @@ class Breach:
             return self.advice
         if not self.nearest:
             return "no value of this step's keys is admissible: check the limits and the spring model"
-        return "nearest admissible: " + ", ".join(
-            f"{key} = {value:.10g}" for key, value in self.nearest.items()
-        )
+        values = ", ".join(f"{key} = {value:.10g}" for key, value in self.nearest.items())
+        return f"nearest admissible{', taken together' if len(self.nearest) > 1 else ''}: {values}"
 
 
 def within(part: str, found: Breach, keys: Mapping[str, str]) -> Breach:

@@ -122,12 +122,15 @@ def test_a_change_that_is_not_taken_is_said_without_the_words_of_the_wire(
     monkeypatch.setattr(InProcessController, "adjust_harmonic", reject)
     outcome, _, shown, _ = run(tmp_path, sine(40.0, 15.0, 0.8))
     assert outcome.status == "complete", "it is no reason to stop"
-    events = [event for event in open_run(outcome.runs[0]).events if "not corrected" in event.text]
+    events = [event for event in open_run(outcome.runs[0]).events if event.text.startswith("not corrected")]
     assert events
     for event in events:
         assert "the controller did not take the change; the sine goes on as it was" in event.text
         assert event.data == {"answer": answer}
     assert not any(word in line for line in shown.lines for word in ("command 6", "sequence", "arming"))
+    told = [line for line in shown.lines if "is not corrected" in line]
+    assert len(told) == 1, "once, however often it is tried"
+    assert "40 ± 15 mm at 0.8 Hz is not corrected: the controller did not take the change" in told[0]
 
 
 def test_a_corrected_run_is_one_step_whose_summary_is_what_was_asked(tmp_path: Path) -> None:

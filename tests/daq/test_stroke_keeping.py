@@ -52,6 +52,13 @@ def test_the_newer_of_both_files_counts_and_one_that_is_cut_off_does_not(tmp_pat
     assert learned["cycles"] == 1
 
 
+@pytest.mark.parametrize("text", ["{}", "[]", "null", '{"cycles": "many"}', '{"cycles": 9, "sums": 1}'])
+def test_what_is_no_knowledge_teaches_nothing(tmp_path: Path, text: str) -> None:
+    (tmp_path / NOW_NAME).write_text(text)
+    (tmp_path / "strokes.jsonl").write_text(f'{text}\n{{"learned": {text}}}\n')
+    assert learned_in(tmp_path) is None
+
+
 def test_what_was_learned_in_a_step_that_never_ended_is_there_for_the_next_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

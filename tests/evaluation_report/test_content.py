@@ -12,6 +12,7 @@ import pytest
 
 from daq.force_row import ForceTurns, force_row
 from evaluation.report.build import build_content
+from evaluation.report.closing import deviations_section
 from evaluation.report.content import DASH, Cell, Column, Content, Table, VerdictLine
 from evaluation.report.fields import ReportFields
 from evaluation.report.source import ReportRun, Source, runs_text
@@ -44,7 +45,7 @@ def strings(value: Any) -> Iterator[str]:
     if isinstance(value, dict):
         for inner in value.values():
             yield from strings(inner)
-    elif isinstance(value, list):
+    elif isinstance(value, list | tuple):
         for inner in value:
             yield from strings(inner)
     elif isinstance(value, str):
@@ -254,6 +255,33 @@ def test_a_limited_force_is_a_deviation(report: Made) -> None:
     assert "Force limited to 600 kN by the stand (run 1): full stroke was not reached." in everything(
         report.content
     )
+
+
+@pytest.mark.parametrize("missed", [True, False])
+def test_a_stroke_that_was_not_reached_is_a_deviation(report: Made, missed: bool) -> None:
+    row = {
+        "motion": "harmonic",
+        "asked_mean_mm": 45.0,
+        "asked_amplitude_mm": 8.0,
+        "last_commanded_mean_mm": 45.6,
+        "last_commanded_amplitude_mm": 8.1,
+        "reached_mean_mm": 44.95,
+        "reached_amplitude_mm": 7.57,
+        "by_force": False,
+        "compensated": True,
+        "off_mm": -0.05,
+        "off_percent": -5.3,
+        "cycles": 8,
+        "cycles_off": "1-8",
+        "not_reached": missed,
+    }
+    section = deviations_section(with_run(report.source, 3, strokes=(row,)))
+    text = "\n".join(strings([dataclasses.asdict(block) for block in section.blocks]))
+    told = (
+        "Run 3: the stroke that was asked for was not reached: 44.95 ± 7.57 mm in place of 45.00 ± 8.00 mm."
+    )
+    assert (told in text) is missed
+    assert "44.95 ± 7.57" in text, "in the table, too"
 
 
 def test_an_overdue_calibration_is_shown_and_warned_of_by_the_day_of_the_test(report: Made) -> None:

@@ -268,7 +268,7 @@ def test_a_reader_whose_terminal_is_closed_is_stopped_and_no_bad_input(stand: Pa
 def test_a_stand_that_another_program_moves_is_left_alone(
     stand: Path, tmp_path: Path, words: tuple[str, ...]
 ) -> None:
-    """Where no amplifier's port keeps the second out: refused, it must not switch the first one's valve off."""
+    """No amplifier's port keeps the second out: refused, it must not switch the first one's valve off."""
     lone = tmp_path / "stand.toml"
     text = stand.read_text(encoding="utf-8").replace('"wires/', f'"{stand.parent}/wires/')
     lone.write_text(

@@ -51,7 +51,7 @@ def opened(name: str, folder: Path) -> Iterator[tuple[Stand, StandFile, Clock]]:
     with start_process(path, directory=folder / "run", wait_for_reader=True) as process:
         endpoints = replace(process.served.endpoints(), timeout_s=STARVED_S)
         file = with_endpoints(load_stand(path), endpoints)
-        clock = StandClock(Path(process.served.time_file or ""), 1.0)
+        clock = StandClock(Path(process.served.time_file or ""))
         stand = Stand(build_controller(file, clock), build_sensors(file, clock))
         try:
             yield stand, file, clock

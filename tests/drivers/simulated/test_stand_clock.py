@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -35,13 +36,22 @@ def wall(monkeypatch: pytest.MonkeyPatch) -> Wall:
 
 @pytest.fixture
 def shown(tmp_path: Path, wall: Wall) -> Iterator[ShownTime]:
-    made = ShownTime(tmp_path / "deep" / "time")
+    made = ShownTime(tmp_path / "deep" / "time", 1.0)
     yield made
     made.close()
 
 
+def going_at(speed: float, folder: Path) -> StandClock:
+    """Return the clock of the stand that shows its time there, as if it had been served at that speed."""
+    path = folder / "deep" / "time"
+    with path.open("r+b") as file:
+        file.seek(16)
+        file.write(struct.pack("d", speed))
+    return StandClock(path)
+
+
 def test_it_is_the_stands_time(shown: ShownTime, tmp_path: Path, wall: Wall) -> None:
-    clock = StandClock(tmp_path / "deep" / "time", 10.0)
+    clock = going_at(10.0, tmp_path)
     assert clock.now_s() == 0.0
     shown.show(3.5)
     assert clock.now_s() == 3.5
@@ -53,7 +63,7 @@ def test_it_is_the_stands_time(shown: ShownTime, tmp_path: Path, wall: Wall) -> 
 
 
 def test_a_wait_takes_as_long_as_stand_time_does(shown: ShownTime, tmp_path: Path, wall: Wall) -> None:
-    clock = StandClock(tmp_path / "deep" / "time", 10.0)
+    clock = going_at(10.0, tmp_path)
     began = wall.now
     clock.sleep(30.0)
     assert wall.now - began == pytest.approx(3.0)
@@ -62,7 +72,7 @@ def test_a_wait_takes_as_long_as_stand_time_does(shown: ShownTime, tmp_path: Pat
 
 
 def test_a_long_wait_of_its_own_counts_as_lived(shown: ShownTime, tmp_path: Path, wall: Wall) -> None:
-    clock = StandClock(tmp_path / "deep" / "time", 1.0)
+    clock = going_at(1.0, tmp_path)
     for turn in range(100):
         clock.sleep(0.1)
         shown.show(0.1 * (turn + 1))
@@ -75,7 +85,7 @@ def test_where_the_stand_gets_a_share_of_the_computer_silence_counts_so_much_mor
     shown: ShownTime, tmp_path: Path, wall: Wall, speed: float, share: float
 ) -> None:
     """Both live all the time, but the stand makes only a share of its samples, in leaps."""
-    clock = StandClock(tmp_path / "deep" / "time", speed)
+    clock = going_at(speed, tmp_path)
     stand_s = 0.0
     for turn in range(2000):
         wall.now += 0.01
@@ -89,7 +99,7 @@ def test_where_the_stand_gets_a_share_of_the_computer_silence_counts_so_much_mor
 def test_a_stand_that_lives_and_stands_still_holds_nobody_for_ever(
     shown: ShownTime, tmp_path: Path, wall: Wall
 ) -> None:
-    clock = StandClock(tmp_path / "deep" / "time", 1.0)
+    clock = going_at(1.0, tmp_path)
     for _ in range(10_000):
         wall.now += 0.1
         shown.show(1.0)
@@ -98,14 +108,14 @@ def test_a_stand_that_lives_and_stands_still_holds_nobody_for_ever(
 
 
 def test_starved_itself_it_counts_little(shown: ShownTime, tmp_path: Path, wall: Wall) -> None:
-    clock = StandClock(tmp_path / "deep" / "time", 1.0)
+    clock = going_at(1.0, tmp_path)
     wall.now += 7.0
     shown.show(0.1)  # the stand lived
     assert clock.wall_s() == pytest.approx(CREDIT_S)
 
 
 def test_while_the_stand_is_starved_no_silence_counts(shown: ShownTime, tmp_path: Path, wall: Wall) -> None:
-    clock = StandClock(tmp_path / "deep" / "time", 1.0)
+    clock = going_at(1.0, tmp_path)
     shown.show(0.1)
     for _ in range(700):  # seven seconds in which the program lives and the stand does not
         wall.now += 0.01
@@ -119,7 +129,7 @@ def test_while_the_stand_is_starved_no_silence_counts(shown: ShownTime, tmp_path
 def test_without_the_stand_time_goes_on_so_that_nobody_waits_for_ever(
     shown: ShownTime, tmp_path: Path, wall: Wall
 ) -> None:
-    clock = StandClock(tmp_path / "deep" / "time", 10.0)
+    clock = going_at(10.0, tmp_path)
     shown.show(5.0)
     end_s = wall.now + DEAD_S + 2.0
     while wall.now < end_s:
@@ -131,12 +141,12 @@ def test_without_the_stand_time_goes_on_so_that_nobody_waits_for_ever(
 
 def test_a_stand_that_shows_no_time_is_said(tmp_path: Path) -> None:
     with pytest.raises(DeviceFault, match="shows no time"):
-        StandClock(tmp_path / "nothing", 1.0)
+        StandClock(tmp_path / "nothing")
     (tmp_path / "empty").touch()
     with pytest.raises(DeviceFault, match="shows no time"):
-        StandClock(tmp_path / "empty", 1.0)
+        StandClock(tmp_path / "empty")
 
 
 def test_closed_it_leaves_nothing(tmp_path: Path) -> None:
-    ShownTime(tmp_path / "time").close()
+    ShownTime(tmp_path / "time", 1.0).close()
     assert not list(tmp_path.iterdir())
