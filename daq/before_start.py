@@ -10,7 +10,6 @@ from daq.acquisition import Acquisition
 from daq.controller_guard import fault_text
 from daq.scaling import STROKE_WIRES
 from drivers.interfaces import Controller, MotionState
-from drivers.poll_delivery import PollDelivery
 from foundation.specimen import Specimen
 from foundation.zero import Zero
 from protocols.steps import PlannedStep
@@ -125,7 +124,7 @@ def delivery_trouble(acquisition: Acquisition, pump: Callable[[], object]) -> st
 def delivery_remark(acquisition: Acquisition) -> str:
     """Return what is to be said of a wire that just keeps up; empty where there is nothing to say."""
     delivery = acquisition.stand.controller.delivery()
-    return delivery.remark if isinstance(delivery, PollDelivery) else ""
+    return "" if delivery is None else delivery.remark
 
 
 def zero_trouble(force_kN: float, most_kN: float, *, tared: bool = False) -> tuple[str, bool]:

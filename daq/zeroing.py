@@ -223,7 +223,7 @@ class Zeroing:
         return False
 
     def _go_back(self) -> None:
-        """Release; a piston that stands far out comes back to its own zero by that."""
+        """Unload, and bring a piston that stands far out to its own zero, whatever a release does with it."""
         position_mm = self._acquisition.latest.values.get("position", 0.0)
         speed = self._limits.release_speed_mm_per_s
         way_s = max(0.0, position_mm) / speed
@@ -233,6 +233,10 @@ class Zeroing:
                 f"({duration_text(way_s)})"
             )
         self._driver.perform(Release(speed), 10.0 + way_s)
+        self._catch_up()
+        left_mm = self._acquisition.latest.values.get("position", 0.0)
+        if left_mm > AT_ZERO_MM:  # without a force there is nothing to release: it may have stayed
+            self._driver.perform(RampTo(0.0, speed), left_mm / speed)
 
     def _until_force(self, force_kN: float, speed: float, way_s: float) -> None:
         """Ramp towards the piston's own zero until a force is read; guarded narrowly."""

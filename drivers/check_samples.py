@@ -189,7 +189,6 @@ def delivery_row(delivery: Delivery | PollDelivery) -> CheckRow:
             "reads_per_poll": float(delivery.reads),
             "most_Hz": delivery.most_Hz,
         }
-        verdict = Verdict.FAULT if not delivery.keeps_up else Verdict.NOTE if delivery.remark else Verdict.OK
     else:
         figures = {
             "block_round_trip_ms": delivery.round_trip_s * 1e3,
@@ -197,6 +196,6 @@ def delivery_row(delivery: Delivery | PollDelivery) -> CheckRow:
             "most_Hz": delivery.most_Hz,
             "longest_round_trip_ms": delivery.longest_trip_s * 1e3,
         }
-        verdict = Verdict.OK if delivery.keeps_up else Verdict.FAULT
+    verdict = Verdict.FAULT if not delivery.keeps_up else Verdict.NOTE if delivery.remark else Verdict.OK
     value, _, remark = delivery.text.partition("; ")
     return CheckRow("controller", "keeping up", value, verdict, remark, figures=figures)

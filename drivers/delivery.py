@@ -63,6 +63,8 @@ class Delivery:
         From having a block to asking for the next one [s of the wall]; 0 where that is asked for ahead.
     line_s : float
         What the bytes of a block alone take on a serial line [s]; 0 on a network.
+    median_trip_s : float
+        Half of the round trips of blocks were quicker [s of the wall]; 0 where that was not measured.
     """
 
     samples_per_block: int
@@ -72,6 +74,7 @@ class Delivery:
     feed_s: float
     gap_s: float = 0.0
     line_s: float = 0.0
+    median_trip_s: float = 0.0
 
     @property
     def samples_share(self) -> float:
@@ -118,7 +121,7 @@ class Delivery:
             f"block in {self.round_trip_s * 1e3:.2f} ms, {self.samples_share * 100.0:.0f} % of the time)"
         )
         if self.keeps_up:
-            return f"keeps up: {figures}"
+            return f"keeps up: {figures}" + (f"; {self.remark}" if self.remark else "")
         wire = "a quicker wire"
         if self.line_s:
             wire = f"a higher baud rate (the bytes of a block alone take {self.line_s * 1e3:.1f} ms)"
@@ -130,6 +133,17 @@ class Delivery:
             )
         do = f"{wire}, larger blocks, or a lower sample rate of the controller"
         return f"does not keep up: {figures}; {longest}: {do}"
+
+    @property
+    def remark(self) -> str:
+        """What is to be said although it keeps up: the quick blocks do, half of them do not; else empty."""
+        if not self.keeps_up or self.median_trip_s <= self.longest_trip_s:
+            return ""
+        return (
+            f"but half of the blocks take longer than {self.median_trip_s * 1e3:.1f} ms, and less than "
+            f"{self.longest_trip_s * 1e3:.1f} ms would do: the guards may see the stand late; look at "
+            "network, controller and load of this computer"
+        )
 
     def _keeps_up(self, slower: float) -> bool:
         """Return whether it does where each exchange takes so many times as long."""

@@ -207,6 +207,7 @@ class RingController(RegisterController):
             max(status_s - less_s, 0.0) / self._panel.trips_of_status,
             gap_s=0.0 if ahead else WORK_S,
             line_s=self._block_bytes * self._byte_s,
+            median_trip_s=float(np.median(self._trips)),
         )
 
     @property

@@ -302,7 +302,7 @@ class Static(Motion):
 
 
 class Release(Motion):
-    """Retract until the force is gone; a piston that stands clear of the specimen stays there.
+    """Retract to the piston's zero, and on until the force is gone.
 
     Parameters
     ----------

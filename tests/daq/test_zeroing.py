@@ -15,10 +15,11 @@ from daq.kept_zero import ZERO_NAME, kept_zero
 from daq.metadata import CampaignFacts
 from daq.runner import CampaignOutcome, run_campaign
 from daq.touch_peak import met_peak_kN, turned_peak_kN
-from drivers.interfaces import MotionState
+from drivers.interfaces import EndReason, MotionState
 from drivers.simulated.commands import Fault
 from drivers.simulated.faults import ScheduledFault
 from drivers.simulated.inprocess import InProcessStand, open_in_process
+from drivers.simulated.motions import Release as SimulatedRelease
 from evaluation.api import evaluate
 from evaluation.requirements.static import PRELOAD_FROM_MM, PRELOAD_TO_MM
 from foundation.zero import Zero
@@ -273,6 +274,27 @@ def test_a_piston_that_stands_far_out_comes_back_first_and_that_is_said(tmp_path
     assert opened.device.controller.fault is Fault.NONE
     assert opened.device.actuator.position_mm == pytest.approx(0.0, abs=0.2)
     assert opened.device.controller.stroke_limit_mm < 40.0, "the limit follows"
+
+
+def test_a_controller_whose_release_leaves_a_clear_piston_standing_is_led_to_its_zero(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a controller may that is written from docs/drivers.md: its static cycles begin at zero only."""
+    retracting = SimulatedRelease.advance
+
+    def until_no_force(self: SimulatedRelease, force_kN: float, position_mm: float) -> float:
+        if abs(force_kN) < 0.2 and self.command_mm > 0.0:
+            self.end = EndReason.REACHED
+            return self.command_mm
+        return retracting(self, force_kN, position_mm)
+
+    monkeypatch.setattr(SimulatedRelease, "advance", until_no_force)
+    outcome, _, shown = start(tmp_path, RAMP, piston_mm=5.0, gap_mm=8.0, zero=SHORT)
+    assert outcome.status == "complete", outcome.reason
+    assert zero_in(outcome.runs[0]).value("position") == pytest.approx(8.0, abs=0.1)
+    assert any(
+        re.search(r"the piston stands at [45]\.\d\d mm: back to its own zero", line) for line in shown.lines
+    )
 
 
 def test_a_piston_far_out_is_not_moved_where_nothing_is_touched_off(tmp_path: Path) -> None:
