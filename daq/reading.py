@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.in_use import is_read_by_one, who_uses
 from drivers.interfaces import SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Channel
 from foundation.clock import Clock
@@ -18,6 +19,8 @@ from foundation.zero import Zero
 
 PASS_S = 0.02
 """From one look at the devices to the next [s]."""
+LOOK_S = 0.5
+"""So often it is seen whether another program has begun to command the stand [s]."""
 
 
 @dataclass(frozen=True)
@@ -134,10 +137,14 @@ class Reader:
         heard = {stand.controller.facts.name: _Heard(stand.controller.facts)}
         heard |= {sensor.facts.name: _Heard(sensor.facts) for sensor in stand.sensors}
         self.faults = []
-        stand.controller.skip_backlog()
-        until_s = clock.now_s() + duration_s
+        began_s = looked_s = clock.now_s()
+        if alone := self._is_alone():
+            stand.controller.skip_backlog()
+        until_s = began_s + duration_s
         while clock.now_s() < until_s:
-            while (block := stand.controller.read_block()) is not None and clock.now_s() < until_s:
+            if alone and clock.now_s() - looked_s >= LOOK_S:
+                alone, looked_s = self._is_alone(), clock.now_s()
+            while alone and (block := stand.controller.read_block()) is not None and clock.now_s() < until_s:
                 heard[block.stream].take(block)
             for sensor in stand.sensors:
                 for item in sensor.drain():
@@ -151,6 +158,17 @@ class Reader:
             if one.received_s is not None:
                 self._heard_s[name] = one.received_s
         return heard
+
+    def _is_alone(self) -> bool:
+        """Return whether the controller's samples are nobody else's; say it where they are."""
+        controller = self._stand.controller
+        if not is_read_by_one(controller) or not (who := who_uses(controller)):
+            return True
+        self.faults.append(
+            f"controller: {who}; its ring is not read, since that would acknowledge samples that the other "
+            "program still wants: look at the readings that one shows"
+        )
+        return False
 
     def _reading(
         self,

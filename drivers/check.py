@@ -24,6 +24,7 @@ from drivers.check_rows import (
 from drivers.check_samples import POLL_S, delivery_row, missed_row, sample_rate_row, watch
 from drivers.check_verdict import WATCH_S, Verdict
 from drivers.connect import build_controller, build_sensors
+from drivers.in_use import is_read_by_one, who_uses
 from drivers.interfaces import Controller, DeviceFault, MotionState, SampleBlock, Sensor, SensorFault
 from drivers.register_panel import FAULT_TEXTS
 from drivers.stand_file import StandFile
@@ -45,8 +46,6 @@ STALE_S = 5.0
 SENSOR_RATE_TOLERANCE = 0.05
 SLOW_RATE_TOLERANCE = 0.5
 """Shares by which rates may differ from those stated: amplifier, temperature sensors."""
-IN_USE = (MotionState.HOLDING, MotionState.RAMPING, MotionState.WAVEFORM, MotionState.RELEASING)
-"""States of a controller whose valve is on."""
 _LEAST_SPAN_S = 0.5
 
 
@@ -137,7 +136,7 @@ def _controller_rows(
         f"{identity.device}, serial {identity.serial}, {identity.sample_rate_Hz:g} Hz, at {identity.address}",
     )
     yield from _liveness_rows(controller, clock)
-    polled = controller.facts.clock == "host"
+    polled = not is_read_by_one(controller)
     user = _user_row(controller)
     if user is not None:
         yield user
@@ -171,12 +170,7 @@ def _controller_rows(
 
 def _user_row(controller: Controller) -> CheckRow | None:
     """Return which other program commands the stand, None where none is seen to."""
-    writer, status = controller.other_writer(), controller.status()
-    if writer:
-        who = f"program {writer} gives commands ({status.state.name.lower()})"
-    elif writer is None and status.state in IN_USE:
-        who = f"somebody has switched it on ({status.state.name.lower()})"
-    else:
+    if not (who := who_uses(controller)):
         return None
     remark = "another program is at work here: it is left alone"
     return CheckRow("controller", "in use", who, Verdict.NOTE, remark)

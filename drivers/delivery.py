@@ -19,7 +19,7 @@ COMMANDS_HZ = 6.0
 and judgement, half of them as long as a status, half as feeding. Measured over short campaigns: 5."""
 CATCH_UP_SHARE = 0.05
 """Share of the time that is kept to catch up in, behind a command or a pause of the computer."""
-CATCH_UP_BLOCKS = 4.0
+CATCH_UP_BLOCKS = 6.0
 """What one other exchange costs is to be caught up while the controller takes so many blocks of samples: near
 the limit a reader, and its guards, would be long behind after each."""
 WORK_S = 0.0012

@@ -37,8 +37,8 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
     """Show every channel live: mean and noise, in counts and in its unit, and how old it is.
 
     Nothing is moved or set. In a terminal it goes on until Ctrl-C. “From zero” is the value from the zero
-    that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds, as one that
-    moves the stand does, is named, and the rest is read.
+    that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds is named, and so
+    is a controller that another program commands: its samples are that one's. The rest is read.
     """
     from cli.by_hand import opened, say, zero_of
     from daq.reading import Reader

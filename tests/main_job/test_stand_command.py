@@ -282,6 +282,13 @@ def test_a_stand_that_another_program_moves_is_left_alone(
     assert re.search(r"another program \(number \d+\) gives the controller commands", refused.stderr)
     assert refused.stderr.rstrip().endswith("; the stand was not touched")
     assert "safe stop" not in refused.stderr
+    read = bufferstand("stand", "read", lone, "--json", "--for", "0.5")
+    assert read.returncode == 0, read.stderr
+    document = json.loads(read.stdout)
+    assert [one["samples"] for one in document["channels"] if one["name"] == "force"] == [0]
+    (why,) = (text for text in document["faults"] if text.startswith("controller: program "))
+    assert why.endswith("its ring is not read, since that would acknowledge samples that the other program "
+                        "still wants: look at the readings that one shows")  # fmt: skip
     began = held.place()
     held.wait_for(f"position {began - 0.1:.1f}", holding=True)
     os.write(held.descriptor, b"q")

@@ -1,0 +1,29 @@
+"""Whether another program is at work on a controller, whose samples are that one's then."""
+
+from __future__ import annotations
+
+from drivers.interfaces import Controller, MotionState
+
+SWITCHED_ON = (MotionState.HOLDING, MotionState.RAMPING, MotionState.WAVEFORM, MotionState.RELEASING)
+"""States in which somebody has the valve on."""
+
+
+def who_uses(controller: Controller) -> str:
+    """Return who else commands a controller that this program does not command; empty if nobody is seen to.
+
+    Raises
+    ------
+    DeviceFault
+        If the wire fails.
+    """
+    writer, status = controller.other_writer(), controller.status()
+    if writer:
+        return f"program {writer} gives commands ({status.state.name.lower()})"
+    if writer is None and status.state in SWITCHED_ON:
+        return f"somebody has switched it on ({status.state.name.lower()})"
+    return ""
+
+
+def is_read_by_one(controller: Controller) -> bool:
+    """Return whether to read its samples takes them from another program: a ring's, not polled ones."""
+    return controller.facts.clock != "host"
