@@ -129,7 +129,7 @@ class AsRun:
     def sentence(self) -> str:
         """Return it as a person says it while the campaign runs."""
         end = "" if self.end_C is None else f", {self.end_C:.1f} °C at its end"
-        text = f"took {duration_text(self.duration_s)}, {self.heat_J / 1000.0:.1f} kJ{end}"
+        text = f"took {duration_text(self.duration_s)}, {_kilojoules(self.heat_J, 1)} kJ{end}"
         if self.planned is not None:
             planned = self.planned
             heat = "heat not known" if planned.heat_J is None else planned.heat_text(" kJ")
@@ -329,8 +329,8 @@ class Totals:
         text = (
             f"took {duration_text(self.measured_s)} (planned {planned}), of which "
             f"{duration_text(self.measured_wait_s)} waiting to cool (planned "
-            f"{duration_text(self.planned_wait_s)}); {self.measured_heat_J / 1000.0:.0f} kJ of heat (planned "
-            f"{heat})"
+            f"{duration_text(self.planned_wait_s)}); {_kilojoules(self.measured_heat_J, 0)} kJ of heat "
+            f"(planned {heat})"
         )
         if self.planned_missed_K is not None and self.learned_missed_K is not None:
             text += (
@@ -368,3 +368,8 @@ def totals(rows: Sequence[AsRun]) -> Totals:
         missed("estimated"),
         any(plan.at_most for plan in plans),
     )
+
+
+def _kilojoules(heat_J: float, digits: int) -> str:
+    """Return a heat in kJ; noise about none is 0, not −0."""
+    return f"{round(heat_J / 1000.0, digits) + 0.0:.{digits}f}"

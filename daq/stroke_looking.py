@@ -160,7 +160,7 @@ class SineLook:
             return
         self._warned = True
         left = self._motion.cycles - max(number, self._counted)
-        can = " (being corrected)" if self._controller.can_adjust and left >= LEAST_LEFT else ""
+        can = " (it can still be corrected)" if self._controller.can_adjust and left >= LEAST_LEFT else ""
         order.voice.warn(f"WARNING: after cycle {number}{can}: {row.sentence()}")
 
     def _see_force(self, number: int, cycle: CycleSeen) -> None:

@@ -134,6 +134,7 @@ def stroke_sine(
         moved_mm = max(lower.take(below_kN), upper.take(above_kN))
         if upper.stroke_mm - lower.stroke_mm < _LEAST_RANGE_MM:
             lower.stroke_mm = max(0.0, upper.stroke_mm - _LEAST_RANGE_MM)
+            upper.stroke_mm = lower.stroke_mm + _LEAST_RANGE_MM
         asked = Sine.between(lower.stroke_mm, upper.stroke_mm)
         if moved_mm < STROKE_TOLERANCE_MM:
             break

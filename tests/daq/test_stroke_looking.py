@@ -98,7 +98,7 @@ def test_a_sine_is_led_to_what_was_asked_and_its_first_cycles_are_named() -> Non
     assert row.cycles_off.startswith("1-")
     assert len(row.cycles_off) <= 3, "and then no more"
     assert f"off in cycles {row.cycles_off} of {row.cycles}" in row.sentence()
-    assert [text for text in heard.warnings if "after cycle 1 (being corrected)" in text]
+    assert [text for text in heard.warnings if "after cycle 1 (it can still be corrected)" in text]
     assert not any("cannot be reached" in text for text in heard.warnings)
 
 

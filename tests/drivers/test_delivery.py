@@ -99,7 +99,9 @@ def test_samples_go_first_while_the_reader_is_behind() -> None:
 def test_a_wire_whose_slower_half_does_not_keep_up_is_remarked_on(median_s: float, said: bool) -> None:
     found = Delivery(PER_BLOCK, 0.0093, 1000.0, 0.0093, 0.0093, median_trip_s=median_s)
     assert found.keeps_up
-    assert ("but half of the blocks take longer than 11.2 ms, and less than 11.0 ms would do" in found.remark) is said
+    assert (
+        "but half of the blocks take longer than 11.2 ms, and less than 11.0 ms would do" in found.remark
+    ) is said
     assert found.text.endswith(found.remark)
     slow = Delivery(PER_BLOCK, 0.0118, 1000.0, 0.0118, 0.0118, median_trip_s=0.013)
     assert not slow.keeps_up

@@ -39,6 +39,17 @@ def test_two_linear_springs_in_series(stiffness: float, position: float, spring:
     )
 
 
+@pytest.mark.parametrize(("mean_mm", "amplitude_mm"), [(104.0, 10.0), (104.0, 30.0), (200.0, 40.0)])
+@pytest.mark.parametrize("stiffness", [0.5, 5.0, 60.0])
+def test_a_machine_that_takes_all_of_a_sine_leaves_one_all_the_same(
+    mean_mm: float, amplitude_mm: float, stiffness: float
+) -> None:
+    """Asked far beyond what it can be: a plan refuses that, and must be able to reckon with it before."""
+    found = predictor().harmonic(mean_mm, amplitude_mm, 0.1, 21.0, 1.0 / stiffness)
+    assert found.stroke.amplitude_mm > 0.0
+    assert found.stroke.lower_mm >= 0.0
+
+
 def test_a_preload_holds_against_the_machine() -> None:
     """15 kN of preload on 150 kN/mm: the piston goes 0.1 mm before the specimen gives way."""
 
