@@ -40,6 +40,9 @@ APPROACH_MM_PER_S = 2.0
 """Speed of the way to it [mm/s]."""
 AT_OWN_ZERO_MM = 0.1
 """First contact this far before the piston's own zero is at it [mm]."""
+PLANNED_PERCENT, PLANNED_MM = 5.0, 1.0
+"""A sine that is asked of the piston makes the specimen do what the plan expects to within this: what is not
+stated right of machine and spring is less, and a controller whose gain is a tenth too low is more."""
 
 
 class Commanding:
@@ -65,6 +68,7 @@ class Commanding:
         self._step: PlannedStep | None = None
         self._motions: Sequence[Motion] = ()
         self._look: SineLook | StaticLook | RampLook | None = None
+        self._looked_at: Motion | None = None
         self._keep_learned: Callable[[], object] | None = None
         self._warmer_K = 0.0
         self._is_measured = False
@@ -279,6 +283,7 @@ class Commanding:
         if not isinstance(motion, Harmonic | StaticCycles):
             return
         told, zero_mm = self.commanded(motion), self.zero_mm
+        self._looked_at = motion
         expected_of = partial(self._expected_of_cycle, motion)
         order = Order(self._terms, self._voice, self._once, expected_of, self._compensates)
         if isinstance(motion, Harmonic) and isinstance(told, Harmonic):
@@ -294,20 +299,39 @@ class Commanding:
         if self._look is not None:
             listeners.remove(self._look.take)
             if (row := self._look.end()) is not None:
-                self._keep(row)
-        self._look = self._known = None
+                self._keep(row, self._looked_at)
+        self._look = self._known = self._looked_at = None
 
-    def _keep(self, row: StrokeRow) -> None:
+    def _keep(self, row: StrokeRow, motion: Motion | None) -> None:
         if self._terms is not None:
             row = replace(row, not_reached=row.compensated and row.is_off(self._terms.table))
         self.rows.append(row)
         self._voice.event("stroke", row.sentence(), **row.as_dict())
         if not row.compensated:
+            if why := self._unlike_the_plan(row, motion):
+                self._voice.warn(f"WARNING: {why}")
             return
         if row.not_reached:
             self._voice.warn(f"WARNING: {row.sentence()}")
         elif row.has_note:
             self._voice.message(f"note: {row.sentence()}")
+
+    def _unlike_the_plan(self, row: StrokeRow, motion: Motion | None) -> str:
+        """Return by how much a sine of the piston made the specimen do else than planned, empty if little."""
+        estimate = None if motion is None else self._estimate(motion)
+        if estimate is None or (turns := estimate.turns) is None or row.reached_amplitude_mm is None:
+            return ""
+        wanted = Sine.between(turns.lower_mm, turns.upper_mm)
+        percent = 100.0 * (row.reached_amplitude_mm / max(wanted.amplitude_mm, 1e-9) - 1.0)
+        off_mm = row.reached_mean_mm - wanted.mean_mm
+        if abs(percent) <= PLANNED_PERCENT and abs(off_mm) <= PLANNED_MM:
+            return ""
+        return (
+            f"{row.asked_mean_mm:.2f} ± {row.asked_amplitude_mm or 0.0:.2f} mm of the piston made "
+            f"{row.reached_mean_mm:.2f} ± {row.reached_amplitude_mm:.2f} mm of the specimen, where the plan "
+            f"expected {wanted.mean_mm:.2f} ± {wanted.amplitude_mm:.2f} mm: {off_mm:+.2f} mm, amplitude "
+            f"{percent:+.2f} %; look at controller, draw wires and the stated machine_stiffness_kN_per_mm"
+        )
 
     def judge_rest(self) -> bool:
         """Judge what has come of a motion that has ended; return whether there is more."""
