@@ -23,7 +23,7 @@ from daq.plausibility_guard import PlausibilityGuard
 from daq.recorder_guard import RecorderGuard, Recording
 from daq.scaling import ScaledBlock, scale, zeroed
 from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
-from drivers.interfaces import ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
+from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock
 from foundation.errors import DeviceFault
@@ -173,7 +173,7 @@ class Acquisition:
         self._civil_s = civil_s
         self._waited_for = waited_for
         self._host = HostMemory(civil_s(), time.monotonic(), clock.now_s())
-        self._guarded = False
+        self._guarded = self._was_silent = False
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
         self._device_us: int | None = None
@@ -400,6 +400,7 @@ class Acquisition:
             self._take_all(blocks)  # what was read before a fault is kept, too
         self._record_anchor()
         for text in self.stand.controller.events():
+            self._was_silent = self._was_silent or NO_REPLY in text
             self.say("wire", text)
 
     def _take_all(self, blocks: list[SampleBlock]) -> None:
@@ -496,15 +497,18 @@ class Acquisition:
             self.panel.latch(trip)
 
     def _look_at_host(self) -> None:
-        """Look at this computer's clocks; a late pass counts from the first one after switching on."""
+        """Look at this computer's clocks; a late pass counts from the first one after switching on.
+
+        One in which the controller gave no reply is late for that, and it is said already.
+        """
         self._host, said = evaluate_host(
             self._host,
             self._civil_s(),
             time.monotonic(),
             self.clock.now_s(),
-            guarded=self.feeding and self._guarded,
+            guarded=self.feeding and self._guarded and not self._was_silent,
         )
-        self._guarded = self.feeding
+        self._guarded, self._was_silent = self.feeding, False
         for trip in said:
             self.panel.latch(trip)
 

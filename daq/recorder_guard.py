@@ -55,11 +55,11 @@ class RecorderGuard:
         self._renewals = 0
         self._durable = -1
         self._moved_s = steady_s()
-        self._late_said = False
+        self._late_said, self._has_all = False, True
 
     def begin(self) -> None:
         """Forget the run before."""
-        self._renewals, self._durable, self._late_said = 0, -1, False
+        self._renewals, self._durable, self._late_said, self._has_all = 0, -1, False, True
         self._moved_s = self._steady_s()
 
     def look(self, recorder: Recording, at_s: float) -> list[Trip]:
@@ -78,8 +78,8 @@ class RecorderGuard:
         return said
 
     def _lateness(self, written: int, durable: int, at_s: float) -> list[Trip]:
-        now_s = self._steady_s()
-        if durable != self._durable or durable >= written:
+        now_s, had_all, self._has_all = self._steady_s(), self._has_all, durable >= written
+        if durable != self._durable or had_all or self._has_all:  # what is written now has waited since now
             self._durable, self._moved_s, self._late_said = durable, now_s, False
             return []
         late_s = now_s - self._moved_s

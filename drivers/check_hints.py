@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from drivers.interfaces import DeviceFault
+from drivers.interfaces import NO_REPLY, DeviceFault
 from drivers.modbus_link import ModbusLink, ModbusRefusal
 from drivers.modbus_wires import RtuWire, TcpWire, Wire
 from drivers.port_trouble import is_held
@@ -30,7 +30,7 @@ def controller_hint(fault: DeviceFault, stand_file: StandFile) -> str:
     if hint := port_hint(text):
         return hint
     gateway = isinstance(fault, ModbusRefusal) and fault.code in GATEWAY_CODES
-    if not gateway and "no reply within" not in text:
+    if not gateway and NO_REPLY not in text:
         return ""
     return _who_answers(stand_file)
 

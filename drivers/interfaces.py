@@ -17,6 +17,9 @@ from foundation.channel import Channel
 from foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
 from foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
 
+NO_REPLY = "no reply within"
+"""Words of an event of the wire: a request was waited for in vain, and sent again."""
+
 
 class MotionState(IntEnum):
     """What the controller does at present (register ``state``)."""

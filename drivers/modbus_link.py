@@ -21,6 +21,7 @@ from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
 
 from drivers import packed_exchange
+from drivers.interfaces import NO_REPLY
 from drivers.modbus_wires import CannotOpenError, Client, TcpWire, Wire
 from drivers.packed_exchange import Exchange, PackedPort, PackedReply
 from drivers.registers import pack
@@ -530,7 +531,7 @@ class ModbusLink:
         if not connected:
             return "the device closed the connection"
         if isinstance(error, ModbusException) and "No response" in str(error):
-            return f"no reply within {patience_s:.3g} s"
+            return f"{NO_REPLY} {patience_s:.3g} s"
         return f"the reply cannot be decoded ({error})"
 
     def _fault(self, problem: str, look: str) -> DeviceFault:

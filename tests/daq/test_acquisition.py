@@ -177,7 +177,7 @@ def test_a_late_pass_is_said_only_where_guards_were_to_look(
     steady_s = [0.0]
     monkeypatch.setattr("daq.acquisition.time", SimpleNamespace(monotonic=lambda: steady_s[0]))
     civil_s = lambda: 1000.0 + steady_s[0]  # noqa: E731
-    acquisition, _, recorder = acquire(civil_s=civil_s)
+    acquisition, controller, recorder = acquire(civil_s=civil_s)
 
     def passes(late_s: float) -> int:
         """Make a pass that comes late and one that does not; return how often that was said."""
@@ -193,6 +193,10 @@ def test_a_late_pass_is_said_only_where_guards_were_to_look(
     acquisition.feeding = True
     assert passes(10.0) == 0, "it took so long to switch on"
     assert passes(10.0) == (0 if stand_waits else 1)
+    silent = ["the sample ring: no reply within 1 s; connection closed, sent once more on a new connection"]
+    monkeypatch.setattr(controller, "events", lambda: [silent.pop()] if silent else [])
+    assert passes(3.0) == 0, "the controller was silent: that is said, and no computer is to blame"
+    assert passes(3.0) == (0 if stand_waits else 1)
 
 
 def test_feeding_counts_the_walls_time_on_a_fast_stand() -> None:
