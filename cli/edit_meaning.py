@@ -15,6 +15,7 @@ from daq.limits import DEFAULT_TILT_MM, SPEED_FACTOR
 from daq.same_steps import same_steps
 from protocols.guard_table import GuardTable, TripAction
 from protocols.plan import Plan
+from protocols.steps import PlannedStep
 from protocols.zero_table import ZeroTable
 
 Direction = Literal["stricter", "LOOSER", "another"]
@@ -224,7 +225,23 @@ def _own_limits(record: CampaignRecord, plan: Plan) -> list[LimitEdit]:
                 for own, other in zip(values, (before.get(name, 0.0), campaign[name]), strict=True)
             ]
             found += _compared(*figures)
+        found += _bands(step, old.get("start_band"))
     return found
+
+
+def _bands(step: PlannedStep, old: Mapping[str, Any] | None) -> list[LimitEdit]:
+    """Return what differs of the temperatures at which a step may begin; a part of a band is stricter."""
+    was = None if old is None else (float(old["low_C"]), float(old["high_C"]))
+    now = None if step.start_band is None else (step.start_band.low_C, step.start_band.high_C)
+    if was == now:
+        return []
+    direction: Direction = "another"
+    if was is None or (now is not None and was[0] <= now[0] and now[1] <= was[1]):
+        direction = "stricter"
+    elif now is None or (now[0] <= was[0] and was[1] <= now[1]):
+        direction = "LOOSER"
+    texts = ["any" if band is None else f"{band[0]:g} … {band[1]:g}" for band in (was, now)]
+    return [LimitEdit(f"step “{step.name}”: start_temperature_C", texts[0], texts[1], direction)]
 
 
 def _document(record: CampaignRecord, place: str) -> dict[str, Any]:

@@ -392,6 +392,11 @@ def test_a_limit_that_what_is_complete_would_break_stops_only_what_is_to_do(
             'name = "two"\ntemperature_stop_C = 45.0',
             "“two”: temperature_stop_C 40 → 45 (LOOSER)",
         ),
+        (
+            'name = "two"',
+            'name = "two"\nstart_temperature_C = [15.0, 30.0]',
+            "“two”: start_temperature_C any → 15 … 30 (stricter)",
+        ),
     ],
 )
 def test_an_edit_of_a_limit_is_judged_by_what_it_means(
