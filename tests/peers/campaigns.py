@@ -33,13 +33,14 @@ cycles = {cycles}
 """
 
 
-def write_campaign(folder: Path, cycles: int = 5) -> Path:
-    """Put a campaign beside the stand file of a peer."""
+def write_campaign(folder: Path, cycles: int = 5, *, touch: bool = True) -> Path:
+    """Put a campaign beside the stand file of a peer; ``touch``: it begins with touching off."""
     for name in ("specimens/category-a-elastomer.toml", "models/category-a-elastomer.toml"):
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes((SAMPLES / name).read_bytes())
     campaign = folder / "campaign.toml"
-    campaign.write_text(CAMPAIGN.format(cycles=cycles))
+    zero = "" if touch else "\n[zero]\ntouch = false\n"
+    campaign.write_text(CAMPAIGN.format(cycles=cycles) + zero)
     return campaign
 
 

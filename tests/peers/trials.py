@@ -74,11 +74,11 @@ def run_check(case: Case, program: Path, folder: Path) -> subprocess.CompletedPr
         return bufferstand("check", peer.stand, "--watch", "3")
 
 
-def run_campaign(case: Case, program: Path, folder: Path, *more: str) -> Outcome:
+def run_campaign(case: Case, program: Path, folder: Path, *more: str, touch: bool = True) -> Outcome:
     """Run a campaign from beginning to end."""
     with controller(case, program, folder, *more) as peer:
         out = folder / "campaign"
-        done = bufferstand("run", write_campaign(folder), "--out", out, *armed("run"))
+        done = bufferstand("run", write_campaign(folder, touch=touch), "--out", out, *armed("run"))
         return _outcome(peer, out, done)
 
 
