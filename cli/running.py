@@ -115,10 +115,11 @@ def perform(
     _check_speed(simulate, speed)
     if not simulate and consent is None:
         raise ValueError("a real stand moves only with somebody's consent")
+    served = not simulate and _waits(prepared)
     source: AbstractContextManager[tuple[StandFile, Clock]] = (
         simulated_stand(prepared, speed=speed, truth=truth)
         if simulate
-        else nullcontext((prepared.wired, _clock_of(prepared)))
+        else nullcontext((prepared.wired, _clock_of(prepared, served=served)))
     )
     facts = CampaignFacts(
         stand=prepared.stand_file.model_dump(mode="json"),
@@ -150,7 +151,7 @@ def perform(
                 stop_request=request,
                 settings=RunSettings(
                     waited_for=simulate,
-                    says_it_waits=_waits(prepared),
+                    says_it_waits=served,
                 ),
                 predictor=prepared.predictor,
             )
@@ -166,9 +167,9 @@ def _waits(prepared: Prepared) -> bool:
     return is_waiting(prepared.stand_home.parent / WIRES / NAME, prepared.wired)
 
 
-def _clock_of(prepared: Prepared) -> Clock:
+def _clock_of(prepared: Prepared, *, served: bool) -> Clock:
     """Return the wall's time, or that of a served stand that may go faster: its heat goes with it."""
-    return StandClock(prepared.stand_home.parent / WIRES / SHOWN) if _waits(prepared) else WallClock()
+    return StandClock(prepared.stand_home.parent / WIRES / SHOWN) if served else WallClock()
 
 
 def zero_to_offer(prepared: Prepared) -> Zero | None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cli.campaigns import Prepared
+from drivers.simulated.stand_clock import StandClock
 from drivers.stand_file import StandFile, with_endpoints
 from foundation.clock import Clock
 
@@ -36,7 +37,6 @@ def simulated_stand(
     """
     # The simulated stand is slow to import, and a real one does without it.
     from drivers.simulated.process import start_process, wires_folder  # noqa: PLC0415
-    from drivers.simulated.stand_clock import StandClock  # noqa: PLC0415
 
     with (
         wires_folder() as folder,

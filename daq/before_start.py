@@ -9,6 +9,7 @@ from pathlib import Path
 from daq.acquisition import Acquisition
 from daq.controller_guard import fault_text
 from daq.scaling import STROKE_WIRES
+from drivers.in_use import IN_MOTION
 from drivers.interfaces import Controller, MotionState
 from foundation.specimen import Specimen
 from foundation.zero import Zero
@@ -29,8 +30,6 @@ SEALING_FACTOR = 1.5
 """Room for the plan's samples, and for the largest run twice."""
 
 
-IN_MOTION = (MotionState.RAMPING, MotionState.WAVEFORM, MotionState.RELEASING)
-"""States in which the piston goes somewhere."""
 LOOKED_AT = ("force", *STROKE_WIRES)
 """Channels of the controller whose mean at rest is looked at."""
 

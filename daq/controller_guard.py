@@ -12,7 +12,8 @@ from drivers.interfaces import ControllerStatus, EndReason, MotionState
 FAULT_CODES = {1: "watchdog", 2: "force limit of the device", 3: "stroke limit of the device", 4: "actuator"}
 """What the controller's ``fault_code`` means (register profile)."""
 WATCHDOG_FAULT = 1
-DEVICE_LIMIT_FAULTS = (2, 3)
+FORCE_LIMIT_FAULT, STROKE_LIMIT_FAULT = 2, 3
+DEVICE_LIMIT_FAULTS = (FORCE_LIMIT_FAULT, STROKE_LIMIT_FAULT)
 """Faults that say no more than that a limit which was set in the device was reached."""
 FAULT_IS_OVER = (MotionState.FAULT, MotionState.OFF, MotionState.READY)
 """States of a controller that shows a fault and has taken the force away: its valve is off."""

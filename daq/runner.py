@@ -11,7 +11,7 @@ from typing import Literal
 from daq.agenda import Agenda
 from daq.as_run import AsRun, add_as_run, observed_run, read_as_run
 from daq.control import listening
-from daq.controller_guard import fault_text
+from daq.controller_guard import FORCE_LIMIT_FAULT, fault_text
 from daq.driving import Halt
 from daq.first_stroke import Acquaintance
 from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus
@@ -39,7 +39,6 @@ from protocols.temperature_limits import limits_of
 from recording.seal import seal_orphans
 from recording.writer import RunRecorder
 
-FORCE_LIMIT_FAULT = 2
 FORCE_ADVICE = (
     "the same step would bring the same force again: make it smaller (edit the campaign file, then resume), "
     "or put a slow stroke before it, by which the spring is learned"

@@ -172,8 +172,8 @@ class SineLook:
         left = motion.cycles - max(number, self._counted)
         lowered = order.compensates and self._controller.can_adjust and not self._over and left >= LEAST_LEFT
         order.voice.warn(
-            f"WARNING: {motion.mean_mm:g} ± {motion.amplitude_mm:g} mm at {motion.frequency_Hz:g} Hz brings "
-            f"{cycle.upper_kN:.1f} kN in cycle {number}, more than force_max_kN = {most_kN:g}: "
+            f"WARNING: {self._name()} brings {cycle.upper_kN:.1f} kN in cycle {number}, "
+            f"more than force_max_kN = {most_kN:g}: "
             + (
                 "it is made smaller"
                 if lowered

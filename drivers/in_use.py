@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from drivers.interfaces import Controller, MotionState
 
-SWITCHED_ON = (MotionState.HOLDING, MotionState.RAMPING, MotionState.WAVEFORM, MotionState.RELEASING)
+IN_MOTION = (MotionState.RAMPING, MotionState.WAVEFORM, MotionState.RELEASING)
+"""States in which the piston goes somewhere."""
+SWITCHED_ON = (MotionState.HOLDING, *IN_MOTION)
 """States in which somebody has the valve on."""
 
 
