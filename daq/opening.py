@@ -28,6 +28,7 @@ from daq.metadata import CampaignFacts
 from daq.panel import GuardPanel, GuardSet
 from daq.passes import Passes
 from daq.progress import Watcher
+from daq.riding import rides_of
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.showing import Showing
@@ -133,6 +134,7 @@ class Opening:
         )
         if self.watcher is not None:
             acquisition.observers.append(self.watcher.take)
+        rides = acquisition.rides = rides_of(acquisition, self.facts.watchdog_s, self.table, identity)
         acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
         release_mm_per_s = self.plan.campaign.content.motion.release_speed_mm_per_s
         driver = Driver(
@@ -152,7 +154,7 @@ class Opening:
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         zeroing = self._zeroing(acquisition, driver)
-        return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing)
+        return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides)
 
     def look(self, alive: Alive, steps: Sequence[PlannedStep]) -> None:
         """Look at everything that can be looked at while nothing moves; say it, or refuse.

@@ -15,7 +15,7 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 
 from drivers.bus_thread import Bus, BusThread
-from drivers.interfaces import ControllerStatus, DeviceFault, Identity, SampleBlock, StreamFacts
+from drivers.interfaces import ControllerStatus, DeviceFault, Identity, SampleBlock, StreamFacts, WireLost
 from drivers.modbus_link import ModbusLink
 from drivers.poll_delivery import PollDelivery
 from drivers.poll_skew import PolledAt, SkewMeter
@@ -295,7 +295,11 @@ class PollingController:
     taken_us = None
     """Samples are stamped by the computer's clock."""
 
-    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
+    def look_between(
+        self,
+        look: Callable[[], object],  # noqa: ARG002
+        outlast: Callable[[WireLost], object] | None = None,  # noqa: ARG002
+    ) -> AbstractContextManager[None]:
         """Do nothing: no polled sample waits for the wire."""
         return nullcontext()
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 from drivers import command_port as command
 from drivers.actuator_switch import ActuatorSwitch
-from drivers.interfaces import CommandRejected, ControllerStatus, EndReason, Identity, MotionState
+from drivers.interfaces import CommandRejected, ControllerStatus, EndReason, Identity, MotionState, WireLost
 from drivers.modbus_link import ModbusLink
 from drivers.profile import IDENTITY, Profile
 from drivers.register_panel import RegisterPanel
@@ -178,13 +178,20 @@ class RegisterController:
         return self._commands.taken_us
 
     @contextmanager
-    def look_between(self, look: Callable[[], object]) -> Iterator[None]:
-        """Inside, ``look`` is called before each request of a command; what it raises ends the command."""
-        before, self._panel.between = self._panel.between, look
+    def look_between(
+        self, look: Callable[[], object], outlast: Callable[[WireLost], object] | None = None
+    ) -> Iterator[None]:
+        """Inside, ``look`` is called before each request of a command; what it raises ends the command.
+
+        ``outlast`` is called where the wire is lost within one; when it returns the request is repeated.
+        """
+        panel = self._panel
+        before = panel.between, panel.outlast
+        panel.between, panel.outlast = look, outlast or panel.outlast
         try:
             yield
         finally:
-            self._panel.between = before
+            panel.between, panel.outlast = before
 
     def start_hold(self) -> int:
         """Stop where it stands and hold, with the first request; get the motion's sequence number.

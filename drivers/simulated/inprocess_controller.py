@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from drivers.interfaces import (
     Identity,
     SampleBlock,
     StreamFacts,
+    WireLost,
 )
 from drivers.missed_cycles import missed_cycles, parted
 from drivers.simulated.commands import Code, Command, Reject
@@ -77,6 +78,7 @@ class InProcessController:
         self._stuck: dict[str, Any] = {}
         self._nan_said = False
         self._last_us: int | None = None
+        self._outlast: Callable[[WireLost], object] | None = None
         self.can_adjust = device.controller.capabilities.adjusts
         """Whether it can change a running sine."""
         self._identity = Identity(
@@ -264,9 +266,18 @@ class InProcessController:
         """The device's clock: a command is taken when it is given [µs, modulo 2³²]."""
         return self._device.tick_us(self._clock.now_s())
 
-    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
-        """Do nothing: a command takes no time."""
-        return nullcontext()
+    @contextmanager
+    def look_between(
+        self,
+        look: Callable[[], object],  # noqa: ARG002 - a command takes no time
+        outlast: Callable[[WireLost], object] | None = None,
+    ) -> Iterator[None]:
+        """Inside, ``outlast`` is called where a command meets a lost link; it is given again afterwards."""
+        before, self._outlast = self._outlast, outlast
+        try:
+            yield
+        finally:
+            self._outlast = before
 
     def start_hold(self) -> int:
         """Stop where it stands and hold; get the motion's sequence number.
@@ -394,6 +405,15 @@ class InProcessController:
         return missed
 
     def _give(self, text: str, code: Code, **parameters: float) -> int:
+        while True:
+            try:
+                return self._give_once(text, code, **parameters)
+            except WireLost as lost:  # nothing of it was done
+                if self._outlast is None:
+                    raise
+                self._outlast(lost)
+
+    def _give_once(self, text: str, code: Code, **parameters: float) -> int:
         controller = self._device.controller
         sequence = controller.echo_sequence % 0xFFFF + 1  # 0 means “none yet”
         command = Command(sequence, int(code), **parameters)  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from drivers.interfaces import (
     StreamFacts,
 )
 from foundation.channel import Calibration, Channel
-from foundation.errors import CommandRejected, DeviceFault
+from foundation.errors import CommandRejected, DeviceFault, WireLost
 
 RATE_HZ = 1000.0
 STIFFNESS_KN_PER_MM = 5.0
@@ -265,7 +265,11 @@ class FakeController:
     stops_at_once = True
     taken_us = None
 
-    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
+    def look_between(
+        self,
+        look: Callable[[], object],  # noqa: ARG002
+        outlast: Callable[[WireLost], object] | None = None,  # noqa: ARG002
+    ) -> AbstractContextManager[None]:
         return nullcontext()
 
     def start_hold(self) -> int:
