@@ -23,6 +23,7 @@ from daq.plausibility_guard import PlausibilityGuard
 from daq.recorder_guard import RecorderGuard, Recording
 from daq.ride_out import RideOut
 from daq.scaling import ScaledBlock, scale, zeroed
+from daq.status_force import StatusForceMemory, evaluate_status_force
 from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
@@ -192,6 +193,7 @@ class Acquisition:
         self._fed_s = -np.inf
         self._heard_s = clock.wall_s()
         self._overwritten = 0
+        self._status_force = StatusForceMemory()
         self.rides: RideOut | None = None
         """Decides how long an outage is ridden out; without it a lost wire is a reason to stop at once."""
         self._looked_long = False
@@ -527,10 +529,22 @@ class Acquisition:
         self._age_s = _age_s(self._status.tick_us, self._device_us)
         self._device_us_at_look = self._device_us or 0
         self.panel.judge(self._status, now_s, wall_s)
+        self._judge_status_force(status.force_kN, now_s, wall_s)
         if not self._waited_for:
             age_s = None if self._age_s is None else self._age_s / self._speed(now_s, wall_s)
             self.panel.keep_up(age_s=age_s, up_to_date=self._up_to_date, at_s=now_s, wall_s=wall_s)
         return status
+
+    def _judge_status_force(self, shown_kN: float, now_s: float, wall_s: float) -> None:
+        """Hold the controller's own reading of the force against its samples."""
+        sampled_kN = self._values.get("force") if self._up_to_date or self._waited_for else None
+        if sampled_kN is not None and self.zero is not None:
+            sampled_kN += self.zero.value("force")
+        self._status_force, trip = evaluate_status_force(
+            self._status_force, shown_kN, sampled_kN, at_s=now_s, wall_s=wall_s
+        )
+        if trip is not None:
+            self.panel.latch(trip)
 
     def _speed(self, now_s: float, wall_s: float) -> float:
         """Return how many seconds of stand time pass in one of the wall."""

@@ -218,7 +218,7 @@ class InProcessController:
         CommandRejected
             If a limit is beyond the stand's.
         DeviceFault
-            If the link is lost.
+            If the link is lost, or its own force is no number.
         """
         controller = self._device.controller
         with self._link.asking():
@@ -232,6 +232,8 @@ class InProcessController:
         controller.watchdog.set_time(watchdog_ms)
         self.feed_watchdog()
         self.reset_fault()
+        if not math.isfinite(shown_kN := self.status().force_kN):
+            raise DeviceFault(f"the simulated controller was not switched on: its own force reads {shown_kN}")
         controller.control(0x000F)
 
     def reset_fault(self) -> None:
