@@ -36,7 +36,7 @@ CHANNELS = [channel.name for channel in CONTROLLER_FACTS.channels]
 def block_with(name: str, wrong: float, *, rows: int, first: int, last: int) -> ScaledBlock:
     """Samples of a slow ramp at 1 kHz, of which one channel is no number in some rows."""
     mm = np.linspace(1.0, 2.0, rows)
-    counts = {channel: mm / 0.01 for channel in CHANNELS} | {"force": 5.0 * mm / 0.001}
+    counts = dict.fromkeys(CHANNELS, mm / 0.01) | {"force": 5.0 * mm / 0.001}
     counts[name][first:last] = wrong
     time_us = (1 + np.arange(rows, dtype=np.int64)) * 1000
     return scale(SampleBlock("controller", 1, time_us, counts, 0, 1.0), CONTROLLER_FACTS)
