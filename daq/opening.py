@@ -173,11 +173,20 @@ class Opening:
             raise Halt(trip_at(self.clock, "disk", why))
         if alive.acquisition.stand.controller.facts.clock == "host":
             self._judge_wire(alive)  # known since connecting; of a wire too slow no sample may ever come
+        if text := self._outage_text(alive):
+            self.showing.message(text)
         rest = first_look(alive.acquisition, alive.driver.pump)
         self._judge_wire(alive)
         if remark := delivery_remark(alive.acquisition):
             self.showing.message(f"WARNING: the controller: {remark}")
         self._judge_rest(alive.zeroing, rest)
+
+    def _outage_text(self, alive: Alive) -> str:
+        """Return how long an outage is ridden out; empty for a stand that waits for its reader."""
+        timeout_s = (self.facts.stand.get("controller") or {}).get("timeout_s")
+        if timeout_s is None or self.settings.waited_for:
+            return ""
+        return alive.rides.leeway.sentence(timeout_s)
 
     def _judge_wire(self, alive: Alive) -> None:
         """Refuse a wire that cannot carry the samples, unless the stand waits for its reader."""

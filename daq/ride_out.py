@@ -15,13 +15,10 @@ from datetime import datetime
 from typing import Protocol
 
 from daq.guards import Action, Trip
-from drivers.delivery import FEED_S
 from drivers.in_use import IN_MOTION
 from drivers.interfaces import ControllerStatus, MotionState
-from drivers.modbus_link import HURRY_S
+from drivers.leeway import RESERVE_S, Leeway
 
-RESERVE_S = 0.2
-"""So much of the watchdog's time is kept for the way of the feed: no later try can be in time [s]."""
 RETRY_S = 0.05
 """From one try to reach the controller to the next at least [s of the wall]."""
 READ_S = 2.0
@@ -30,69 +27,7 @@ VALVE_OFF_S = 900.0
 """So long an outage may last while a campaign waits with the valve off, and nothing moves [s of the wall]."""
 SAID_EVERY_S = 60.0
 """An outage of minutes is said anew so often [s of the wall]."""
-_TRIES = 3
-"""Waits until a request is given up: for what was asked ahead (or a line to fall silent), and two tries."""
-_GROWS = 0.25
-"""By so much of the time since then a try has grown (:data:`drivers.modbus_link.LONGER`)."""
 VALVE_OFF = (MotionState.OFF, MotionState.READY)
-
-
-@dataclass(frozen=True)
-class Leeway:
-    """How long an outage may last.
-
-    Parameters
-    ----------
-    watchdog_s : float
-        The controller's watchdog [s of the wall].
-    silence_s : float
-        ``controller_silence_s`` of the guards: without samples for longer is no test [s of the wall].
-    ring : bool
-        Whether samples wait in the controller: of one that is polled they are lost.
-    """
-
-    watchdog_s: float
-    silence_s: float
-    ring: bool
-
-    @property
-    def last_try_s(self) -> float:
-        """From the last feed to the last try that can be in time [s of the wall]."""
-        return min(self.watchdog_s, self.silence_s) - RESERVE_S
-
-    def longest_s(self, timeout_s: float) -> float:
-        """Return the longest outage that is ridden out for certain [s], at whatever moment it begins.
-
-        Parameters
-        ----------
-        timeout_s : float
-            Longest wait for a reply, of the stand file.
-        """
-        latest_s = min(self.watchdog_s - FEED_S, self.silence_s) - RESERVE_S
-        if not self.ring or _TRIES * timeout_s > latest_s:
-            return 0.0
-        grown_s = HURRY_S + _GROWS * (latest_s - 2.0 * timeout_s)
-        return latest_s - min(grown_s, timeout_s)
-
-    def sentence(self, timeout_s: float) -> str:
-        """Return what is said of outages before a campaign begins."""
-        stops = "a shorter one is asked over, a longer one stops the campaign"
-        if not self.ring:
-            return (
-                f"an outage of the wire is asked over for {timeout_s:g} s at most: this controller keeps no "
-                "samples, so a longer one stops the campaign"
-            )
-        longest_s = self.longest_s(timeout_s)
-        if longest_s <= 0.0:
-            return (
-                f"no outage of the wire longer than {timeout_s:g} s is ridden out: timeout_s = {timeout_s:g} "
-                f"leaves no time for it within the watchdog's {self.watchdog_s:g} s; {stops}"
-            )
-        return (
-            f"an outage of the wire of up to {longest_s:.1f} s is ridden out (watchdog "
-            f"{self.watchdog_s:g} s): the motion goes on meanwhile within the controller's own limits, and "
-            "the guards judge it up to so much later"
-        )
 
 
 @dataclass(frozen=True)

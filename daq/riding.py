@@ -6,8 +6,9 @@ import time
 
 from daq.acquisition import Acquisition
 from daq.before_start import use_trouble
-from daq.ride_out import Leeway, RideOut
+from daq.ride_out import RideOut
 from drivers.interfaces import Identity
+from drivers.leeway import Leeway
 from protocols.guard_table import GuardTable
 
 

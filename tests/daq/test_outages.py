@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.ride_out import Leeway
 from daq.runner import CampaignOutcome, run_campaign
+from drivers.leeway import Leeway
 from drivers.simulated.inprocess import InProcessStand, open_in_process
 from drivers.simulated.virtual_link import Lost, behind_a_wire
 from foundation.errors import ExitStatus
