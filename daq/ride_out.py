@@ -23,6 +23,8 @@ RETRY_S = 0.05
 """From one try to reach the controller to the next at least [s of the wall]."""
 READ_S = 2.0
 """So long at most what waits in the ring is read in one go [s of the wall]; the rest comes pass by pass."""
+CALM_RETRY_S = 1.0
+"""The same where nothing moves and the watchdog's time is over [s of the wall]."""
 VALVE_OFF_S = 900.0
 """So long an outage may last while a campaign waits with the valve off, and nothing moves [s of the wall]."""
 SAID_EVERY_S = 60.0
@@ -182,7 +184,9 @@ class RideOut:
 
     def rest_s(self, wall_s: float) -> float:
         """Return how long to wait before the next try [s of the wall]."""
-        return max(0.0, self._tried_s + RETRY_S - wall_s)
+        outage = self.outage
+        long = outage is not None and self.is_calm and wall_s - outage.heard_s > self.leeway.last_try_s
+        return max(0.0, self._tried_s + (CALM_RETRY_S if long else RETRY_S) - wall_s)
 
     def over(self, heard_s: float, fed_s: float | None, wall_s: float) -> str:
         """Return why an outage cannot be ridden out any longer, empty while it can.

@@ -27,7 +27,7 @@ main.main([])
 
 
 def shown_to_nobody(descriptor: int, other_end: int) -> tuple[int, str]:
-    """Run a command that shows a line, and another one after its reader has gone; return status and stderr."""
+    """Run a command that shows a line, and one more once its reader has gone; return status, stderr."""
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", SHOWS_TWICE],
         stdin=subprocess.PIPE,

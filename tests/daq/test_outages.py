@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from daq.guards import Action, Trip
+from daq.ride_out import RideOut
 from daq.runner import CampaignOutcome, run_campaign
-from drivers.leeway import Leeway
+from drivers.delivery import FEED_S
+from drivers.interfaces import ControllerStatus, EndReason, MotionState
+from drivers.leeway import RESERVE_S, Leeway
+from drivers.simulated.faults import ScheduledFault
 from drivers.simulated.inprocess import InProcessStand, open_in_process
 from drivers.simulated.virtual_link import Lost, behind_a_wire
 from foundation.errors import ExitStatus
 from recording.run import Run
 from recording.runfile import open_run
-from tests.daq.cases import Lines
-from tests.daq.run_in_process import facts_of, sample_plan
+from tests.daq.cases import HARMONIC, Lines
+from tests.daq.fake_stand import Orders
+from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign
+from tests.daq.test_runner import Case as RunnerCase
 
 STEPS = """
 [[step]]
@@ -78,11 +90,11 @@ class Case:
             assert len(inside) == len(time_us) + sum(gap.lost for gap in run.gaps("controller"))
 
 
-def run_case(folder: Path, wire: Wire, steps: str = STEPS) -> Case:
+def run_case(folder: Path, wire: Wire, steps: str = STEPS, faults: Sequence[ScheduledFault] = ()) -> Case:
     folder.mkdir(parents=True, exist_ok=True)
     plan, stand_file = sample_plan(campaign(folder, steps))
     assert stand_file.controller.watchdog_s == WATCHDOG_S
-    opened = wire.opened = open_in_process(stand_file)
+    opened = wire.opened = open_in_process(stand_file, faults=faults)
     stand = behind_a_wire(opened, stand_file, lambda: 0.001, lost=wire.lost)
     shown = Lines()
     outcome = run_campaign(plan, stand, opened.clock, folder / "out", facts_of(stand_file), progress=shown)
@@ -119,7 +131,12 @@ def test_outages_in_every_phase_are_ridden_out(tmp_path: Path, what: Lost) -> No
 
 
 @pytest.mark.parametrize(
-    "start_s", [5.0, pytest.param(3.4, marks=pytest.mark.long), pytest.param(10.0, marks=pytest.mark.long)]
+    "start_s",
+    [
+        pytest.param(5.0, marks=pytest.mark.long),
+        pytest.param(3.4, marks=pytest.mark.long),
+        pytest.param(10.0, marks=pytest.mark.long),
+    ],
 )
 def test_an_outage_beyond_the_watchdog_ends_as_before(tmp_path: Path, start_s: float) -> None:
     case = run_case(tmp_path, Wire(((start_s, 3.5),)))
@@ -154,3 +171,218 @@ def test_any_outage_is_ridden_out_whole_or_stopped(tmp_path: Path, seed: int) ->
     else:
         assert case.outcome.exit_status == ExitStatus.DEVICE_FAULT
         assert for_s > SURE_S or again_s > 0.3 or not case.runs, case.outcome.reason
+
+
+# --- what happened meanwhile -------------------------------------------------------------------------
+
+
+def test_an_excess_of_the_outage_trips_as_soon_as_it_is_over(tmp_path: Path) -> None:
+    """A draw wire breaks in the middle of it: that very sample trips, and the stand unloads."""
+    broken = ScheduledFault("stroke_1", "broken", 5.6, settings={"side": "high"})
+    case = run_case(tmp_path, Wire(((5.0, SURE_S),)), faults=[broken])
+    assert case.outcome.status == "stopped"
+    (run,) = case.runs
+    trip = next(event for event in run.events if event.kind == "trip")
+    assert trip.data["guard"] in ("stroke", "tilt", "speed")
+    truth = case.opened.truth.arrays()
+    assert truth["time_us"][np.searchsorted(truth["sequence"], 5600)] <= trip.data["time_us"]
+    assert trip.data["time_us"] < truth["time_us"][np.searchsorted(truth["sequence"], 5700)]
+    assert sum("samples were read later, none lost" in event.text for event in run.events) == 1
+    stopped = next(event for event in run.events if event.kind == "safe stop")
+    assert trip.time_s < stopped.time_s < trip.time_s + 5.0
+    assert case.outcome.safe_stop is not None
+    assert case.outcome.safe_stop.safe
+    case.made_and_recorded()
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (ScheduledFault("controller", "overrun", 5.2, 5.3), "its ring lost"),
+        pytest.param(
+            ScheduledFault("controller", "trip", 5.5), "it reports fault 4 (actuator)", marks=pytest.mark.long
+        ),
+        (ScheduledFault("controller", "watchdog", 5.5), "its watchdog ran out"),
+        pytest.param(
+            ScheduledFault("controller", "clock-jump", 5.5), "cannot be true", marks=pytest.mark.long
+        ),
+    ],
+    ids=["overrun", "trip", "watchdog", "clock-jump"],
+)
+def test_what_does_not_fit_behind_an_outage_stops(tmp_path: Path, fault: ScheduledFault, said: str) -> None:
+    case = run_case(tmp_path, Wire(((5.0, 1.0),)), faults=[fault])
+    assert case.outcome.exit_status == ExitStatus.DEVICE_FAULT
+    assert said in case.outcome.reason
+    assert not case.opened.device.controller.valve_on
+    assert [run.status for run in case.runs] == ["failed"]
+
+
+STATUS = ControllerStatus(MotionState.WAVEFORM, 0, 4, EndReason.NONE, 1, 1, 0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass
+class Reached:
+    """What is found when the controller is reached again."""
+
+    after: ControllerStatus = STATUS
+    seen: int = 0
+    overwritten: int = 0
+    calls: str = ""
+
+    def feed_first(self) -> None:
+        self.calls += "feed "
+
+    def read_backlog(self, limit_s: float) -> bool:
+        self.calls += f"read {limit_s:g} "
+        self.seen += 900
+        return True
+
+    def look_anew(self) -> ControllerStatus:
+        self.calls += "look "
+        return self.after
+
+
+def outage(
+    before: ControllerStatus,
+    after: ControllerStatus,
+    *,
+    writer: int | None = 0,
+    commanding: bool = False,
+    waits: bool = False,
+    ask_anew: Callable[[], str] = lambda: "",
+    for_s: float = 0.9,
+) -> tuple[Trip, Reached, RideOut]:
+    """Come back from an outage that began at 100 s of the wall."""
+    rides = RideOut(Leeway(2.0, 2.0, ring=True), lambda: writer, ask_anew, lambda: 1.0e9)
+    reached = Reached(after)
+    with rides.while_waiting() if waits else nullcontext():
+        rides.begin(100.0, 100.5, before, reached, commanding=commanding)
+        assert rides.is_out
+        trip = rides.come_back(reached, lambda: 100.0 + for_s, 7.0)
+    assert not rides.is_out
+    return trip, reached, rides
+
+
+def test_it_is_fed_first_then_read_then_looked_at() -> None:
+    trip, reached, _ = outage(STATUS, STATUS)
+    assert reached.calls == "feed read 2 look "
+    assert trip.action is Action.NOTE
+    assert trip.reason.startswith("0.9 s without the controller at ")
+    assert trip.reason.endswith(": 900 samples were read later, none lost")
+    assert (trip.value, trip.unit) == (pytest.approx(0.9), "s")
+
+
+HOLDS = replace(STATUS, state=MotionState.HOLDING)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "writer", "said"),
+    [
+        (STATUS, replace(STATUS, state=MotionState.OFF), 0, "its valve is off (state off)"),
+        (replace(STATUS, state=MotionState.OFF), HOLDS, 0, "its valve is on (state holding)"),
+        (HOLDS, STATUS, None, "a motion began that this program has not commanded (waveform)"),
+        (STATUS, STATUS, 4711, "another program (number 4711) gives it commands now"),
+    ],
+)
+def test_a_controller_that_does_something_else_stops(
+    before: ControllerStatus, after: ControllerStatus, writer: int | None, said: str
+) -> None:
+    trip, _, _ = outage(before, after, writer=writer)
+    assert (trip.guard, trip.action, trip.device_fault) == ("controller", Action.EMERGENCY, True)
+    assert said in trip.reason
+
+
+def test_a_motion_that_ended_meanwhile_or_that_was_being_commanded_fits() -> None:
+    assert outage(STATUS, HOLDS)[0].action is Action.NOTE
+    assert outage(HOLDS, STATUS, commanding=True)[0].action is Action.NOTE
+
+
+@given(watchdog_s=st.floats(0.1, 65.0), silence_s=st.floats(0.1, 100.0), timeout_s=st.floats(0.01, 10.0))
+def test_what_is_promised_is_within_watchdog_and_silence(
+    watchdog_s: float, silence_s: float, timeout_s: float
+) -> None:
+    longest_s = Leeway(watchdog_s, silence_s, ring=True).longest_s(timeout_s)
+    assert longest_s >= 0.0
+    assert longest_s == 0.0 or longest_s <= min(watchdog_s - FEED_S, silence_s) - RESERVE_S
+    assert Leeway(watchdog_s, silence_s, ring=False).longest_s(timeout_s) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("fed_s", "wall_s", "ring", "said"),
+    [
+        (100.0, 101.7, True, ""),
+        (100.0, 101.9, True, "not fed for 1.9 s, its watchdog (2 s) acts by itself"),
+        (None, 101.7, True, ""),
+        (None, 101.9, True, "controller_silence_s = 2 s"),
+        (-math.inf, 100.5, True, "had not been fed yet"),
+        (100.0, 100.5, False, "keeps no samples"),
+    ],
+)
+def test_when_an_outage_is_given_up(fed_s: float | None, wall_s: float, ring: bool, said: str) -> None:
+    rides = RideOut(Leeway(2.0, 2.0, ring=ring), lambda: 0, lambda: "", lambda: 0.0)
+    rides.begin(100.0, 100.2, STATUS, Reached(), commanding=False)
+    why = rides.over(100.0, fed_s, wall_s)
+    assert said in why if said else why == ""
+    assert rides.is_out is (said == "")
+
+
+# --- waiting with the valve off ----------------------------------------------------------------------
+
+WARM = HARMONIC.replace("cycles = 3", "cycles = 8")
+WAITS = 'on_temperature_stop = "wait-and-continue"'
+
+
+def cooling(orders: Orders, folder: Path) -> tuple[CampaignOutcome, RunnerCase]:
+    """Run a campaign that is too warm at 5 s, and cool enough at 185 s."""
+    case = RunnerCase(folder, WARM, orders, limits=WAITS, reading=lambda t: 41.0 if 5.0 < t < 185.0 else 25.0)
+    return case.run(settings=COARSE), case
+
+
+@pytest.mark.parametrize("counts_off", [False, True])
+def test_minutes_without_a_controller_are_waited_for_while_the_specimen_cools(
+    tmp_path: Path, counts_off: bool
+) -> None:
+    """Its watchdog has run out by then: it is asked as at a start, and the fault is reset when it goes on."""
+    orders = Orders(lost=lambda t: 20.0 <= t < 150.0, watchdog_counts_off=counts_off)
+    outcome, case = cooling(orders, tmp_path)
+    assert (outcome.status, outcome.exit_status) == ("complete", ExitStatus.DONE), outcome.reason
+    shown = case.shown.lines
+    assert sum("130 s without the controller at" in line and "as at a start" in line for line in shown) == 1
+    assert sum("it is asked on" in line for line in shown) == 2, "once a minute"
+    assert any("watchdog had run out before" in line for line in shown) is counts_off
+    assert 100 < case.controller.calls.count("connect") < 200, "about once a second"
+    assert case.controller.calls.count("enable") == 2
+
+
+def test_a_stand_that_somebody_else_uses_by_then_is_left_to_him(tmp_path: Path) -> None:
+    orders = Orders(lost=lambda t: 20.0 <= t < 40.0)
+    case = RunnerCase(tmp_path, WARM, orders, limits=WAITS, reading=lambda t: 41.0 if t > 5.0 else 25.0)
+    other = case.controller.other_writer
+    case.controller.other_writer = (  # type: ignore[method-assign]
+        lambda: 4711 if case.clock.now_s() > 40.0 else other()
+    )
+    outcome = case.run(settings=COARSE)
+    assert outcome.exit_status == ExitStatus.DEVICE_FAULT
+    assert "another program (number 4711) gives the controller commands" in outcome.reason
+    assert case.clock.now_s() < 60.0
+
+
+def test_with_the_valve_off_a_quarter_of_an_hour_is_waited_and_no_longer() -> None:
+    rides = RideOut(Leeway(2.0, 2.0, ring=False), lambda: 0, lambda: "", lambda: 0.0)
+    off = replace(STATUS, state=MotionState.OFF)
+    with rides.while_waiting():
+        rides.begin(100.0, 101.0, off, Reached(), commanding=False)
+        assert rides.over(100.0, 100.0, 999.0) == ""
+        assert rides.is_out
+        assert "900 s at most are waited for with the valve off" in rides.over(100.0, 100.0, 1001.0)
+    assert not rides.is_out
+    rides.begin(100.0, 101.0, off, Reached(), commanding=False)
+    assert rides.over(100.0, 100.0, 110.0), "nothing waits any more"
+
+
+@pytest.mark.parametrize("for_s", [pytest.param(0.3, marks=pytest.mark.long), 1.4])
+def test_the_same_short_outage_is_ridden_out_while_it_waits(tmp_path: Path, for_s: float) -> None:
+    outcome, case = cooling(Orders(lost=lambda t: 20.0 <= t < 20.0 + for_s), tmp_path)
+    assert outcome.status == "complete", outcome.reason
+    assert sum("samples were read later, none lost" in line for line in case.shown.lines) == 1
+    assert case.controller.calls.count("connect") == 1
