@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -11,6 +10,7 @@ from pathlib import Path
 import click
 
 from cli.arming import Consent, Movement, ask_to_move
+from cli.gone import nobody_reads, say
 from cli.movement import stand_text
 from daq.driving import Halt
 from daq.guards import Action, Trip
@@ -23,15 +23,6 @@ from drivers.stand_file import StandFile, load_stand
 from foundation.clock import Clock, WallClock
 from foundation.errors import ExitStatus
 from foundation.zero import Zero
-
-NOBODY_READS = (errno.EIO, errno.EPIPE)
-"""What writing fails with once the terminal has been closed, or the reader of a pipe has ended."""
-
-
-def say(line: str) -> None:
-    """Show a line on standard error; one that nobody can see any more is no reason to stop a safe stop."""
-    with suppress(OSError):
-        click.echo(line, err=True)
 
 
 @contextmanager
@@ -82,7 +73,7 @@ def moving(stand: Stand, stand_file: StandFile, clock: Clock, limits: ManualLimi
         ):
             yield hand
     except OSError as lost:
-        if lost.errno not in NOBODY_READS or lost.filename is not None:
+        if not nobody_reads(lost):
             raise
         reason = "stopped: the terminal is gone, or nobody reads what is printed"
         raise Halt(Trip("operator", Action.STOP, reason, clock.now_s(), device_fault=False)) from lost

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from drivers.leeway import leeway_of
 from drivers.stand_file import StandFile, load_stand, wires_from
 from foundation.specimen import SpecimenFile, load_specimen
 from model.file import load_model
@@ -93,3 +94,11 @@ def _predictor(specimen_file: SpecimenFile, model_path: Path | None) -> Predicto
     if specimen_file.catalogue is not None:
         return CurvePredictor.of_catalogue(specimen_file.catalogue)
     return NothingKnown()
+
+
+def outage_leeway(prepared: Prepared) -> tuple[float, str]:
+    """Return how long an outage of the controller's wire is ridden out [s], and what is said of it."""
+    controller = prepared.stand_file.controller
+    silence_s = prepared.campaign.content.guards.controller_silence_s
+    leeway = leeway_of(controller, prepared.stand_file.profile(), silence_s)
+    return leeway.longest_s(controller.timeout_s), leeway.sentence(controller.timeout_s)

@@ -12,10 +12,11 @@ try:
     from collections.abc import Iterator
     from contextlib import contextmanager
     from types import FrameType
-    from typing import NoReturn, TextIO
+    from typing import NoReturn
 
     import click
 
+    from cli.gone import drop, is_closed_terminal, shows_on_terminal
     from cli.lazy import LazyGroup, module_name
     from foundation.errors import BadInput, DeviceFault, ExitStatus
 except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOPPED
@@ -90,6 +91,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     # Before numpy is there: with more threads its sums differ in the last bit, and these are small. Whatever
     # the user has set: results are kept, and compared with those of others.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    on_terminal = shows_on_terminal()
     try:
         with _ended_by_signals():
             outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
@@ -107,14 +109,14 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         told = f": {told}" if told else ""
         status = _say(f"stopped by the operator{told}", ExitStatus.STOPPED)
     except (BrokenPipeError, SystemExit):  # a reader that has gone; click makes the latter of it, status 1
-        _drop_output()
+        drop(sys.stdout)
         status = ExitStatus.DONE
     except DeviceFault as error:
         status = _say(str(error), ExitStatus.DEVICE_FAULT)
     except Exception as error:  # noqa: BLE001 - a bug must not pass for a failed specimen (status 1)
         if isinstance(error, OSError) and error.filename is None and error.errno in _NO_ROOM:
-            _drop_output()
-            if isinstance(error.__context__, KeyboardInterrupt):  # click writes to the terminal that is gone
+            drop(sys.stdout)
+            if is_closed_terminal(error, on_terminal=on_terminal):
                 raise SystemExit(_say("stopped by the operator", ExitStatus.STOPPED)) from None
             message = f"standard output: cannot be written: {error.strerror}; make room, or name a file"
             raise SystemExit(_say(message, ExitStatus.BAD_INPUT)) from None
@@ -133,18 +135,7 @@ def _flush(status: int) -> None:
     except OSError:
         if not status:
             raise
-        _drop_output()
-
-
-def _drop_output() -> None:
-    """Let what is not written yet go: at its end, Python would try once more and complain."""
-    _drop(sys.stdout)
-
-
-def _drop(stream: TextIO) -> None:
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, stream.fileno())
-    os.close(nowhere)
+        drop(sys.stdout)
 
 
 @contextmanager
@@ -177,5 +168,5 @@ def _say(message: str, status: ExitStatus) -> ExitStatus:
     try:
         click.echo(f"bufferstand: {message}", err=True)
     except OSError:
-        _drop(sys.stderr)
+        drop(sys.stderr)
     return status

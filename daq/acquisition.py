@@ -21,12 +21,14 @@ from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
 from daq.recorder_guard import RecorderGuard, Recording
+from daq.ride_out import RideOut
 from daq.scaling import ScaledBlock, scale, zeroed
+from daq.status_force import StatusForceMemory, evaluate_status_force
 from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock
-from foundation.errors import DeviceFault, NotInCharge
+from foundation.errors import DeviceFault, NotInCharge, WireLost
 from foundation.zero import Zero
 
 LONG_LOOK_S = 0.0005
@@ -192,6 +194,11 @@ class Acquisition:
         self._lock_seen = False
         self.when_lock_is_lost: Callable[[NotInCharge], object] | None = None
         """What is done once the right to give commands is lost; None: that is a reason to stop."""
+        self._heard_s = clock.wall_s()
+        self._overwritten = 0
+        self._status_force = StatusForceMemory()
+        self.rides: RideOut | None = None
+        """Decides how long an outage is ridden out; without it a lost wire is a reason to stop at once."""
         self._looked_long = False
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
@@ -308,15 +315,10 @@ class Acquisition:
         of the guard ``controller``, like every other reason to stop.
         """
         self._pass_began_s = self.clock.now_s()
-        demanded, looked, self._looked_long = self.panel.action, self._looked_long, False
         try:
-            if not looked:
-                self._feed()
-            self._read_controller()
-            if self.panel.action <= demanded:  # a trip is obeyed at once: whoever stops asks for the status
-                if looked:  # on a slow wire no two requests in a row go without samples
-                    self._feed()
-                self._judge_status()
+            self._come_back()
+            if not self.is_cut_off:
+                self._ask_controller()
         except DeviceFault as fault:
             self._take_fault(fault)
         self._drain_sensors()
@@ -328,6 +330,17 @@ class Acquisition:
             self.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
         return said
 
+    def _ask_controller(self) -> None:
+        """Feed, read what the controller sampled, and look at its status."""
+        demanded, looked, self._looked_long = self.panel.action, self._looked_long, False
+        if not looked:
+            self._feed()
+        self._read_controller()
+        if self.panel.action <= demanded:  # a trip is obeyed at once: whoever stops asks for the status
+            if looked:  # on a slow wire no two requests in a row go without samples
+                self._feed()
+            self._judge_status()
+
     def catch_up(self) -> None:
         """Read and judge until nothing is unread, a guard trips, or ``CATCH_UP_S`` are over.
 
@@ -337,6 +350,8 @@ class Acquisition:
         behind them is judged before the next. A stand that waits for its reader is read once.
         """
         end_s = self.clock.wall_s() + CATCH_UP_S
+        if self.is_cut_off:
+            return
         try:
             undisturbed = self._read_until(end_s)
             for request in (self._feed, self._look_if_overdue):
@@ -356,16 +371,96 @@ class Acquisition:
                 return True
 
     def _take_fault(self, fault: DeviceFault) -> None:
-        """Let a fault of the controller or its wire be a reason to stop."""
-        now_s = self.clock.now_s()
-        reason = f"the controller or its wire failed: {fault}"
+        """Let a fault of the controller or its wire be a reason to stop, unless an outage is ridden out."""
+        if isinstance(fault, WireLost) and self.lose(fault):
+            return
         if isinstance(fault, NotInCharge):
             self._lock_seen = False
             if self.when_lock_is_lost is not None:
                 self.when_lock_is_lost(fault)
                 return
-            reason = f"the right to give commands was lost: {fault}"
+            self._latch_fault(f"the right to give commands was lost: {fault}")
+            return
+        self._latch_fault(f"the controller or its wire failed: {fault}")
+
+    def _latch_fault(self, reason: str) -> None:
+        now_s = self.clock.now_s()
         self.panel.latch(Trip("controller", Action.EMERGENCY, reason, now_s, device_fault=True))
+
+    # --- outages ------------------------------------------------------------------------------------
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Return whether an outage is under way that is being ridden out; each pass tries to end it."""
+        return self.rides is not None and self.rides.is_out
+
+    def lose(self, lost: WireLost) -> bool:
+        """Take a request that got no true reply; return whether the outage is ridden out.
+
+        Where it cannot be (any longer) it is latched as a reason to stop.
+        """
+        rides, wall_s = self.rides, self.clock.wall_s()
+        self._was_silent, self._up_to_date = True, False
+        if rides is None:
+            return False
+        told = self._status_at_s == -np.inf  # something since the last look
+        rides.begin(self._heard_s, wall_s, self._status, self, commanding=told)
+        if remark := rides.remark(wall_s):
+            self.panel.latch(Trip("outage", Action.NOTE, remark, self.clock.now_s()))
+        why = rides.over(self._heard_s, self._fed_s if self.feeding else None, wall_s)
+        if why:
+            self._latch_fault(f"the controller or its wire failed: {lost}; {why}")
+        self.panel.cut_off = rides.is_out
+        return True
+
+    def _come_back(self) -> None:
+        """Try to end an outage: feed, read and judge what waited, see that all fits."""
+        rides, clock = self.rides, self.clock
+        if rides is None or not rides.is_out:
+            return
+        clock.sleep(rides.rest_s(clock.wall_s()))
+        self._was_silent = True
+        try:
+            trip = rides.come_back(self, clock.wall_s, clock.now_s())
+        except WireLost:
+            raise
+        except DeviceFault:
+            rides.abandon()
+            self.panel.cut_off = False
+            raise
+        self.panel.came_back(clock.wall_s())
+        self.panel.latch(trip)
+
+    def feed_first(self) -> None:
+        """Feed the watchdog now, if this program feeds it."""
+        wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
+        if self.feeding and self.stand.controller.in_charge:
+            self.stand.controller.feed_watchdog()
+            self._fed_s = wall_s
+
+    def read_backlog(self, limit_s: float) -> bool:
+        """Read and judge what waits in the ring, feeding meanwhile; return False if a guard has tripped."""
+        stopping = self.panel.action >= Action.STOP  # the wire belongs to the safe stop
+        end_s = self.clock.wall_s() + (CATCH_UP_S if stopping else limit_s)
+        while self._read_until(min(end_s, self.clock.wall_s() + CATCH_UP_S)):
+            if self._up_to_date or self._waited_for or self.clock.wall_s() >= end_s:
+                return True
+            self._feed()
+        return False
+
+    def look_anew(self) -> ControllerStatus:
+        """Read the status, have it judged, and return it."""
+        return self._read_status()
+
+    @property
+    def overwritten(self) -> int:
+        """Return how many samples the device took and did not keep until they were read."""
+        return self._overwritten
+
+    @property
+    def seen(self) -> int:
+        """Return how many samples of the controller were read."""
+        return self._samples
 
     def rest(self) -> None:
         """Wait until the next pass is due: passes begin every ``tick_s``, however long they take.
@@ -384,12 +479,11 @@ class Acquisition:
         requests do not come in a row, without samples between them.
         """
         controller = self.stand.controller
-        wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
-        if not (self.feeding and controller.in_charge and wall_s - self._fed_s >= self.pace.feed_s):
+        due = self.clock.wall_s() - self._fed_s >= self.pace.feed_s
+        if not (self.feeding and controller.in_charge and due):
             return False
         if self._lock_seen:
-            controller.feed_watchdog()
-            self._fed_s = wall_s
+            self.feed_first()
         else:
             controller.look_at_lock()
         self._lock_seen = not self._lock_seen
@@ -405,6 +499,7 @@ class Acquisition:
         try:
             while not self._up_to_date:
                 block = self.stand.controller.read_block()
+                self._heard_s = wall_s()
                 self._up_to_date = block is None or not block.more
                 if block is not None:
                     blocks.append(block)
@@ -444,9 +539,9 @@ class Acquisition:
             self._read_status()
         return overdue
 
-    def _read_status(self) -> None:
+    def _read_status(self) -> ControllerStatus:
         asked_s = self.clock.wall_s()
-        self._status = self.stand.controller.status()
+        self._status = status = self.stand.controller.status()
         now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
         self._status_at_s = self._status_read_s = wall_s
         self._status_took_s = wall_s - asked_s
@@ -454,9 +549,22 @@ class Acquisition:
         self._age_s = _age_s(self._status.tick_us, self._device_us)
         self._device_us_at_look = self._device_us or 0
         self.panel.judge(self._status, now_s, wall_s)
+        self._judge_status_force(status.force_kN, now_s, wall_s)
         if not self._waited_for:
             age_s = None if self._age_s is None else self._age_s / self._speed(now_s, wall_s)
             self.panel.keep_up(age_s=age_s, up_to_date=self._up_to_date, at_s=now_s, wall_s=wall_s)
+        return status
+
+    def _judge_status_force(self, shown_kN: float, now_s: float, wall_s: float) -> None:
+        """Hold the controller's own reading of the force against its samples."""
+        sampled_kN = self._values.get("force") if self._up_to_date or self._waited_for else None
+        if sampled_kN is not None and self.zero is not None:
+            sampled_kN += self.zero.value("force")
+        self._status_force, trip = evaluate_status_force(
+            self._status_force, shown_kN, sampled_kN, at_s=now_s, wall_s=wall_s
+        )
+        if trip is not None:
+            self.panel.latch(trip)
 
     def _speed(self, now_s: float, wall_s: float) -> float:
         """Return how many seconds of stand time pass in one of the wall."""
@@ -485,6 +593,7 @@ class Acquisition:
                 listener(scaled)
             self._samples += len(scaled)
             self._lost += block.lost
+            self._overwritten += block.lost - block.missed
             self._keep_anchor(scaled)
         if len(scaled):
             self._values.update((name, float(value[-1])) for name, value in scaled.values.items())

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from daq.acquisition import Acquisition
 from daq.driving import Driver
 from daq.panel import GuardPanel, GuardSet
+from daq.ride_out import RideOut
 from daq.safe_stop import SafeStop
 from daq.zeroing import Zeroing
 from drivers.interfaces import Identity
@@ -29,6 +30,8 @@ class Alive:
     driver : Driver
     safe_stop : SafeStop
     zeroing : Zeroing
+    rides : RideOut
+        What becomes of outages.
     """
 
     identity: Identity
@@ -39,3 +42,4 @@ class Alive:
     driver: Driver
     safe_stop: SafeStop
     zeroing: Zeroing
+    rides: RideOut

@@ -91,7 +91,7 @@ def zero_trouble(force_kN: float, most_kN: float, *, tared: bool = False) -> tup
     if size_kN <= ZERO_NOTE_SHARE * most_kN:
         return "", False
     text = f"at rest with the valve off the force reads {force_kN:+.2f} kN"
-    if size_kN > most_kN:
+    if not size_kN <= most_kN:  # true for NaN, too
         limit = f"{text}, more than zero_force_max_kN = {most_kN:g} kN"
         return f"{limit}: unload the specimen, or set the zero of transducer or calibration", True
     if tared:
@@ -118,7 +118,7 @@ def stroke_trouble(rest: Mapping[str, float], zero: Zero | None, table: ZeroTabl
         most_mm, key = table.stroke_max_mm, "stroke_max_mm"
     for name in STROKE_WIRES:
         value_mm = rest.get(name, 0.0) - (0.0 if zero is None else zero.value(name))
-        if abs(value_mm) > most_mm:
+        if not abs(value_mm) <= most_mm:  # true for NaN, too
             what = "" if zero is None else " from the zero that was taken over"
             do = "hook the wire in anew, or correct its calibration"
             if not touched:

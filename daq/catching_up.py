@@ -34,6 +34,8 @@ def catch_up(acquisition: Acquisition, tick: Callable[[], object], ended: Callab
     clock = acquisition.clock
     acquisition.renew_status()
     tick()
+    while acquisition.is_cut_off and not ended():  # what the status showed is of before
+        tick()
     present_us, newest_s = acquisition.device_now_us, acquisition.latest.device_s
     until_s = clock.wall_s() + CATCH_UP_S
     while not acquisition.has_read_to(present_us) and not ended():

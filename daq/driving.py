@@ -20,7 +20,7 @@ from daq.progress import Part
 from daq.signals import StopLevel, StopRequest
 from daq.steadiness import SteadinessWatch
 from drivers.interfaces import ControllerStatus, EndReason
-from foundation.errors import CommandRejected
+from foundation.errors import CommandRejected, WireLost
 from protocols.steps import (
     ForceCycles,
     Harmonic,
@@ -153,7 +153,8 @@ class Driver:
         if self._cyclic is not None and status is not None:
             # A controller that counts its way in and out as cycles is not believed beyond what was wanted.
             self.cycles_done = self._cycles_before + min(status.cycles_done, self._cyclic.cycles)
-            if self._acquisition.panel.action < Action.STOP:  # the wire belongs to the stop
+            # A stop has the wire to itself; in an outage nothing goes over it.
+            if self._acquisition.panel.action < Action.STOP and not self._acquisition.is_cut_off:
                 with self._looking_between():  # it may change a running sine
                     self.commanding.look(status.cycles_done)
         self.obey()
@@ -457,16 +458,66 @@ class Driver:
     def _hold(self) -> int:
         self._acquisition.renew_status()
         with self._looking_between():
-            return self._acquisition.stand.controller.start_hold()
+            return self.outlasting(self._acquisition.stand.controller.start_hold)
+
+    def outlasting(self, command: Callable[[], ResultT]) -> ResultT:
+        """Give a command that does no harm twice; again where an outage in it was ridden out.
+
+        Raises
+        ------
+        Halt
+            If a guard or the operator demands a stop meanwhile.
+        DeviceFault
+            If the wire fails for good, or as the command does.
+        """
+        while True:
+            try:
+                result = command()
+            except WireLost as lost:
+                self._outlast(lost)
+            else:
+                self._acquisition.renew_status()
+                return result
+
+    def _outlast(self, lost: WireLost) -> None:
+        """Make passes until an outage that began within a command is over.
+
+        Raises
+        ------
+        Halt
+            If a guard or the operator demands a stop meanwhile.
+        WireLost
+            If outages are not ridden out here.
+        """
+        acquisition = self._acquisition
+        acquisition.renew_status()  # it is not known what of the command was done
+        if not acquisition.lose(lost):
+            raise lost
+        while acquisition.is_cut_off:
+            self._tick()
+            self._halt_if_told()
+        self._halt_if_told()
+
+    def _halt_if_told(self) -> None:
+        self._hear_operator()
+        panel = self._acquisition.panel
+        if panel.trip is not None and panel.action >= Action.STOP:
+            raise Halt(panel.trip)
 
     def _looking_between(self) -> AbstractContextManager[None]:
-        """Inside, samples are read and judged between the requests of a command; a stop ends it there."""
-        return self._acquisition.stand.controller.look_between(self._look_between)
+        """Inside, samples are read and judged between the requests of a command; a stop ends it there.
+
+        An outage in between is ridden out before the next request, or the same once more.
+        """
+        return self._acquisition.stand.controller.look_between(self._look_between, self._outlast)
 
     def _look_between(self) -> None:
         acquisition = self._acquisition
         began_s = acquisition.clock.now_s()
         acquisition.catch_up()
+        while acquisition.is_cut_off:
+            self._tick()
+            self._halt_if_told()
         acquisition.samples_first()  # behind the request that follows
         self._between_s += acquisition.clock.now_s() - began_s
         self._hear_operator()
@@ -492,6 +543,7 @@ class Driver:
         try:
             with self._looking_between():
                 sequence = self.commanding.start(motion)
+            self._acquisition.renew_status()
             self.command_s = self._acquisition.clock.now_s() - began_s - self._between_s
         except CommandRejected as rejected:
             self._refuse("controller", f"the controller refused a motion: {rejected}")

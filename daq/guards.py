@@ -74,8 +74,9 @@ class Trip:
         """Return the trip as data of a run's event (only what is known)."""
         content: dict[str, object] = {"guard": self.guard, "action": self.action.name.lower()}
         for name in ("value", "limit", "sequence", "time_us"):
-            if getattr(self, name) is not None:
-                content[name] = getattr(self, name)
+            number = getattr(self, name)
+            if number is not None and math.isfinite(number):  # a run's event holds numbers only
+                content[name] = number
         if self.unit:
             content["unit"] = self.unit
         if self.stream:

@@ -27,6 +27,7 @@ from daq.metadata import CampaignFacts
 from daq.panel import GuardPanel, GuardSet
 from daq.passes import Passes
 from daq.progress import Watcher
+from daq.riding import rides_of
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.showing import Showing
@@ -132,6 +133,7 @@ class Opening:
         )
         if self.watcher is not None:
             acquisition.observers.append(self.watcher.take)
+        rides = acquisition.rides = rides_of(acquisition, self.facts.watchdog_s, self.table, identity)
         acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
         release_mm_per_s = self.plan.campaign.content.motion.release_speed_mm_per_s
         driver = Driver(
@@ -151,7 +153,7 @@ class Opening:
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         zeroing = self._zeroing(acquisition, driver)
-        return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing)
+        return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides)
 
     def demand_free(self, *, wait: bool = False) -> None:
         """Demand that nobody else has the stand, and nothing moves; nothing is written to the controller.
@@ -203,11 +205,20 @@ class Opening:
             raise Halt(trip_at(self.clock, "disk", why))
         if alive.acquisition.stand.controller.facts.clock == "host":
             self._judge_wire(alive)  # known since connecting; of a wire too slow no sample may ever come
+        if text := self._outage_text(alive):
+            self.showing.message(text)
         rest = first_look(alive.acquisition, alive.driver.pump)
         self._judge_wire(alive)
         if remark := delivery_remark(alive.acquisition):
             self.showing.message(f"WARNING: the controller: {remark}")
         self._judge_rest(alive.zeroing, rest)
+
+    def _outage_text(self, alive: Alive) -> str:
+        """Return how long an outage is ridden out; empty for a stand that waits for its reader."""
+        timeout_s = (self.facts.stand.get("controller") or {}).get("timeout_s")
+        if timeout_s is None or self.settings.waited_for:
+            return ""
+        return alive.rides.leeway.sentence(timeout_s)
 
     def _judge_wire(self, alive: Alive) -> None:
         """Refuse a wire that cannot carry the samples, unless the stand waits for its reader."""

@@ -146,6 +146,8 @@ class GuardPanel:
         self._agreement = AgreementMemory()
         self._lag = LagMemory(wall_s)
         self._missed: MissedMemory = ()
+        self.cut_off = False
+        """Whether an outage is being ridden out, which has its own end: no silence of the controller then."""
 
     @property
     def trip(self) -> Trip | None:
@@ -273,6 +275,15 @@ class GuardPanel:
         """Forgive nothing from now on: what the controller showed from before has been reset."""
         self._controller = replace(self._controller, forgiven=None)
 
+    def came_back(self, wall_s: float) -> None:
+        """Judge silence and lag again from now on [s of the wall]: an outage is over."""
+        self.cut_off = False
+        self._lag = LagMemory(wall_s)
+
+    def ask_anew(self, wall_s: float) -> None:
+        """Take the controller as it is now, as at a start [s of the wall]; what it shows is from before."""
+        self._controller = ControllerMemory(wall_s, wall_s)
+
     def listen(self, at_s: float, wall_s: float) -> None:
         """Judge every silence; called in each pass, after all that came in was observed."""
         for silence in self.guards.silences:
@@ -285,7 +296,8 @@ class GuardPanel:
             memory, trip = evaluate_silence(guard, self._heard(guard), at_s, wall_s)
             self._memories.temperatures[guard.stream] = memory
             self._take(trip)
-        self._take(evaluate_controller_silence(self.guards.controller, self._controller, at_s, wall_s))
+        if not self.cut_off:
+            self._take(evaluate_controller_silence(self.guards.controller, self._controller, at_s, wall_s))
 
     def keep_up(self, *, age_s: float | None, up_to_date: bool, at_s: float, wall_s: float) -> None:
         """Judge whether the reader keeps up with the stand; called with each look at the status.

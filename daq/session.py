@@ -207,10 +207,12 @@ class Session:
                 )
                 raise Halt(self.trip_of("zero", why, device_fault=False))
             limit_mm = min(stands_mm + BEYOND_MM, most_mm)
-        self._stand.controller.enable(
-            force_limit_kN=self._plan.limits.force.value,
-            stroke_limit_mm=limit_mm,
-            watchdog_ms=round(self._facts.watchdog_s * 1000.0),
+        alive.driver.outlasting(
+            lambda: self._stand.controller.enable(
+                force_limit_kN=self._plan.limits.force.value,
+                stroke_limit_mm=limit_mm,
+                watchdog_ms=round(self._facts.watchdog_s * 1000.0),
+            )
         )
 
     def end(self) -> SafeStopReport | None:
@@ -267,7 +269,8 @@ class Session:
         if too_warm := alive.panel.warmer_than(step.start_band.high_C):
             self._showing.await_step(step, f"waits for the specimen to cool: {too_warm}")
         with self._stopping():
-            with self._watched(), self._valve_off() if too_warm else nullcontext():
+            valve_off = self._valve_off() if too_warm else nullcontext()
+            with self._watched(), valve_off, alive.rides.while_waiting():
                 alive.driver.cool(step.start_band.high_C, step.start_band.timeout_s)
             alive = self._guard(step, waiting=False)
             if why := too_cold(step, step.start_band, alive.panel.specimen_temperatures()):
@@ -496,11 +499,12 @@ class Session:
         first = alive.safe_stop.report is None
         self._showing.phase = "safe stop"
         alive.panel.change(alive.guards.valve_off())
-        report = alive.safe_stop.run(
-            emergency=emergency,
-            seen=alive.acquisition.latest.status,
-            stopping_s=alive.driver.stopping_s,
-        )
+        with alive.rides.in_safe_stop():
+            report = alive.safe_stop.run(
+                emergency=emergency,
+                seen=alive.acquisition.latest.status,
+                stopping_s=alive.driver.stopping_s,
+            )
         if first:
             alive.acquisition.say("safe stop", report.line, safe=report.safe, by=report.by)
         return report
@@ -520,7 +524,7 @@ class Session:
         self._showing.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
         alive.panel.change(alive.guards.valve_off().cooling())
         alive.panel.reset()
-        with self._watched(), self._keeping_lock():
+        with self._watched(), self._keeping_lock(), alive.rides.while_waiting():
             alive.driver.cool(None, self._settings.cool_limit_s)
         self._showing.message("cool enough: going on")
         self._switch_on()

@@ -82,7 +82,7 @@ def look_at_use(controller: Controller, most_kN: float) -> Use | None:
         what = f"another program gives the controller commands: {writer.who}"
     elif status.fault_code and status.state is MotionState.RELEASING:
         what = f"the controller takes the force away by itself, {fault_text(status.fault_code)}"
-    elif status.state is MotionState.HOLDING and abs(status.force_kN) > most_kN:
+    elif status.state is MotionState.HOLDING and not abs(status.force_kN) <= most_kN:  # true for NaN, too
         what = f"it holds under more than {most_kN:g} kN, which this start has not commanded"
     elif status.state in IN_MOTION:
         what = "a motion is under way that this start has not commanded"

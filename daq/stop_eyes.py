@@ -173,7 +173,8 @@ class StopEyes:
 
     def told(self) -> None:
         """Remember the piston's speed: it is being told to stop."""
-        self._from_mm_per_s = abs(self._look()[1])
+        speed_mm_per_s = abs(self._look()[1])
+        self._from_mm_per_s = speed_mm_per_s if math.isfinite(speed_mm_per_s) else 0.0
 
     def done(self, taken_us: int | None) -> None:
         """Look from now on whether it goes on: the controller has taken the command.
@@ -226,7 +227,10 @@ class StopEyes:
             return ""
         braking = max(0.0, 1.0 - after_s / stopping_s) if stopping_s > 0.0 else 0.0
         allowed = max((SHARE_LEFT + braking) * self._from_mm_per_s, LEAST_MM_PER_S)
-        if speed_mm_per_s > allowed and force_kN - self._done_kN > LEAST_RISE_KN:
+        # What is no number shows no standstill: the other one alone decides then, and neither of neither.
+        known = not (math.isnan(speed_mm_per_s) and math.isnan(force_kN))
+        stands = speed_mm_per_s <= allowed or force_kN - self._done_kN <= LEAST_RISE_KN
+        if known and not stands:
             return f"the piston went on toward more force ({speed_mm_per_s:.1f} mm/s)"
         return ""
 

@@ -74,7 +74,7 @@ def zero_refusal(zero: Zero, table: ZeroTable, limits: ZeroLimits) -> str:
     names = limits.names
     for name in STROKE_WIRES:
         value = zero.value(name)
-        if abs(value) > table.stroke_max_mm:
+        if not abs(value) <= table.stroke_max_mm:  # true for NaN, too
             most = _most(names.stroke, table.stroke_max_mm, "mm")
             return (
                 f"{name} reads {value:+.2f} mm {_where(zero)}, more than {most}: hook the wire in anew, or "
@@ -86,7 +86,7 @@ def zero_refusal(zero: Zero, table: ZeroTable, limits: ZeroLimits) -> str:
             "align the specimen, or hook the wires in anew"
         )
     force_kN = zero.value("force")
-    if abs(force_kN) > limits.force_kN:
+    if not abs(force_kN) <= limits.force_kN:  # true for NaN, too
         most = _most(names.force, limits.force_kN, "kN")
         return (
             f"the force reads {force_kN:+.2f} kN at rest, more than {most}: unload the specimen, or set the "

@@ -304,7 +304,7 @@ class Zeroing:
         """Let the controller creep to the force and back; guarded more narrowly than a test."""
         travel_mm = self._table.travel_max_mm
         turn_kN = own_rest_kN + force_kN
-        if turn_kN <= 0.0:
+        if not 0.0 < turn_kN < math.inf:
             raise self._refusal(
                 f"the controller's own force reads {own_rest_kN:+.2f} kN at rest, too little for a touch of "
                 f"{force_kN:g} kN: set the controller's zero of force"

@@ -74,7 +74,8 @@ class ActuatorSwitch:
             If a value is none that can be sent.
         DeviceFault
             If the wire fails, another program gives commands, the device keeps other values, a state is
-            not reached in time, or a fault may not be reset (:meth:`reset_fault`).
+            not reached in time, its own force is no number, or a fault may not be reset
+            (:meth:`reset_fault`).
         """
         panel = self._panel
         if not 0 < watchdog_ms <= 0xFFFF:
@@ -96,6 +97,11 @@ class ActuatorSwitch:
         if int(values["status_word"]) & cia402.FAULT_BIT:
             self._reset(values)
             values = panel.read_status()
+        if not math.isfinite(values["force"]):
+            raise self._panel.fault(
+                f"it was not switched on: its own force reads {values['force']}, which is no number, and its "
+                "force limit goes by that; look at its transducer and its own messages"
+            )
         *before, last = cia402.SWITCH_ON
         was_off = not last.reached(int(values["status_word"]))
         if was_off:  # if it is on, the earlier words would switch it off

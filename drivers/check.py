@@ -26,6 +26,7 @@ from drivers.check_verdict import WATCH_S, Verdict
 from drivers.connect import build_controller, build_sensors
 from drivers.in_use import is_read_by_one, who_uses
 from drivers.interfaces import Controller, DeviceFault, MotionState, SampleBlock, Sensor, SensorFault
+from drivers.leeway import leeway_of
 from drivers.register_panel import FAULT_TEXTS
 from drivers.stand_file import StandFile
 from drivers.w1_folder import roms_on_bus
@@ -157,6 +158,7 @@ def _controller_rows(
         newest = seen.newest or newest
     if delivery := controller.delivery():
         yield delivery_row(delivery)
+    yield _outage_row(stand_file)
     values = _mean_values(controller.facts.channels, newest)
     forces["force"] = values["force"]
     age_s = clock.now_s() - newest.received_s
@@ -166,6 +168,16 @@ def _controller_rows(
         )
         yield _implausible(row, channel, newest)
     yield difference_row(values["stroke_1"], values["stroke_2"], stand_file.stand.tilt_max_mm)
+
+
+def _outage_row(stand_file: StandFile) -> CheckRow:
+    """Return how long an outage of the wire is ridden out by a campaign."""
+    leeway, timeout_s = (
+        leeway_of(stand_file.controller, stand_file.profile()),
+        stand_file.controller.timeout_s,
+    )
+    figures = {"longest_outage_s": leeway.longest_s(timeout_s)}
+    return CheckRow("controller", "outages", leeway.sentence(timeout_s), figures=figures)
 
 
 def _user_row(controller: Controller) -> CheckRow | None:

@@ -198,7 +198,7 @@ class CommandPort:
                 return same.sequence
         sequence, what, registers = self._numbered(code, text, parameters)
         self._panel.between()
-        self._lock.claim()
+        self._panel.persist(self._lock.claim)
         self._arm(registers, sequence, what)
         self._execute(sequence, what)
         if ready is not None and code == ADJUST:  # the motion goes on: what was ready for it is so again
@@ -218,7 +218,7 @@ class CommandPort:
             As :meth:`give`.
         """
         sequence, what, registers = self._numbered(code, text, parameters)
-        self._lock.keep()
+        self._panel.persist(self._lock.keep)
         self._ready = _Ready(code, parameters, sequence, text, registers)
         try:
             self._arm(registers, sequence, what)
@@ -229,7 +229,7 @@ class CommandPort:
     def _numbered(self, code: int, text: str, parameters: dict[str, float]) -> tuple[int, str, list[int]]:
         """Return the next sequence number, the command for messages, and its block."""
         if self._sequence is None:
-            self._sequence = int(self._panel.read_status()["echo_sequence"])
+            self._sequence = int(self._panel.persist(self._panel.read_status)["echo_sequence"])
         sequence = self._sequence % 0xFFFF + 1  # 0 means “none yet”
         what = f"{text} (command {code}, sequence {sequence})"
         values: dict[str, float] = {**dict.fromkeys(self._parameters, 0.0), **parameters}
@@ -285,7 +285,7 @@ class CommandPort:
         """Write and see it accepted; a Modbus exception is a rejection with a reason of its own."""
         self._panel.between()
         try:
-            write()
+            self._panel.persist(write)
         except ModbusRefusal as refusal:
             raise self._refused(refusal, doing) from None
         self._judged(sequence, doing)

@@ -17,6 +17,7 @@ from foundation.channel import Channel
 from foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
 from foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
 from foundation.errors import NotInCharge as NotInCharge  # noqa: PLC0414 - part of the interface
+from foundation.errors import WireLost as WireLost  # noqa: PLC0414 - part of the interface
 
 NO_REPLY = "no reply within"
 """Words of an event of the wire: a request was waited for in vain, and sent again."""
@@ -241,10 +242,13 @@ class Controller(Protocol):
         """
         ...
 
-    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:
+    def look_between(
+        self, look: Callable[[], object], outlast: Callable[[WireLost], object] | None = None
+    ) -> AbstractContextManager[None]:
         """Inside, ``look`` is called before each request of a command, where samples wait for the wire.
 
-        It may read blocks, and feed. What it raises ends the command, wherever that is.
+        It may read blocks, and feed. What it raises ends the command, wherever that is. ``outlast`` is called
+        where the wire is lost within a command, and the request is repeated when it returns.
         """
         ...
 

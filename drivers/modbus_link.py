@@ -25,7 +25,7 @@ from drivers.interfaces import NO_REPLY
 from drivers.modbus_wires import CannotOpenError, Client, TcpWire, Wire
 from drivers.packed_exchange import Exchange, PackedPort, PackedReply
 from drivers.registers import pack
-from foundation.errors import DeviceFault
+from foundation.errors import DeviceFault, WireLost
 
 # What pymodbus logs is said here as events and faults; without a handler Python would print it besides.
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
@@ -51,10 +51,12 @@ Check = Callable[[Sequence[int]], str]
 
 HURRY_S = 0.1
 """A reply is waited for at least so long, in a hurry too [s]: a busy computer delays it."""
+LONGER = 1.25
+"""Each further try on a wire that is lost waits so many times as long."""
 _TIMED = 50
 """Replies of late by which the patience of a hurry goes."""
 _MOST_EVENTS = 1000
-_ILLEGAL_FUNCTION = 1
+_ILLEGAL_FUNCTION, _WRITE_ONE = 1, 6
 _TROUBLE = (ModbusException, OSError, struct.error, ValueError, IndexError)
 """What a wire, or what came over it, raises."""
 
@@ -80,6 +82,11 @@ class ModbusLink:
     A request waits at most ``timeout_s`` for a connection and twice ``timeout_s`` for a whole reply (the
     second wait only for a reply that has begun), and is sent at most twice. After a doubt a serial line is
     left alone for ``timeout_s`` (at most three times that) before it is opened again.
+
+    Once a request was given up the wire counts as lost, until a true reply comes: what is asked meanwhile is
+    sent once and waited for as in a hurry, each time a little longer, so that no moment is missed in which
+    the device is there again. A serial line is left alone then, too, but for the writing of one register,
+    whose echo is no other's.
 
     Parameters
     ----------
@@ -120,6 +127,8 @@ class ModbusLink:
         self._was_open = False
         self._busy = threading.Lock()
         self._took: deque[float] = deque(maxlen=_TIMED)
+        self._tries_lost = 0
+        self._unsettled = False
 
     @property
     def address(self) -> str:
@@ -146,12 +155,17 @@ class ModbusLink:
         """How long a reply is waited for in a hurry [s]: twice as long as the slowest of late."""
         return min(self._timeout_s, max(HURRY_S, 2.0 * max(self._took, default=0.0)))
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether the last request was given up, and nothing was answered since."""
+        return self._tries_lost > 0
+
     def open(self) -> None:
         """Connect, if not connected.
 
         Raises
         ------
-        DeviceFault
+        WireLost
             If nobody answers there in time.
         """
         self._opened()
@@ -408,6 +422,7 @@ class ModbusLink:
         """Let go of the connection; never raises."""
         self._drop()
         self._was_open = False
+        self._tries_lost = 0
 
     def _drop(self, *, doubtful: bool = False) -> None:
         client, self._client = self._client, None
@@ -417,20 +432,40 @@ class ModbusLink:
                 self._wire.settle(client, self._timeout_s)
             client.close()  # type: ignore[no-untyped-call]
 
-    def _opened(self) -> Client:
+    def _opened(self, *, settle: bool = True) -> Client:
+        """Return the open client; a line on which something may still come is let fall silent, if wanted."""
         if self._client is not None:
             return self._client
         try:
-            client = self._wire.open(self._timeout_s)
+            client = self._wire.open(self._patience_of_connecting_s)
         except CannotOpenError as error:
+            self._tries_lost += 1
             raise self._fault(error.problem, error.look) from None
+        if self._unsettled and settle:
+            self._wire.settle(client, self._timeout_s)
+            self._unsettled = False
         self._client = client
         if isinstance(client, ModbusTcpClient):
+            client.comm_params.timeout_connect = client.transaction.comm_params.timeout_connect = (
+                self._timeout_s
+            )
             self._port = PackedPort(client, self._device_id, self._timeout_s)
         if self._was_open:
             self.note(f"connection to {self.name} at {self.address} opened again")
         self._was_open = True
         return client
+
+    @property
+    def _patience_of_connecting_s(self) -> float:
+        """How long a connection is waited for [s]; on a line it is how long a reply is."""
+        hurried = self.is_lost and len(self._took) > 0 and isinstance(self._wire, TcpWire)
+        return self.patience_s if hurried else self._timeout_s
+
+    def _patience_s(self, *, hurry: bool) -> float:
+        """Return how long a reply is waited for [s]: a little longer with each try on a wire that is lost."""
+        if self.is_lost:
+            return min(self._timeout_s, self.patience_s * LONGER ** (self._tries_lost - 1))
+        return self.patience_s if hurry else self._timeout_s
 
     def _ask(
         self,
@@ -462,24 +497,31 @@ class ModbusLink:
         *,
         hurry: bool,
     ) -> _AnyReply:
-        doubt, patience_s = "", self.patience_s if hurry else self._timeout_s
-        for further in ("given up",) if hurry else ("sent once more on a new connection", "given up"):
-            client = self._opened()
+        lost = self.is_lost
+        once, settle = hurry or lost, not (hurry or (lost and function == _WRITE_ONE))
+        patience_s, doubt = self._patience_s(hurry=hurry), ""
+        for further in ("given up",) if once else ("sent once more on a new connection", "given up"):
+            client = self._opened(settle=settle)
             try:
                 began_s = time.monotonic()
-                with _waiting(client, patience_s) if hurry else nullcontext():
+                with _waiting(client, patience_s) if once else nullcontext():
                     reply = send(client)
                 doubt = self._refused_or_doubtful(reply, function, asked) or find_doubt(reply)
             except _TROUBLE as error:
                 doubt = self._describe(error, patience_s, connected=client.connected)
             if not doubt:
                 self._took.append(time.monotonic() - began_s)
+                self._tries_lost, self._unsettled = 0, False
                 return reply
-            self._drop(doubtful=not hurry)
-            self.note(f"{asked}: {doubt}; connection closed, {further}")
+            last = further == "given up"
+            self._unsettled = self._unsettled or (last and not hurry)  # before it is opened again
+            self._drop(doubtful=not last)
+            if not lost:
+                self.note(f"{asked}: {doubt}; connection closed, {further}")
+        self._tries_lost += not hurry or lost
         cable = "network cable" if isinstance(self._wire, TcpWire) else "serial cable and its termination"
         raise self._fault(
-            f"{asked}: {doubt}" if hurry else f"{asked}: {doubt}, twice",
+            f"{asked}: {doubt}" if once else f"{asked}: {doubt}, twice",
             f"look at the {cable}, the {self.name}'s load, and whether a second program talks to it",
         )
 
@@ -494,7 +536,7 @@ class ModbusLink:
         ahead, self._ahead = self._ahead, None
         if ahead is None:
             port.send(exchange)
-        return port.receive()
+        return port.receive(self._patience_s(hurry=False))
 
     def _collect_ahead(self, patience_s: float) -> None:
         """Let the reply to what was sent ahead come, and keep it: it is not to meet another's."""
@@ -515,7 +557,7 @@ class ModbusLink:
         self, reply: ModbusPDU | PackedReply, function: int, asked: str | Exchange
     ) -> str:
         if reply.isError() and reply.function_code & 0x7F == function:
-            code = int(reply.exception_code)
+            self._tries_lost, code = 0, int(reply.exception_code)  # it has answered
             text = EXCEPTION_TEXTS.get(code, "unknown")
             raise ModbusRefusal(
                 f"{self.name} at {self.address}: {asked}: refused with Modbus exception {code} ({text}); "
@@ -534,8 +576,8 @@ class ModbusLink:
             return f"{NO_REPLY} {patience_s:.3g} s"
         return f"the reply cannot be decoded ({error})"
 
-    def _fault(self, problem: str, look: str) -> DeviceFault:
-        return DeviceFault(f"{self.name} at {self.address}: {problem}; {look}")
+    def _fault(self, problem: str, look: str) -> WireLost:
+        return WireLost(f"{self.name} at {self.address}: {problem}; {look}")
 
 
 @contextmanager

@@ -21,6 +21,7 @@ from drivers.interfaces import (
     Identity,
     SampleBlock,
     StreamFacts,
+    WireLost,
     WriterSeen,
 )
 from drivers.modbus_link import ModbusLink
@@ -341,7 +342,11 @@ class PollingController:
     taken_us = None
     """Samples are stamped by the computer's clock."""
 
-    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
+    def look_between(
+        self,
+        look: Callable[[], object],  # noqa: ARG002
+        outlast: Callable[[WireLost], object] | None = None,  # noqa: ARG002
+    ) -> AbstractContextManager[None]:
         """Do nothing: no polled sample waits for the wire."""
         return nullcontext()
 

@@ -14,6 +14,7 @@ from drivers.interfaces import (
     EndReason,
     Identity,
     MotionState,
+    WireLost,
     WriterSeen,
 )
 from drivers.modbus_link import ModbusLink
@@ -234,13 +235,20 @@ class RegisterController:
         return self._commands.taken_us
 
     @contextmanager
-    def look_between(self, look: Callable[[], object]) -> Iterator[None]:
-        """Inside, ``look`` is called before each request of a command; what it raises ends the command."""
-        before, self._panel.between = self._panel.between, look
+    def look_between(
+        self, look: Callable[[], object], outlast: Callable[[WireLost], object] | None = None
+    ) -> Iterator[None]:
+        """Inside, ``look`` is called before each request of a command; what it raises ends the command.
+
+        ``outlast`` is called where the wire is lost within one; when it returns the request is repeated.
+        """
+        panel = self._panel
+        before = panel.between, panel.outlast
+        panel.between, panel.outlast = look, outlast or panel.outlast
         try:
             yield
         finally:
-            self._panel.between = before
+            panel.between, panel.outlast = before
 
     def start_hold(self) -> int:
         """Stop where it stands and hold, with the first request; get the motion's sequence number.

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from drivers import cia402
-from drivers.interfaces import DeviceFault
+from drivers.interfaces import DeviceFault, WireLost
 from drivers.modbus_link import ModbusLink, ModbusRefusal
 from drivers.profile import STATUS, Profile
 from drivers.registers import crc_of
@@ -28,6 +28,10 @@ _Answer = TypeVar("_Answer")
 
 def _nothing() -> None:
     pass
+
+
+def _raise(lost: WireLost) -> None:
+    raise lost
 
 
 class RegisterPanel:
@@ -52,6 +56,8 @@ class RegisterPanel:
         self._number = 0
         self.between: Callable[[], object] = _nothing
         """Called before each request of a command, and before each look at what became of it."""
+        self.outlast: Callable[[WireLost], object] = _raise
+        """Called where the wire is lost within a command; once it returns, the request is repeated."""
 
     def read_status(self) -> dict[str, Any]:
         """Get every status register by name, in one transaction.
@@ -124,6 +130,22 @@ class RegisterPanel:
             self.link.note(f"{refusal}; asked once more")
             return ask()
 
+    def persist(self, request: Callable[[], _Answer]) -> _Answer:
+        """Make a request of a command; where the wire is lost and :attr:`outlast` returns, once more.
+
+        For what does no harm twice: commands are numbered, and one that is sent twice is done once.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire is lost for longer, or as the request does.
+        """
+        while True:
+            try:
+                return request()
+            except WireLost as lost:
+                self.outlast(lost)
+
     def set(self, name: str, value: int, *, hurry: bool = False) -> None:
         """Set one register; ``hurry`` as :meth:`drivers.modbus_link.ModbusLink.write`.
 
@@ -163,7 +185,9 @@ class RegisterPanel:
             If the wire fails.
         """
         block = self.profile.block(first, last)
-        return self.ask_again(lambda: self.link.read(block.address, block.words, f"back {first}"))
+        return self.persist(
+            lambda: self.ask_again(lambda: self.link.read(block.address, block.words, f"back {first}"))
+        )
 
     def wait(self, done: Callable[[dict[str, Any]], bool], timeout_s: float) -> dict[str, Any] | None:
         """Wait for a status that fulfils ``done``; return it, or None after ``timeout_s``.
@@ -175,7 +199,7 @@ class RegisterPanel:
         """
         deadline_s = time.monotonic() + timeout_s
         self.between()
-        while not done(values := self.read_status()):
+        while not done(values := self.persist(self.read_status)):
             if time.monotonic() >= deadline_s:
                 return None
             time.sleep(_POLL_S)
@@ -216,6 +240,10 @@ class RegisterPanel:
             f"did not show {what} within {self.timeout_s:g} s: it is “{cia402.state_name(word)}” "
             f"(status word 0x{word:04X}){fault}; look at emergency stop, interlocks and hydraulics"
         )
+
+    def lost(self, problem: str) -> WireLost:
+        """Return a fault of the wire that names device and address."""
+        return WireLost(f"{self.link.name} at {self.link.address}: {problem}")
 
     def fault(self, problem: str) -> DeviceFault:
         """Return a fault that names device and address."""

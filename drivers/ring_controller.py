@@ -17,7 +17,7 @@ from drivers.packed_exchange import Exchange
 from drivers.profile import STATUS, Profile
 from drivers.register_controller import RegisterController
 from drivers.registers import pack
-from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
+from drivers.ring_reader import AlteredBlock, DoubtfulBlock, RingReader, RingRows
 from drivers.writer_notice import NoticeBoard
 from foundation.channel import Channel
 from foundation.clock import Clock
@@ -155,7 +155,7 @@ class RingController(RegisterController):
         Raises
         ------
         DeviceFault
-            If the wire fails, or two blocks running cannot be true.
+            If two blocks running cannot be true; WireLost if the wire fails or has altered both.
         """
         reader = self._reader
         if reader is None:
@@ -226,7 +226,7 @@ class RingController(RegisterController):
 
     def _read_rows(self, reader: RingReader) -> RingRows | None:
         """Return the samples of the next window that is true, None where it is empty."""
-        doubt = ""
+        doubt, altered = "", False
         for _ in range(2):
             wanted = self._window(reader.acknowledge)
             early, asked_s = self._link.has_asked_ahead, self._clock.wall_s()
@@ -242,12 +242,13 @@ class RingController(RegisterController):
                     self._link.ask_ahead(self._window(window.behind))  # answered while this is unpacked
                 return reader.unpack(window)
             except DoubtfulBlock as found:
-                doubt = str(found)
+                doubt, altered = str(found), isinstance(found, AlteredBlock)
                 self._link.distrust(f"block of samples refused: {doubt}; connection closed")
-        raise self._panel.fault(
+        problem = (
             f"two blocks of samples running cannot be true: {doubt}; "
             "look at the controller's event log, and whether a second program talks to it"
         )
+        raise self._panel.lost(problem) if altered else self._panel.fault(problem)
 
     def _window(self, acknowledge: int) -> Exchange:
         """Return the transaction that acknowledges by sequence and reads the window from there on."""

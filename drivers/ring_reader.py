@@ -22,6 +22,10 @@ class DoubtfulBlock(Exception):  # noqa: N818 - it names the fact
     """A block that cannot be true: torn, repeated or out of step; asking again is harmless."""
 
 
+class AlteredBlock(DoubtfulBlock):
+    """A block that came otherwise than it was sent: the wire's fault, not the device's."""
+
+
 @dataclass(frozen=True)
 class RingRows:
     """New samples of the ring.
@@ -201,7 +205,7 @@ class RingReader:
     def _demand_whole(self, header: dict[str, float | int], before_check: bytes, samples: bytes) -> None:
         """See that the window answers this request and came unaltered, as far as the profile lets it."""
         if CHECK in header and zlib.crc32(samples, zlib.crc32(before_check)) != header[CHECK]:
-            raise DoubtfulBlock("the block's CRC does not fit its content: it was altered on its way")
+            raise AlteredBlock("the block's CRC does not fit its content: it was altered on its way")
         if header.get(ASKED, self.acknowledge) != self.acknowledge:
             raise DoubtfulBlock(
                 f"the block answers a request for sequence {header[ASKED]}, not {self.acknowledge}: "

@@ -55,5 +55,9 @@ class NotInCharge(DeviceFault):
     """This program has not, or no longer, the right to give a controller commands; nothing was sent."""
 
 
+class WireLost(DeviceFault):
+    """No true reply came over a wire: what the device does meanwhile is not known, and it may come back."""
+
+
 class CommandRejected(DeviceFault):
     """The controller refused a command; the text names the command and the reason it gave."""

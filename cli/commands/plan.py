@@ -52,13 +52,14 @@ def command(
     A step that breaks a limit is refused with its name, the limit and the nearest admissible value.
     """
     from cli.as_run_view import as_run_document, rows_against, show_as_run
-    from cli.campaigns import prepare
+    from cli.campaigns import outage_leeway, prepare
     from cli.model_pictures import save_picture
     from cli.plan_picture import picture_plan
     from daq.stroke_outlook import outlook_rows, reached_rows, stroke_outlook
     from protocols.standard_conditions import missed_conditions
 
-    plan = prepare(campaign).plan
+    prepared = prepare(campaign)
+    plan = prepared.plan
     missed = [*missed_conditions(plan.steps, plan.specimen, datetime.now(UTC)), *_beyond_a_lab(plan)]
     rows = () if against is None else rows_against(plan, against)
     outlook = [] if learned is None else stroke_outlook(plan, learned)
@@ -67,7 +68,8 @@ def command(
     if as_json:
         as_run = {"as_run": as_run_document(rows)} if rows else {}
         strokes = {} if learned is None else {"strokes": [one.as_dict() for one in outlook]}
-        write_json(plan.as_dict() | {"warnings": missed} | as_run | strokes, "-")
+        outage = {"longest_outage_s": outage_leeway(prepared)[0]}
+        write_json(plan.as_dict() | outage | {"warnings": missed} | as_run | strokes, "-")
         return
     if rows:
         show_as_run(rows)
@@ -75,6 +77,7 @@ def command(
             show_strokes(reached, "strokes, as they were run")
         return
     show_plan(plan)
+    click.echo(f"note: {outage_leeway(prepared)[1]}")
     if learned is not None:
         show_strokes(outlook_rows(outlook), f"strokes, by what was learned in {learned}")
         for text in dict.fromkeys(text for one in outlook for text in one.said):

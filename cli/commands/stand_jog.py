@@ -135,7 +135,7 @@ def _while_held(
     hand: ManualStand, goals: tuple[float, ...], speed: float, seconds: float, wall_s: Callable[[], float]
 ) -> None:
     """Move from goal to goal while a key is held."""
-    from cli.by_hand import say
+    from cli.gone import say
     from daq.dead_man import DeadMan
     from daq.keys import characters_from
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -40,7 +39,8 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
     that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds is named, and so
     is a controller that another program commands: its samples are that one's. The rest is read.
     """
-    from cli.by_hand import opened, say, zero_of
+    from cli.by_hand import opened, zero_of
+    from cli.gone import say
     from daq.reading import Reader
     from drivers.port_trouble import is_held
     from foundation.errors import ExitStatus
@@ -64,12 +64,7 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
         elif once or (seconds is None and not sys.stdout.isatty()):
             _show_once(reader, seconds or WINDOW_S, zero)
         else:
-            try:
-                _show_live(reader, zero, None if seconds is None else clock.now_s() + seconds, clock)
-            except OSError as lost:
-                if lost.errno != errno.EIO or lost.filename is not None:  # the terminal was closed
-                    raise
-                return ExitStatus.STOPPED
+            _show_live(reader, zero, None if seconds is None else clock.now_s() + seconds, clock)
     missing = any(not is_held(text) for text in unopened)
     return ExitStatus.DEVICE_FAULT if missing else ExitStatus.DONE
 

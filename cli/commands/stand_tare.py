@@ -43,7 +43,8 @@ def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str
     the date; it replaces what was stored there. Campaigns with “touch = false” in [zero] take it over for a
     day. A tare of more than 5 kN or 10 mm is refused (exit status 3).
     """
-    from cli.by_hand import opened, say
+    from cli.by_hand import opened
+    from cli.gone import say
     from daq.kept_zero import store_zero
     from daq.reading import Reader
     from foundation.errors import ExitStatus

@@ -56,7 +56,8 @@ def command(
     “touch = false” in [zero] take it over for a day. Exit status 3 if no contact is found, or a channel is
     too far off to be taken for zero.
     """
-    from cli.by_hand import consent, ended, moving, opened, say
+    from cli.by_hand import consent, ended, moving, opened
+    from cli.gone import say
     from cli.movement import touch_rows
     from daq.driving import Halt
     from daq.kept_zero import store_zero

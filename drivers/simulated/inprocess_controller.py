@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from drivers.interfaces import (
     Identity,
     SampleBlock,
     StreamFacts,
+    WireLost,
     WriterSeen,
 )
 from drivers.missed_cycles import missed_cycles, parted
@@ -78,6 +79,7 @@ class InProcessController:
         self._stuck: dict[str, Any] = {}
         self._nan_said = False
         self._last_us: int | None = None
+        self._outlast: Callable[[WireLost], object] | None = None
         self.can_adjust = device.controller.capabilities.adjusts
         """Whether it can change a running sine."""
         self._identity = Identity(
@@ -230,7 +232,7 @@ class InProcessController:
         CommandRejected
             If a limit is beyond the stand's.
         DeviceFault
-            If the link is lost.
+            If the link is lost, or its own force is no number.
         """
         controller = self._device.controller
         with self._link.asking():
@@ -244,6 +246,8 @@ class InProcessController:
         controller.watchdog.set_time(watchdog_ms)
         self.feed_watchdog()
         self.reset_fault()
+        if not math.isfinite(shown_kN := self.status().force_kN):
+            raise DeviceFault(f"the simulated controller was not switched on: its own force reads {shown_kN}")
         controller.control(0x000F)
 
     def reset_fault(self) -> None:
@@ -278,9 +282,18 @@ class InProcessController:
         """The device's clock: a command is taken when it is given [µs, modulo 2³²]."""
         return self._device.tick_us(self._clock.now_s())
 
-    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
-        """Do nothing: a command takes no time."""
-        return nullcontext()
+    @contextmanager
+    def look_between(
+        self,
+        look: Callable[[], object],  # noqa: ARG002 - a command takes no time
+        outlast: Callable[[WireLost], object] | None = None,
+    ) -> Iterator[None]:
+        """Inside, ``outlast`` is called where a command meets a lost link; it is given again afterwards."""
+        before, self._outlast = self._outlast, outlast
+        try:
+            yield
+        finally:
+            self._outlast = before
 
     def start_hold(self) -> int:
         """Stop where it stands and hold; get the motion's sequence number.
@@ -408,6 +421,15 @@ class InProcessController:
         return missed
 
     def _give(self, text: str, code: Code, **parameters: float) -> int:
+        while True:
+            try:
+                return self._give_once(text, code, **parameters)
+            except WireLost as lost:  # nothing of it was done
+                if self._outlast is None:
+                    raise
+                self._outlast(lost)
+
+    def _give_once(self, text: str, code: Code, **parameters: float) -> int:
         controller = self._device.controller
         sequence = controller.echo_sequence % 0xFFFF + 1  # 0 means “none yet”
         command = Command(sequence, int(code), **parameters)  # type: ignore[arg-type]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.interfaces import DeviceFault
-from drivers.modbus_link import EXCEPTION_TEXTS
+from drivers.interfaces import DeviceFault, WireLost
+from drivers.modbus_link import EXCEPTION_TEXTS, HURRY_S
 from drivers.simulated.device import SimulatedDevice
 from drivers.simulated.virtual_clock import VirtualClock
 
@@ -33,6 +33,7 @@ class InProcessLink:
         self._timeout_s = timeout_s
         self.events: list[str] = []
         """What a driver would say of the wire."""
+        self._given_up = False
 
     @contextmanager
     def asking(self) -> Iterator[None]:
@@ -40,8 +41,8 @@ class InProcessLink:
 
         Raises
         ------
-        DeviceFault
-            If a simulated fault keeps the reply away.
+        WireLost
+            If a simulated fault keeps the reply away; DeviceFault if one refuses the request.
         """
         way_s = self._device.latency.way_s
         self._clock.sleep(way_s())
@@ -53,8 +54,9 @@ class InProcessLink:
         """Fail as a real link does: after its timeout, during which the stand goes on."""
         faults, now_s = self._device.faults, self._clock.now_s
         if faults.find("controller", "lost", now_s()):
-            self._clock.sleep(2.0 * self._timeout_s)
-            raise DeviceFault(
+            self._clock.sleep(HURRY_S if self._given_up else 2.0 * self._timeout_s)
+            self._given_up = True
+            raise WireLost(
                 "the simulated controller does not answer: its link is lost (a simulated fault); "
                 "look at the faults that were given"
             )
@@ -67,13 +69,12 @@ class InProcessLink:
         for attempt in (1, 2):
             struck = next((kind for kind in _LOSING if self._loses(kind)), None)
             if struck is None:
+                self._given_up = False
                 return
             self._clock.sleep(self._timeout_s)
             further = "sent once more on a new connection" if attempt == 1 else "given up"
             self.events.append(f"no true reply ({struck}, a simulated fault); connection closed, {further}")
-        raise DeviceFault(
-            "the simulated controller: no true reply, twice; look at the faults that were given"
-        )
+        raise WireLost("the simulated controller: no true reply, twice; look at the faults that were given")
 
     def _loses(self, kind: str) -> bool:
         """Return whether a fault of that kind keeps a reply from coming in time."""

@@ -139,17 +139,20 @@ class VirtualLink(ModbusLink):
     def _answer(self, request: bytes, what: str, *, hurry: bool = False) -> bytes:
         """Return the reply to a request, which is sent twice at most as on a real wire; once in a hurry."""
         self._await_ahead()
-        for _ in range(1 if hurry else 2):
+        once = hurry or self.is_lost
+        for _ in range(1 if once else 2):
             lost, sent_s = self._lost(request), self._clock.now_s()
             reply = None if lost == "request" else self._way(request, sent_s)
             if lost or reply is None:
-                waited_s = self.patience_s if hurry else self._timeout_s
+                waited_s = self._patience_s(hurry=hurry)
                 self._clock.sleep(max(sent_s + waited_s - self._clock.now_s(), 0.0))
                 continue
+            self._tries_lost = 0
             self._took.append(self._clock.now_s() - sent_s)
             if reply[0] & 0x80:
                 raise ModbusRefusal(f"{what}: refused with Modbus exception {reply[1]}", reply[1])
             return reply
+        self._tries_lost += not hurry or self.is_lost
         raise self._fault(f"{what}: no reply", "a wire in virtual time that has lost it")
 
     def _way(self, request: bytes, sent_s: float) -> bytes:

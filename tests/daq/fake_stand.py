@@ -21,7 +21,7 @@ from drivers.interfaces import (
     WriterSeen,
 )
 from foundation.channel import Calibration, Channel
-from foundation.errors import CommandRejected, DeviceFault, NotInCharge
+from foundation.errors import CommandRejected, DeviceFault, NotInCharge, WireLost
 
 RATE_HZ = 1000.0
 STIFFNESS_KN_PER_MM = 5.0
@@ -83,6 +83,10 @@ class Orders:
     lose_at: dict[int, int] = field(default_factory=dict)
     """Sample number → how many samples are lost before it."""
     wire_down: Callable[[float], bool] = lambda _: False
+    lost: Callable[[float], bool] = lambda _: False
+    """While this is so no reply comes, each for a tenth of a second; the stand goes on."""
+    watchdog_counts_off: bool = False
+    """The watchdog runs out with the valve off, too."""
     silent_from_s: float = math.inf
     heart_stops_at_s: float = math.inf
     fault_at_s: float = math.inf
@@ -142,7 +146,12 @@ class FakeController:
         self.state = MotionState.HOLDING
 
     def _fall_back(self, now_s: float) -> None:
-        if self.fault_code or self.state in (MotionState.READY, MotionState.OFF):
+        if self.fault_code:
+            return
+        if self.state in (MotionState.READY, MotionState.OFF):
+            if self.orders.watchdog_counts_off and now_s - self._fed_s > self.watchdog_s:
+                self.watchdog_trips, self.fault_code = self.watchdog_trips + 1, 1
+                self.state = MotionState.FAULT
             return
         if now_s >= self.orders.fault_at_s:
             self._fault(self.orders.fault_code, EndReason.DEVICE_LIMIT, now_s)
@@ -183,6 +192,9 @@ class FakeController:
         self.clock.sleep(self.orders.round_trip_s)
         self._live()
         self.calls.append(name)
+        if self.orders.lost(self.clock.now_s()):
+            self.clock.sleep(0.1)
+            raise WireLost("127.0.0.1: no reply within 0.1 s")
         if self.orders.wire_down(self.clock.now_s()):
             raise DeviceFault("127.0.0.1: no answer within 0.5 s")
         if self.clock.now_s() >= self.orders.explode_at_s:
@@ -285,7 +297,11 @@ class FakeController:
     stops_at_once = True
     taken_us = None
 
-    def look_between(self, look: Callable[[], object]) -> AbstractContextManager[None]:  # noqa: ARG002
+    def look_between(
+        self,
+        look: Callable[[], object],  # noqa: ARG002
+        outlast: Callable[[WireLost], object] | None = None,  # noqa: ARG002
+    ) -> AbstractContextManager[None]:
         return nullcontext()
 
     def start_hold(self) -> int:

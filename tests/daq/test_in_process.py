@@ -152,13 +152,14 @@ def test_a_fault_of_the_stand_ends_safe(
     assert len(found.series("force").value) > 1000
 
 
-def test_a_short_outage_of_the_wire_is_told_truthfully(tmp_path: Path) -> None:
-    outcome, _, _ = run(tmp_path, GENTLE, faults=[ScheduledFault("controller", "lost", 5.0, 5.5)])
+def test_an_outage_of_the_wire_beyond_its_leeway_is_told_truthfully(tmp_path: Path) -> None:
+    outcome, _, _ = run(tmp_path, GENTLE, faults=[ScheduledFault("controller", "lost", 5.0, 7.5)])
     assert outcome.exit_status == 4
     assert outcome.safe_stop is not None
     assert outcome.safe_stop.safe  # the wire came back within the safe stop's patience
     assert outcome.safe_stop.state in (MotionState.OFF, MotionState.READY)
     assert "the controller or its wire failed" in outcome.reason
+    assert "its watchdog (2 s) acts by itself" in outcome.reason
 
 
 def test_silence_of_the_air_sensor_or_of_the_amplifier_does_not_stop(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from drivers.modbus_link import ModbusLink, ModbusRefusal
 from drivers.modbus_wires import TcpWire
 from drivers.profile import Profile
-from foundation.errors import DeviceFault
+from foundation.errors import DeviceFault, WireLost
 from tests.drivers import servers
 from tests.drivers.ring_device import RingDevice
 from tests.drivers.servers import RawServer, raw_server
@@ -163,3 +163,63 @@ def test_close_is_followed_by_a_fresh_start(link: ModbusLink, server: RawServer)
     assert link.read(0, 1, "type") == [0x4253]
     assert server.connections == 2
     assert link.events() == []
+
+
+# --- a wire that is lost ----------------------------------------------------------------------------
+
+
+def lose(link: ModbusLink, server: RawServer) -> None:
+    """Let a request be given up."""
+    server.replies = [servers.silent] * 2
+    with pytest.raises(WireLost):
+        link.read(0, 2, "identity")
+    assert link.is_lost
+
+
+def test_a_lost_wire_is_asked_once_a_time_until_it_answers(link: ModbusLink, server: RawServer) -> None:
+    link.read(0, 2, "identity")
+    lose(link, server)
+    told = len(link.events())
+    for tries in range(1, 4):
+        before = len(server.requests)
+        server.replies = [servers.silent]
+        with pytest.raises(WireLost, match="no reply within"):
+            link.write(97, [tries], "heartbeat")
+        assert len(server.requests) == before + 1
+    assert told > 0
+    assert not [event for event in link.events() if "closed" in event], "it was said when it began"
+    link.write(97, [9], "heartbeat")
+    assert not link.is_lost
+    server.replies = [servers.silent]
+    assert link.read(0, 2, "identity") == [0x4253, 3], "twice again"
+
+
+def test_each_try_waits_a_little_longer_up_to_the_timeout(link: ModbusLink, server: RawServer) -> None:
+    link.read(0, 2, "identity")
+    lose(link, server)
+    waits = []
+    for _ in range(9):
+        waits.append(link._patience_s(hurry=False))
+        link._tries_lost += 1
+    assert waits[0] == pytest.approx(link.patience_s)
+    assert waits == sorted(waits)
+    assert waits[-1] <= TIMEOUT_S
+
+
+def test_a_refusal_is_an_answer_of_a_wire_that_was_lost(link: ModbusLink, server: RawServer) -> None:
+    lose(link, server)
+    server.replies = [servers.with_exception(2)]
+    with pytest.raises(ModbusRefusal):
+        link.read(0, 2, "identity")
+    assert not link.is_lost
+
+
+def test_a_stop_that_gets_no_reply_does_not_make_the_next_request_a_hurried_one(
+    link: ModbusLink, server: RawServer
+) -> None:
+    server.replies = [servers.silent]
+    with pytest.raises(WireLost):
+        link.write(97, [1], "hold", hurry=True)
+    assert not link.is_lost
+    server.replies = [servers.silent]
+    assert link.read(0, 2, "identity") == [0x4253, 3]

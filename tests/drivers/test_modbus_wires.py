@@ -10,7 +10,7 @@ import pytest
 
 from drivers.interfaces import CommandRejected, DeviceFault, NotInCharge
 from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import RtuWire, TcpWire
+from drivers.modbus_wires import Client, RtuWire, TcpWire
 from drivers.profile import Profile
 from drivers.ring_controller import RingController
 from drivers.simulated.modbus_pdu import Responder
@@ -19,6 +19,7 @@ from drivers.simulated.modbus_server import ModbusStandServer
 from drivers.simulated.register_bank import RegisterBank
 from drivers.stand_file import load_stand
 from foundation.clock import WallClock
+from foundation.errors import WireLost
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice
@@ -234,3 +235,60 @@ def test_a_line_too_slow_for_the_ring_is_said(
     assert "SAMPLES WILL BE LOST: the line carries 555 samples/s at most (14 in 264 bytes" in event
     assert "the controller takes 1000" in event
     controller.close()
+
+
+class Settling(RtuWire):
+    """Counts how often it is left alone."""
+
+    settled = 0
+
+    def settle(self, client: Client, timeout_s: float) -> None:
+        self.settled += 1
+        super().settle(client, timeout_s)
+
+
+@pytest.fixture
+def lost_line(line: tuple[RtuWire, Script, RingDevice]) -> tuple[ModbusLink, Settling, Script]:
+    """A line on which a request was given up: it was left alone once, between the two tries."""
+    near, script, _ = line
+    wire = Settling(near._port, baud=115200)
+    link = ModbusLink(wire, timeout_s=TIMEOUT_S)
+    link.read(0, 2, "identity")
+    script.plan({1: lost, 3: lost})
+    with pytest.raises(WireLost):
+        link.read(0, 2, "identity")
+    assert wire.settled == 1
+    return link, wire, script
+
+
+def test_a_lost_line_is_fed_at_once_and_asked_anything_else_after_a_silence(
+    lost_line: tuple[ModbusLink, Settling, Script],
+) -> None:
+    link, wire, script = lost_line
+    script.plan({})
+    link.write(97, [5], "heartbeat")
+    assert (wire.settled, link.is_lost) == (1, False)
+    assert link.read(4, 2, "test value") == [0x1234, 0x5678]
+    assert wire.settled == 1
+    link.close()
+
+
+def test_before_a_read_a_lost_line_is_left_alone(lost_line: tuple[ModbusLink, Settling, Script]) -> None:
+    link, wire, script = lost_line
+    script.plan({})
+    assert link.read(4, 2, "test value") == [0x1234, 0x5678]
+    assert wire.settled == 2
+    link.close()
+
+
+def test_the_late_echo_of_a_feed_is_not_that_of_the_next(
+    lost_line: tuple[ModbusLink, Settling, Script],
+) -> None:
+    link, _, script = lost_line
+    script.plan({1: late, 3: lost})
+    for beat in (6, 7):
+        with pytest.raises(WireLost):
+            link.write(97, [beat], "heartbeat")
+    link.write(97, [8], "heartbeat")
+    assert link.read(97, 1, "heartbeat") == [8]
+    link.close()
