@@ -28,6 +28,7 @@ from daq.metadata import CampaignFacts
 from daq.panel import GuardPanel, GuardSet
 from daq.passes import Passes
 from daq.progress import Watcher
+from daq.reached import another, how_reached, mixing
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.showing import Showing
@@ -108,11 +109,18 @@ class Opening:
         Raises
         ------
         Halt
-            If the stand is in use: nothing was written to the controller then but the number of a request.
+            If the stand is in use, or real where the campaign is simulated (or the other way round): nothing was written to the controller then but the number of a request.
         DeviceFault
             If a device does not answer.
         """
         identity = self.stand.controller.connect()
+        reached = how_reached(
+            self.stand, started_here=self.facts.started_here, waits=self.settings.says_it_waits
+        )
+        if why := mixing(reached, self.facts.began_simulated) or another(
+            identity, self.facts.began_controller, self.facts.accepted_serial, simulated=reached.simulated
+        ):
+            raise Halt(trip_at(self.clock, "controller", why))
         if why := use_trouble(self.stand.controller, self.table.zero_force_max_kN):
             raise Halt(trip_at(self.clock, "controller", why))
         self.stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
@@ -152,7 +160,7 @@ class Opening:
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         zeroing = self._zeroing(acquisition, driver)
-        return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing)
+        return Alive(identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing)
 
     def look(self, alive: Alive, steps: Sequence[PlannedStep]) -> None:
         """Look at everything that can be looked at while nothing moves; say it, or refuse.
