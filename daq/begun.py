@@ -71,7 +71,7 @@ def begun(record: CampaignRecord | None, folder: Path) -> Begun:
     # Whatever a campaign ends with, every start of it was made on the same kind of stand, or recorded nothing.
     simulate = _last(record, SIMULATE)
     if simulate is None and record.starts:
-        simulate = not record.starts[0].get("arming")
+        simulate = not any(start.get("arming") for start in record.starts)
     known = Begun(
         simulate,
         float(_last(record, SPEED) or 1.0),

@@ -21,7 +21,7 @@ from daq.starting import begin, left_to_do
 from foundation.errors import BadInput
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
-FACTS = CampaignFacts(stand={}, watchdog_s=2.0)
+FACTS = CampaignFacts(stand={}, watchdog_s=2.0, started_here=True)
 STEP = """
 [[step]]
 kind = "harmonic"
@@ -90,7 +90,9 @@ def test_unedited_files_are_not_asked_about(tmp_path: Path, capsys: pytest.Captu
     assert lab.left(going) == ["two"]
     assert capsys.readouterr().err == ""
     record = lab.start(going)
-    assert [sorted(start) for start in record.starts] == [["arming", "at_utc"]] * 2
+    assert [sorted(start) for start in record.starts] == [
+        ["arming", "at_utc", "simulate", "simulated", "software", "speed"]
+    ] * 2
     assert not (lab.out / "inputs-before").exists()
 
 
