@@ -68,29 +68,25 @@ def begun(record: CampaignRecord | None, folder: Path) -> Begun:
     """
     if record is None:
         return Begun()
-    # Whatever a campaign ends with, every start of it was made on the same kind of stand, or recorded nothing.
-    simulate = _last(record, SIMULATE)
+    # Every start of a campaign was made on the same kind of stand, or recorded nothing.
+    simulate = record.last(SIMULATE)
     if simulate is None and record.starts:
         simulate = not any(start.get("arming") for start in record.starts)
     known = Begun(
         simulate,
-        float(_last(record, SPEED) or 1.0),
+        float(record.last(SPEED) or 1.0),
         None,
-        _last(record, CONTROLLER) or {},
-        _last(record, SOFTWARE) or "",
+        record.last(CONTROLLER) or {},
+        record.last(SOFTWARE) or "",
     )
     if record.recorded_nothing(folder):
         return replace(known, controller={})
-    simulated = _last(record, KEY)
+    simulated = record.last(KEY)
     if simulated is None and simulate:
         simulated = True
     if known.controller and known.software:
         return replace(known, simulated=simulated)
     return _with_runs(replace(known, simulated=simulated), record, folder)
-
-
-def _last(record: CampaignRecord, key: str) -> Any:
-    return next((start[key] for start in reversed(record.starts) if start.get(key) is not None), None)
 
 
 def _with_runs(known: Begun, record: CampaignRecord, folder: Path) -> Begun:
@@ -125,9 +121,3 @@ def with_stand(record: CampaignRecord, reached: Reached, identity: Identity) -> 
     *before, last = record.starts
     found = {KEY: reached.simulated, HOW_KEY: reached.by, CONTROLLER: asdict(identity)}
     return replace(record, starts=(*before, last | found))
-
-
-def is_simulated(record: CampaignRecord) -> bool | None:
-    """Return whether a campaign's last start was on a simulated stand, for who looks on."""
-    found = _last(record, KEY)
-    return found if isinstance(found, bool) else None

@@ -109,7 +109,8 @@ class Opening:
         Raises
         ------
         Halt
-            If the stand is in use, or real where the campaign is simulated (or the other way round): nothing was written to the controller then but the number of a request.
+            If the stand is in use, or is not the one on which the campaign was begun: nothing was written to
+            the controller then but the number of a request.
         DeviceFault
             If a device does not answer.
         """

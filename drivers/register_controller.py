@@ -89,9 +89,7 @@ class RegisterController:
             return False
         window = self._profile.span((SIMULATED,))
         try:
-            words = self._link.read(
-                window.address, window.words, "whether it is simulated", table=window.table
-            )
+            words = self._link.read(window.address, window.words, "simulated or not", table=window.table)
         except ModbusRefusal:
             return False
         return window.decode(words)[SIMULATED] == SIMULATED_SIGN

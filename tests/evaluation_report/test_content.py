@@ -298,7 +298,7 @@ def test_a_simulated_stand_is_said_before_anything_else(report: Made) -> None:
     metadata = copy.deepcopy(dict(report.source.runs[0].metadata))
     metadata["stand"]["stand"]["name"] = "Simulated servo-hydraulic stand"
     content = build_content(with_run(report.source, 1, metadata=metadata))
-    assert content.notices[0].startswith("Simulated stand: nothing in this report was measured")
+    assert content.notices[0].startswith("Simulated stand in run 1: nothing of them was measured")
     assert not any("Simulated" in notice for notice in report.content.notices)
 
 
