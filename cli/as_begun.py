@@ -49,8 +49,8 @@ def going_on_simulated(
         speed = known.speed if speed is None else speed
         if not simulate:
             click.echo(
-                f"this campaign was begun with --simulate: it goes on on a simulated stand, at {speed:g} times "
-                "real time; the real stand is not touched",
+                "this campaign was begun with --simulate: it goes on on a simulated stand, at "
+                f"{speed:g} times real time; the real stand is not touched",
                 err=True,
             )
         return True, speed
@@ -59,7 +59,7 @@ def going_on_simulated(
             "this campaign was begun on the stand that its stand file leads to, and goes on there only: real "
             "and simulated runs never come into one folder",
             file="--simulate",
-            remedy="resume without it, or rehearse in a folder of its own: bufferstand run … --simulate --out",
+            remedy="resume without it, or rehearse in another folder: bufferstand run … --simulate --out",
         )
     return simulate, speed or 1.0
 
@@ -147,7 +147,7 @@ def _asked(changes: Sequence[Change], consent: Consent | None, accept: str | Non
         if serial != accept:
             raise BadInput(
                 f"nothing was moved or written: “{accept}” was given, and the controller "
-                f" that answers is “{serial or 'the one of this campaign'}”",
+                f"that answers is “{serial or 'the one of this campaign'}”",
                 file=OPTION,
                 remedy="see which controller moves the stand",
             )

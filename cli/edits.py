@@ -180,7 +180,8 @@ def _check_taken(record: CampaignRecord, folder: Path, which: str, limits: tuple
         raise BadInput(
             f"nothing was moved: in {which} a limit was made looser, which never counts within a campaign: "
             f"{', '.join(looser)}",
-            remedy="undo it (what was made stricter counts), or begin a campaign of its own with bufferstand run … --out another folder",
+            remedy="undo it (what was made stricter counts), or begin a campaign of its own with "
+            "bufferstand run … --out another folder",
         )
 
 
