@@ -119,7 +119,13 @@ def edits_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
 
 
 def changes_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
-    """Return all that differed from what the campaign began with, as starts found it, oldest first."""
+    """Return what differed from what the campaign began with, as starts found it, oldest first, for the runs.
+
+    What was edited of steps is left out: a run has its own step, and the edits with their differences.
+    """
     return tuple(
-        {"at_utc": start["at_utc"], **change} for start in record.starts for change in start.get(CHANGES, ())
+        {"at_utc": start["at_utc"], **change}
+        for start in record.starts
+        for change in start.get(CHANGES, ())
+        if ": step[" not in change["what"]
     )

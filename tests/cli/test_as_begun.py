@@ -88,9 +88,7 @@ def changes(
 
     monkeypatch.setattr(as_begun, "look_at_controller", answer)
     prepared: Prepared = prepare(lab.campaign)
-    return accepted_changes(
-        prepared, known, simulate=False, served=served, consent=consent, accept=accept
-    )
+    return accepted_changes(prepared, known, simulate=False, served=served, consent=consent, accept=accept)
 
 
 def test_the_same_controller_and_software_are_not_mentioned(
@@ -134,7 +132,9 @@ def test_other_differences_are_recorded_where_nobody_can_be_asked(
     assert "sha256 aa → ring edition 3 sha256 bb" in said
 
 
-@pytest.mark.parametrize(("look", "served"), [(Look(WAS, simulated=True), False), (Look(WAS, simulated=False), True)])
+@pytest.mark.parametrize(
+    ("look", "served"), [(Look(WAS, simulated=True), False), (Look(WAS, simulated=False), True)]
+)
 def test_a_simulated_stand_at_the_real_one_s_address_is_refused_before_anything_is_written(
     lab: Lab, monkeypatch: pytest.MonkeyPatch, look: Look, *, served: bool
 ) -> None:

@@ -51,7 +51,13 @@ def test_tables_without_a_name_are_counted() -> None:
 
 
 def test_of_a_controller_its_facts_count_and_not_where_it_is_reached() -> None:
-    before = {"device": "ring", "address": "a:502", "serial": "1", "profile": "p sha256 aa", "sample_rate_Hz": 1000.0}
+    before = {
+        "device": "ring",
+        "address": "a:502",
+        "serial": "1",
+        "profile": "p sha256 aa",
+        "sample_rate_Hz": 1000.0,
+    }
     same = Identity("ring", "b:502", "1", "p sha256 aa", 1000.0)
     assert controller_changes(before, same) == ()
     other = Identity("ring", "a:502", "2", "p sha256 bb", 500.0)
@@ -62,5 +68,7 @@ def test_of_a_controller_its_facts_count_and_not_where_it_is_reached() -> None:
 
 
 def test_software_of_another_version_is_told() -> None:
-    assert [change.text() for change in software_changes("0.1.0", "0.2.0")] == ["bufferstand’s version: 0.1.0 → 0.2.0"]
+    assert [change.text() for change in software_changes("0.1.0", "0.2.0")] == [
+        "bufferstand’s version: 0.1.0 → 0.2.0"
+    ]
     assert software_changes("0.1.0", "0.1.0") == software_changes("", "0.1.0") == ()

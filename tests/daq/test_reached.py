@@ -44,9 +44,7 @@ def states(runs: Sequence[Path]) -> list[tuple[bool, str]]:
     return [(table["simulated"], table["simulated_by"]) for table in tables]
 
 
-@pytest.mark.parametrize(
-    ("name", "simulated"), [("Simulationsprüfstand 2", False), ("hall-3", True)]
-)
+@pytest.mark.parametrize(("name", "simulated"), [("Simulationsprüfstand 2", False), ("hall-3", True)])
 def test_run_files_and_campaign_say_it_whatever_the_stand_is_called(
     tmp_path: Path, name: str, simulated: bool
 ) -> None:
@@ -118,7 +116,9 @@ def test_another_controller_is_refused_unless_its_serial_number_was_accepted(tmp
     assert event.data["accepted"] == "typed"
     starts = case.record()["starts"]
     assert starts[-1]["changes"] == [change], "the file is no other than at the refused start"
-    assert begun(load_record(case.out), case.out).controller["serial"] == "2", "the next one is held against it"
+    assert begun(load_record(case.out), case.out).controller["serial"] == "2", (
+        "the next one is held against it"
+    )
 
 
 def test_the_controller_of_a_simulated_stand_may_be_another(tmp_path: Path) -> None:
@@ -149,7 +149,11 @@ def test_a_folder_of_an_earlier_version_is_judged_by_who_was_asked(
     document = read_metadata(run)
     del document["run"]["simulated"]
     monkeypatch.setattr("daq.begun.read_metadata", lambda _: document)
-    for arming, simulate, simulated in (({}, True, True), ({"by": "tester"}, False, None), (None, None, None)):
+    for arming, simulate, simulated in (
+        ({}, True, True),
+        ({"by": "tester"}, False, None),
+        (None, None, None),
+    ):
         known = older(case, arming=arming)
         assert (known.simulate, known.simulated, known.speed) == (simulate, simulated, 1.0)
         assert known.controller["serial"] == "1", "as its run file has it"

@@ -86,6 +86,8 @@ def test_a_rehearsal_is_resumed_as_one_and_the_real_stand_sees_nobody(tmp_path: 
         assert run["simulated"] is True
         assert "--simulate" in run["simulated_by"]
     starts = json.loads((out / "campaign.json").read_text())["starts"]
-    assert [(start["simulate"], start["speed"], start["simulated"]) for start in starts] == [(True, 50.0, True)] * 2
+    assert [(start["simulate"], start["speed"], start["simulated"]) for start in starts] == [
+        (True, 50.0, True)
+    ] * 2
     assert any("step[2].amplitude_mm: not given → 6" in change["what"] + ": " + change["before"] + " → " + change["now"]
                for change in starts[1]["changes"])  # fmt: skip
