@@ -138,13 +138,13 @@ def test_other_differences_are_recorded_where_nobody_can_be_asked(
 def test_a_simulated_stand_at_the_real_one_s_address_is_refused_before_anything_is_written(
     lab: Lab, monkeypatch: pytest.MonkeyPatch, look: Look, *, served: bool
 ) -> None:
-    with pytest.raises(BadInput, match="a simulated stand answers .* was begun on a real one"):
+    with pytest.raises(BadInput, match=r"a simulated stand answers .* was begun on a real one"):
         changes(monkeypatch, lab, look, served=served)
 
 
 def test_a_real_stand_where_a_served_one_was_is_refused(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     known = Begun(simulate=False, simulated=True, controller=asdict(WAS), software=software_version())
-    with pytest.raises(BadInput, match="a real stand answers .* was begun on a simulated one"):
+    with pytest.raises(BadInput, match=r"a real stand answers .* was begun on a simulated one"):
         changes(monkeypatch, lab, Look(WAS, simulated=False), known=known)
     assert changes(monkeypatch, lab, Look(OTHER, simulated=True), known=known) == (), "its serial is a seed"
 
