@@ -162,8 +162,13 @@ def test_at_a_terminal_it_is_asked(
     lab: Lab, monkeypatch: pytest.MonkeyPatch, answer: str, look: Identity, question: str, *, accepted: bool
 ) -> None:
     asked: list[str] = []
+
+    def types(text: str) -> str:
+        asked.append(text)
+        return answer
+
     monkeypatch.setattr(as_begun, "is_terminal", lambda _: True)
-    monkeypatch.setattr(as_begun, "typed_line", lambda text: asked.append(text) or answer)
+    monkeypatch.setattr(as_begun, "typed_line", types)
     typed = replace(YES_MOVE, how="typed")
     if accepted:
         taken = changes(monkeypatch, lab, Look(look, simulated=False), consent=typed)

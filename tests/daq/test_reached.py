@@ -18,9 +18,9 @@ from drivers.interfaces import Identity, Stand
 from drivers.simulated.inprocess import open_in_process
 from drivers.stand_file import load_stand
 from recording.runfile import open_run, read_metadata
-from tests.daq.cases import FACTS, HARMONIC, SAMPLES, write_campaign
+from tests.daq.cases import FACTS, HARMONIC, SAMPLES, plan_of, write_campaign
 from tests.daq.fake_stand import Orders, fake_stand
-from tests.daq.test_runner import Case, plan_of
+from tests.daq.test_runner import Case
 
 SHORT = HARMONIC.replace("cycles = 3", "cycles = 1").replace("frequency_Hz = 1.0", "frequency_Hz = 2.0")
 LONGER = SHORT.replace("amplitude_mm = 5.0", "amplitude_mm = 6.0")
