@@ -51,7 +51,7 @@ def show_archive(evaluation: ArchiveEvaluation) -> None:
     """Print an archive's evaluation by specimen and kind, its verdicts and trends."""
     groups: dict[tuple[str, str], list[KeptRun]] = {}
     for run in evaluation.runs:
-        specimen = run.facts["specimen"].get("id") or "—"
+        specimen = (run.facts["specimen"].get("id") or "—") + " (simulated)" * bool(run.facts["simulated"])
         groups.setdefault((specimen, run.facts["kind"]), []).append(run)
     show_table(
         [("specimen", "left"), ("kind", "left"), ("runs", "right"), ("cycles", "right"),

@@ -13,6 +13,7 @@ from daq.folder import CampaignRecord, begin_record
 from daq.inputs import FileEdit, Inputs
 from daq.limits import DEFAULT_TILT_MM, SPEED_FACTOR
 from daq.same_steps import same_steps
+from drivers.stand_file import StandFile
 from protocols.guard_table import GuardTable, TripAction
 from protocols.plan import Plan
 from protocols.steps import PlannedStep
@@ -114,6 +115,7 @@ def limits_edited(record: CampaignRecord, copies: Inputs, prepared: Prepared) ->
     found += _compared(
         _guards(old_guards, tilts[0], speeds[0]), _guards(campaign.guards, tilts[1], speeds[1])
     )
+    found += _of_stand(_stand_document(record), prepared.stand_file)
     found += _actions(old_guards, campaign.guards)
     found += _zeros(ZeroTable.model_validate(before.get("zero", {})), campaign.zero)
     return (*found, *_own_limits(record, prepared.plan))
@@ -188,6 +190,23 @@ def _actions(before: GuardTable, now: GuardTable) -> list[LimitEdit]:
         for name in old
         if old[name] != new[name]
     ]  # fmt: skip
+
+
+def _of_stand(before: Mapping[str, Any], now: StandFile) -> list[LimitEdit]:
+    """Return what differs of the guards that the stand file sets: watchdog, thermometers on the specimen."""
+    watchdog_s = before.get("controller", {}).get("watchdog_s")
+    found = []
+    if watchdog_s is not None:
+        name = "controller.watchdog_s"
+        found += _compared({name: float(watchdog_s)}, {name: now.controller.watchdog_s})
+    sensors = (before.get("temperature") or {}).get("sensor", ())
+    was = sum(sensor.get("role", "specimen") == "specimen" for sensor in sensors)
+    table = now.temperature
+    there = 0 if table is None else sum(sensor.role == "specimen" for sensor in table.sensor)
+    if was != there:
+        direction: Direction = "stricter" if there > was else "LOOSER"
+        found.append(LimitEdit("thermometers on the specimen", was, there, direction))
+    return found
 
 
 def _zeros(before: ZeroTable, now: ZeroTable) -> list[LimitEdit]:

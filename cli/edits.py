@@ -17,6 +17,7 @@ import click
 from cli.arming import is_terminal, typed_line, user_name
 from cli.campaigns import Prepared, prepare
 from cli.edit_meaning import LimitEdit, limits_edited, means_nothing, steps_told
+from daq.changes import file_changes
 from daq.folder import CampaignFolder, CampaignRecord
 from daq.inputs import (
     INPUTS_NAME,
@@ -90,6 +91,7 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Goi
         return Going(prepared, _taken("nothing was recorded"))
     how = _asked(which, edits) if choice is None else choice
     if how == "take":
+        _check_taken(record, folder, which, limits)
         return Going(prepared, _taken("typed" if choice is None else "--take-edits"))
     _check_kept(edits, limits)
     if any(not Path(edit.place).is_absolute() for edit in by_copies):
@@ -172,6 +174,17 @@ def _check_specimen(record: CampaignRecord, folder: Path, prepared: Prepared) ->
     )
 
 
+def _check_taken(record: CampaignRecord, folder: Path, which: str, limits: tuple[LimitEdit, ...]) -> None:
+    looser = [limit.text() for limit in limits if limit.direction == "LOOSER"]
+    if looser and not record.recorded_nothing(folder):
+        raise BadInput(
+            f"nothing was moved: in {which} a limit was made looser, which never counts within a campaign: "
+            f"{', '.join(looser)}",
+            remedy="undo it (what was made stricter counts), or begin a campaign of its own with "
+            "bufferstand run … --out another folder",
+        )
+
+
 def _check_kept(edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> None:
     if stricter := [limit.text() for limit in limits if limit.direction == "stricter"]:
         raise BadInput(
@@ -190,6 +203,7 @@ def _check_kept(edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> N
 def _told(which: str, edits: tuple[FileEdit, ...], steps: list[str], limits: tuple[LimitEdit, ...]) -> str:
     lines = [f"{which} were edited since they were taken:"]
     lines += [edit.diff() for edit in edits]
+    lines += [f"changed: {change.text()}" for change in file_changes(edits)]
     lines += steps
     lines += [f"limit: {limit.text()}" for limit in limits]
     return "\n".join(lines)

@@ -41,6 +41,8 @@ def show_evaluation(document: Mapping[str, Any], *, warnings: bool = True) -> No
 
 def show_together(document: Mapping[str, Any]) -> None:
     """Print what runs say together: trends, and runs of one step at different temperature."""
+    for text in document.get("warnings", ()):
+        click.echo(f"warning: {text}")
     for trend in document["trends"]:
         _show_trend(trend)
     for comparison in document["temperature_comparisons"]:

@@ -81,6 +81,8 @@ def perform(
     speed: float,
     consent: Consent | None = None,
     edits: Mapping[str, Any] | None = None,
+    changes: tuple[Mapping[str, Any], ...] = (),
+    accepted_serial: str = "",
     truth: Path | None = None,
     monitor: Address | None = None,
     awaits_stand: bool = False,
@@ -101,6 +103,10 @@ def perform(
         Who said that the real stand may move; not for a simulated one.
     edits : mapping, optional
         How edited files came to be taken, for the folder.
+    changes : tuple of mapping
+        What differs from the start before, as it was accepted (:mod:`cli.as_begun`).
+    accepted_serial : str
+        Serial number of another controller that was accepted.
     truth : Path, optional
         Where the simulated stand leaves what really happened, for checks.
     monitor : Address, optional
@@ -118,7 +124,7 @@ def perform(
     _check_speed(simulate, speed)
     if not simulate and consent is None:
         raise ValueError("a real stand moves only with somebody's consent")
-    served = not simulate and _waits(prepared)
+    served = not simulate and waits(prepared)
     source: AbstractContextManager[tuple[StandFile, Clock]] = (
         simulated_stand(prepared, speed=speed, truth=truth)
         if simulate
@@ -132,6 +138,10 @@ def perform(
         test=prepared.specimen_file.test.model_dump(mode="json", exclude_defaults=True),
         arming={} if consent is None else consent.as_dict(),
         edits=edits or {},
+        started_here=simulate,
+        speed=speed,
+        changes=changes,
+        accepted_serial=accepted_serial,
     )
     with (
         stop_on_signals(StopRequest()) as request,
@@ -167,7 +177,7 @@ def perform(
     return outcome
 
 
-def _waits(prepared: Prepared) -> bool:
+def waits(prepared: Prepared) -> bool:
     """Return whether the stand of the stand file is a served one that waits for its reader."""
     return is_waiting(prepared.stand_home.parent / WIRES / NAME, prepared.wired)
 

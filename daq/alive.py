@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from daq.acquisition import Acquisition
 from daq.driving import Driver
 from daq.panel import GuardPanel, GuardSet
+from daq.reached import Reached
 from daq.ride_out import RideOut
 from daq.safe_stop import SafeStop
 from daq.zeroing import Zeroing
@@ -21,6 +22,8 @@ class Alive:
     ----------
     identity : Identity
         Of the controller.
+    reached : Reached
+        Whether the stand is a simulated one, and how that is known.
     base : GuardSet
         By the campaign's limits.
     guards : GuardSet
@@ -35,6 +38,7 @@ class Alive:
     """
 
     identity: Identity
+    reached: Reached
     base: GuardSet
     guards: GuardSet
     panel: GuardPanel

@@ -25,6 +25,7 @@ from foundation.settings import read_text
 from protocols.plan import Plan
 from protocols.steps import PlannedStep
 from recording.runfile import read_metadata
+from recording.simulated import KEY
 
 SCHEMA = "bufferstand/campaign/1"
 RECORD_NAME = "campaign.json"
@@ -132,6 +133,16 @@ class CampaignRecord:
     def must_cool(self) -> bool:
         """Return whether a step waits for the specimen to be at its resume threshold."""
         return any(step.too_warm and not step.over for step in self.steps)
+
+    def last(self, key: str) -> Any:
+        """Return what the newest start says under a key, None if none of them says it."""
+        return next((start[key] for start in reversed(self.starts) if start.get(key) is not None), None)
+
+    @property
+    def simulated(self) -> bool | None:
+        """Return whether its newest start was on a simulated stand; None where that is not on record."""
+        found = self.last(KEY)
+        return found if isinstance(found, bool) else None
 
     def with_start(self, start: Mapping[str, Any]) -> CampaignRecord:
         """Return the record with one start more."""

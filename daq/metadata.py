@@ -9,6 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 from daq.panel import GuardSet
+from daq.reached import Reached
 from daq.scaling import zeroed
 from drivers.interfaces import Identity, Stand, StreamFacts
 from foundation.zero import Zero
@@ -45,6 +46,18 @@ class CampaignFacts:
     """What ``bufferstand stand zero`` or ``tare`` has left for this stand, if anything."""
     arming: Mapping[str, Any] = field(default_factory=dict)
     edits: Mapping[str, Any] = field(default_factory=dict)
+    started_here: bool = False
+    """Whether this program has started the stand for the campaign: a simulated one then."""
+    speed: float = 1.0
+    """Stand time in multiples of real time, of a stand that this program has started."""
+    began_simulated: bool | None = None
+    """What the campaign's runs so far were made on; None where there is none, or nobody knows."""
+    began_controller: Mapping[str, Any] = field(default_factory=dict)
+    """The controller of the start before; empty where there is none, or nobody knows."""
+    accepted_serial: str = ""
+    """Serial number of another controller with which somebody has agreed to go on."""
+    changes: tuple[Mapping[str, Any], ...] = ()
+    """What differs from what the campaign began with (:mod:`daq.changes`), as it was accepted."""
     edited: tuple[Mapping[str, Any], ...] = ()
     """Every edit of the campaign's files that was taken so far, with its diff, for the runs."""
 
@@ -70,6 +83,7 @@ def run_document(
     plan: Plan,
     stand: Stand,
     identity: Identity,
+    reached: Reached,
     guards: GuardSet,
     facts: CampaignFacts,
     zero: Zero | None = None,
@@ -96,6 +110,7 @@ def run_document(
             "operator": facts.operator or plan.campaign.content.campaign.operator,
             "campaign": plan.campaign.id,
             "step_index": step.index,
+            **reached.document(),
         },
         "software": {"name": "bufferstand", "version": version("bufferstand")},
         "stand": {**facts.stand, "identity": asdict(identity)},

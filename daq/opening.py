@@ -27,6 +27,7 @@ from daq.metadata import CampaignFacts
 from daq.panel import GuardPanel, GuardSet
 from daq.passes import Passes
 from daq.progress import Watcher
+from daq.reached import another, how_reached, mixing
 from daq.riding import rides_of
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStop, SafeStopSettings
@@ -109,11 +110,19 @@ class Opening:
         Raises
         ------
         Halt
-            If the stand is in use: nothing was written to the controller then but the number of a request.
+            If the stand is in use, or is not the one on which the campaign was begun: nothing was written to
+            the controller then but the number of a request.
         DeviceFault
             If a device does not answer.
         """
         identity = self.stand.controller.connect()
+        reached = how_reached(
+            self.stand, started_here=self.facts.started_here, waits=self.settings.says_it_waits
+        )
+        if why := mixing(reached, self.facts.began_simulated) or another(
+            identity, self.facts.began_controller, self.facts.accepted_serial, simulated=reached.simulated
+        ):
+            raise Halt(trip_at(self.clock, "controller", why))
         self.demand_free(wait=self.settings.awaits_stand)
         self.stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
         for sensor in self.stand.sensors:
@@ -153,7 +162,9 @@ class Opening:
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         zeroing = self._zeroing(acquisition, driver)
-        return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides)
+        return Alive(
+            identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides
+        )
 
     def demand_free(self, *, wait: bool = False) -> None:
         """Demand that nobody else has the stand, and nothing moves; nothing is written to the controller.

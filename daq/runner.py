@@ -10,6 +10,7 @@ from typing import Literal
 
 from daq.agenda import Agenda
 from daq.as_run import AsRun, add_as_run, observed_run, read_as_run
+from daq.begun import begun, with_stand
 from daq.control import listening
 from daq.controller_guard import FORCE_LIMIT_FAULT, fault_text
 from daq.driving import Halt
@@ -24,7 +25,7 @@ from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStopReport
 from daq.session import RecorderMaker, Session
 from daq.signals import StopLevel, StopRequest
-from daq.starting import begin, edits_taken
+from daq.starting import begin, changes_taken, edits_taken
 from drivers.interfaces import Stand
 from foundation.clock import Clock
 from foundation.durations import duration_text
@@ -135,8 +136,16 @@ def run_campaign(
         try:
             for path in seal_orphans(folder.runs):
                 shown.message(f"recovered {path.name}: the program had ended while it was recorded")
+            before = folder.load()
             record = begin(plan, folder, facts)
-            facts = replace(facts, edited=edits_taken(record))
+            known = begun(before, folder.path)
+            facts = replace(
+                facts,
+                edited=edits_taken(record),
+                changes=changes_taken(record),
+                began_simulated=known.simulated,
+                began_controller=known.controller,
+            )
         except OSError as error:
             raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
         agenda = Agenda(
@@ -226,6 +235,8 @@ class _Campaign:
         try:
             self._session.open(self._agenda.left, must_be_cool=self._record.must_cool)
             refused = False
+            self._record = with_stand(self._record, *self._session.stand)
+            self._save()
             self._recall()
             if self._learns:
                 now = self._session.temperatures()

@@ -20,6 +20,7 @@ from daq.opening import Opening, expired_today, guards_of, trip_at
 from daq.passes import Passes
 from daq.polled_periods import PolledPeriods
 from daq.progress import ProgressSink, Watcher
+from daq.reached import Reached
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStopReport
 from daq.showing import Showing, phase_of
@@ -33,7 +34,7 @@ from daq.stroke_terms import SessionVoice, terms_for
 from daq.warmed import Warmed
 from daq.warming import warm_up
 from daq.zero_limits import BEYOND_MM
-from drivers.interfaces import Stand
+from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
 from foundation.errors import BadInput, DeviceFault, NotInCharge
 from protocols.plan import Plan
@@ -120,6 +121,12 @@ class Session:
     def cycles_done(self) -> int:
         """Full cycles of the last attempt at a step."""
         return self._alive.driver.cycles_done if self._alive else 0
+
+    @property
+    def stand(self) -> tuple[Reached, Identity]:
+        """What kind of stand was come to, and who its controller is."""
+        alive = self._need()
+        return alive.reached, alive.identity
 
     def trip_of(self, guard: str, reason: str, *, device_fault: bool = True) -> Trip:
         """Return a trip that comes from no sample."""
@@ -385,6 +392,8 @@ class Session:
                 self._polled.begin()
             self._passes.run_id = where[1]
         alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
+        for change in self._facts.changes:
+            alive.acquisition.say("changed", "{what}: {before} → {now}".format_map(change), **change)
         if step.start_band is not None:
             say_beginning(alive.acquisition, step.start_band)
         for text in expired_today(self._stand):
@@ -468,6 +477,7 @@ class Session:
             self._plan,
             self._stand,
             alive.identity,
+            alive.reached,
             alive.guards,
             self._facts,
             alive.zeroing.zero,

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from daq.as_run import AS_RUN_NAME
+from daq.begun import CHANGES, start_facts
+from daq.changes import file_changes
 from daq.folder import CampaignFolder, CampaignRecord, begin_record
 from daq.metadata import CampaignFacts
 from protocols.plan import Plan
@@ -53,7 +55,9 @@ def begin(plan: Plan, folder: CampaignFolder, facts: CampaignFacts) -> CampaignR
     OSError
         If the disk does not take it.
     """
-    record = _taken(plan, folder, folder.load(), facts.arming, facts.edits)
+    start = start_facts(simulate=facts.started_here, speed=facts.speed)
+    start |= {CHANGES: [dict(one) for one in facts.changes]} if facts.changes else {}
+    record = _taken(plan, folder, folder.load(), {"arming": dict(facts.arming), **start}, facts.edits)
     folder.save(record)
     return record
 
@@ -78,7 +82,7 @@ def take_edits(plan: Plan, folder: CampaignFolder, edits: Mapping[str, Any]) -> 
         As :func:`begin`.
     """
     before = folder.load()
-    record = _taken(plan, folder, before, {}, edits)
+    record = _taken(plan, folder, before, {"arming": {}}, edits)
     if before is not None:
         record = replace(record, status=before.status, reason=before.reason, stopped_by=before.stopped_by)
     folder.save(record)
@@ -89,7 +93,7 @@ def _taken(
     plan: Plan,
     folder: CampaignFolder,
     before: CampaignRecord | None,
-    arming: Mapping[str, Any],
+    facts: Mapping[str, Any],
     edits: Mapping[str, Any],
 ) -> CampaignRecord:
     """Take the files into the folder; return the record with one start more, which is not saved yet."""
@@ -98,8 +102,10 @@ def _taken(
     if taken.kept and before is not None and before.recorded_nothing(folder.path):
         with suppress(FileNotFoundError):
             (folder.path / AS_RUN_NAME).rename(folder.path / taken.kept / AS_RUN_NAME)
-    start: dict[str, Any] = {"at_utc": now, "arming": dict(arming)}
+    start: dict[str, Any] = {"at_utc": now, **facts}
     if taken.edits:
+        settings = [change.as_dict() for change in file_changes(taken.edits)]
+        start[CHANGES] = [*settings, *start.get(CHANGES, ())]
         files = [edit.as_dict() for edit in taken.edits]
         start["edits"] = dict(edits) | {"files": files, "kept": taken.kept}
     return taken.into(begin_record(plan, before, "", folder.path), plan, before).with_start(start)
@@ -109,4 +115,17 @@ def edits_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
     """Return every edit of the campaign's files that a start has taken, oldest first, for the runs."""
     return tuple(
         {"at_utc": start["at_utc"], **start["edits"]} for start in record.starts if start.get("edits")
+    )
+
+
+def changes_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
+    """Return what differed from what the campaign began with, as starts found it, oldest first, for the runs.
+
+    What was edited of steps is left out: a run has its own step, and the edits with their differences.
+    """
+    return tuple(
+        {"at_utc": start["at_utc"], **change}
+        for start in record.starts
+        for change in start.get(CHANGES, ())
+        if ": step[" not in change["what"]
     )

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from drivers.build_sensors import build_sensors as build_sensors  # noqa: PLC0414 - the other half of it
-from drivers.interfaces import Stand
+from drivers.interfaces import Identity, Stand
 from drivers.modbus_link import ModbusLink
 from drivers.modbus_wires import RtuWire, TcpWire, Wire
 from drivers.polling_controller import PollingController
+from drivers.profile import Profile
+from drivers.register_controller import RegisterController
 from drivers.ring_controller import RingController
 from drivers.stand_file import StandFile
 from drivers.writer_notice import NoticeBoard
@@ -33,16 +37,21 @@ def build_controller(
         If its register profile cannot be read.
     """
     settings, profile = stand_file.controller, stand_file.profile()
+    link = _link(stand_file, profile)
+    kind = PollingController if profile.window is None else RingController
+    board = NoticeBoard(link.address, doing)
+    return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s, board=board)
+
+
+def _link(stand_file: StandFile, profile: Profile) -> ModbusLink:
+    settings = stand_file.controller
     line = stand_file.controller_serial()
     wire: Wire = TcpWire(settings.host, settings.port)
     if line is not None:
         wire = RtuWire(line, baud=settings.baud, parity=settings.parity, stop_bits=settings.stop_bits)
-    link = ModbusLink(
+    return ModbusLink(
         wire, device_id=settings.device_id, timeout_s=settings.timeout_s, read_write=profile.read_write
     )
-    kind = PollingController if profile.window is None else RingController
-    board = NoticeBoard(link.address, doing)
-    return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s, board=board)
 
 
 def open_stand(stand_file: StandFile, clock: Clock) -> Stand:
@@ -73,3 +82,30 @@ def open_stand(stand_file: StandFile, clock: Clock) -> Stand:
         stand.close()
         raise
     return stand
+
+
+@dataclass(frozen=True)
+class Look:
+    """Who answers at a controller's address, and whether it says that it is simulated."""
+
+    identity: Identity
+    simulated: bool
+
+
+def look_at_controller(stand_file: StandFile) -> Look:
+    """Return who answers where a stand file leads to; only identity registers are read, and it lets go again.
+
+    Raises
+    ------
+    BadInput
+        If the controller's register profile cannot be read.
+    DeviceFault
+        If nobody answers, or what answers is not what the profile describes.
+    """
+    profile = stand_file.profile()
+    link = _link(stand_file, profile)
+    try:
+        controller = RegisterController(link, profile, timeout_s=stand_file.controller.timeout_s)
+        return Look(controller.identify(), controller.says_simulated())
+    finally:
+        link.close()

@@ -157,7 +157,8 @@ class SensorFault:
 class StreamFacts:
     """What a stream is made of, for scaling now and for the run file.
 
-    ``clock`` is ``device`` (own time stamps) or ``host`` (stamped at reception).
+    ``clock`` is ``device`` (own time stamps) or ``host`` (stamped at reception). ``simulated`` where the
+    device is known to be a simulated one: over a wire a sensor cannot say so.
     """
 
     name: str
@@ -165,6 +166,7 @@ class StreamFacts:
     channels: tuple[Channel, ...]
     rate_Hz: float
     device: str
+    simulated: bool = False
 
 
 class Controller(Protocol):
@@ -194,6 +196,10 @@ class Controller(Protocol):
 
     def status(self) -> ControllerStatus:
         """Get one consistent snapshot."""
+        ...
+
+    def says_simulated(self) -> bool:
+        """Return whether the controller says of itself that it is a simulated one; nothing is written."""
         ...
 
     def other_writer(self) -> int | None:

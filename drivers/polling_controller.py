@@ -265,6 +265,16 @@ class PollingController:
         """
         return self._bus.call(self._inner.status)
 
+    def says_simulated(self) -> bool:
+        """Return whether the controller says of itself that it is a simulated one.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._bus.call(self._inner.says_simulated)
+
     def other_writer(self) -> int | None:
         """Return the number of another program that may give commands; 0 for none, None without a lock.
 

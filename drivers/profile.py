@@ -82,8 +82,13 @@ POLLED_REGISTERS: Mapping[str, str] = {
 }
 """Registers that a controller without a ring must have: ``raw_…`` are the counts of each channel."""
 
+SIMULATED = "simulated"
+"""Register by which a simulated controller says that it is one."""
+SIMULATED_SIGN = 0x5349
+"""What it holds then (“SI”). Whatever else is there is a real controller's: 1 could be anything."""
+
 OPTIONAL_REGISTERS: Mapping[str, str] = {
-    **dict.fromkeys((*_OPTIONAL, "sample_rate", "tick"), "r"),
+    **dict.fromkeys((*_OPTIONAL, "sample_rate", "tick", SIMULATED), "r"),
     **dict.fromkeys(("request_number", "writer"), "rw"),
 }
 """Registers that a controller may have."""

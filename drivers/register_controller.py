@@ -17,8 +17,8 @@ from drivers.interfaces import (
     WireLost,
     WriterSeen,
 )
-from drivers.modbus_link import ModbusLink
-from drivers.profile import IDENTITY, Profile
+from drivers.modbus_link import ModbusLink, ModbusRefusal
+from drivers.profile import IDENTITY, SIMULATED, SIMULATED_SIGN, Profile
 from drivers.register_panel import RegisterPanel
 from drivers.ring_identity import find_mismatch
 from drivers.writer_lock import WriterLock
@@ -92,6 +92,25 @@ class RegisterController:
             profile=f"{facts.id} edition {facts.edition}{shown} sha256 {self._profile.hash}",
             sample_rate_Hz=rate_Hz,
         )
+
+    def says_simulated(self) -> bool:
+        """Return whether the controller says of itself that it is a simulated one; nothing is written.
+
+        A controller that has no such register, or refuses to show it, is a real one.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        if not self._profile.has(SIMULATED):
+            return False
+        window = self._profile.span((SIMULATED,))
+        try:
+            words = self._link.read(window.address, window.words, "simulated or not", table=window.table)
+        except ModbusRefusal:
+            return False
+        return window.decode(words)[SIMULATED] == SIMULATED_SIGN
 
     def status(self) -> ControllerStatus:
         """Get one consistent snapshot (one transaction).

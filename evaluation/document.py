@@ -13,6 +13,7 @@ import numpy as np
 from evaluation.budget_lines import budget_entry
 from evaluation.conformity import candidate_of, decide_purposes
 from evaluation.evidence import comparison_entries, evidence_entry, plain
+from evaluation.grouping import mixture
 from evaluation.history import RunHistory, across_entries
 from evaluation.record import Record
 from evaluation.requirements.limit_set import LimitSet
@@ -112,7 +113,9 @@ def assemble(
 
 
 def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
-    """Return ``trends``, ``temperature_comparisons``, ``before_after`` and ``proof_load_totals``.
+    """Return what runs say together: trends, comparisons, totals, and ``warnings`` of them as a set.
+
+    Simulated and real runs are never points of one trend, nor held against each other.
 
     Each step of a run is a point; one whose means are of spoiled cycles is none (the run's warnings say so).
     """
@@ -121,6 +124,7 @@ def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
         "trends": [_trend(trend) for trend in find_trends(points)],
         "temperature_comparisons": comparison_entries(points),
         **across_entries(runs, points),
+        "warnings": list(mixture(runs)),
     }
 
 
@@ -171,6 +175,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
             "kind": facts.kind,
             "specimen": dict(facts.specimen),
             "purpose": facts.purpose,
+            "simulated": facts.simulated,
         }
         | ({} if facts.zero is None else {"zero": dict(facts.zero)}),
         "cycles": [_cycle(result) for result in run.cycles],

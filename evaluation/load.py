@@ -29,6 +29,7 @@ from foundation.purpose import Purpose
 from foundation.units import to_inside
 from recording.run import STROKES, Run, Series
 from recording.runfile import opened_run
+from recording.simulated import simulated_of
 
 _EMPTY: FloatArray = np.zeros(0)
 _LOOKED_AT = 4096
@@ -282,6 +283,7 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         force_identity=identity_of(channels["force"], occasion) if "force" in channels else None,
         stroke_identities=tuple(identity_of(wire, occasion) for wire in there),
         stand=occasion.stand,
+        simulated=simulated_of(run.metadata),
         speed_uncertainty=_stated(channels["speed"]) if "speed" in channels else None,
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         force_limit_kN=_stand_limit(run, "force_max_kN"),

@@ -58,6 +58,8 @@ class RunFacts:
     """Whose errors those of the force channel are; None: nothing is known but what it states."""
     stroke_identities: tuple[ChannelIdentity, ...] = ()
     """One entry a draw wire, as ``stroke_uncertainty``; empty: nothing is known."""
+    simulated: bool | None = None
+    """Whether it was made on a simulated stand; None where the record does not tell (an import)."""
     stand: str = ""
     """Id of the stand; empty where the record names none."""
     force_limit_kN: float | None = None

@@ -13,7 +13,7 @@ import numpy as np
 from evaluation.across_runs.combine import Figure, Figures
 from evaluation.across_runs.runs import assumption, basis_of
 from evaluation.across_runs.shared import Owed
-from evaluation.grouping import grouped
+from evaluation.grouping import grouped, specimen_of
 from evaluation.mean_loop import MeanLoop
 from evaluation.quantities import is_two_sided
 from evaluation.results import RunEvaluation
@@ -168,7 +168,7 @@ def _temperature(run: RunEvaluation) -> float:
 
 
 def _same_step(one: RunEvaluation, two: RunEvaluation) -> bool:
-    if one.facts.kind != two.facts.kind or _specimen(one) != _specimen(two):
+    if one.facts.kind != two.facts.kind or specimen_of(one) != specimen_of(two):
         return False
     a, b = _loop(one).means, _loop(two).means
 

@@ -15,7 +15,7 @@ import numpy as np
 from evaluation.across_runs.identity import Basis
 from evaluation.across_runs.line import coverage_factor, fit_line
 from evaluation.across_runs.runs import assumption, basis_of, figure_of
-from evaluation.grouping import grouped
+from evaluation.grouping import grouped, specimen_of
 from evaluation.quantities import is_two_sided
 from evaluation.record import FloatArray
 from evaluation.results import Expanded, RunEvaluation, Trend
@@ -42,7 +42,7 @@ _NAMES: dict[TrendQuantity, str] = {
 
 
 def find_trends(runs: Sequence[RunEvaluation]) -> tuple[Trend, ...]:
-    """Return every trend that a set of runs shows, one specimen at a time.
+    """Return every trend that a set of runs shows, one specimen at a time, simulated runs apart.
 
     Damping and tangent stiffness over frequency at constant prestress and amplitude; tangent stiffness also
     at constant prestress alone, where the amplitude varies with the frequency (Fig. 8b), with a warning.
@@ -58,8 +58,8 @@ def find_trends(runs: Sequence[RunEvaluation]) -> tuple[Trend, ...]:
     """
     harmonic = [r for r in runs if r.facts.kind == "harmonic" and _value(r, "frequency_Hz") is not None]
     trends = []
-    for specimen in dict.fromkeys(_specimen(r) for r in harmonic):
-        own = [r for r in harmonic if _specimen(r) == specimen]
+    for specimen in dict.fromkeys(specimen_of(r) for r in harmonic):
+        own = [r for r in harmonic if specimen_of(r) == specimen]
         for prestressed in grouped(own, _same_prestress):
             by_amplitude = grouped(prestressed, _same_amplitude)
             for group in by_amplitude:
@@ -68,10 +68,6 @@ def find_trends(runs: Sequence[RunEvaluation]) -> tuple[Trend, ...]:
                 trend = _trend("tangent_stiffness", prestressed, constant=False)
                 trends += [trend] if trend is not None else []
     return tuple(trends)
-
-
-def _specimen(run: RunEvaluation) -> str:
-    return str(run.facts.specimen.get("id", ""))
 
 
 def _value(run: RunEvaluation, name: str) -> float | None:

@@ -13,6 +13,7 @@ from foundation.errors import BadInput
 from recording.journal_file import JOURNAL_SUFFIX
 from recording.runfile import read_metadata
 from recording.seal import DAMAGED_SUFFIX, RUN_SUFFIX
+from recording.simulated import simulated_of
 from recording.walk import files_below, is_there
 
 
@@ -20,6 +21,7 @@ from recording.walk import files_below, is_there
 class RunFacts:
     """Key facts of a run file; ``problem`` says why there are none, where the file cannot be read.
 
+    ``simulated`` is None where nothing tells (:mod:`recording.simulated`).
     Prestress, amplitude (half the range) and frequency are those planned, None where the step has none.
     """
 
@@ -37,6 +39,7 @@ class RunFacts:
     campaign: str | None = None
     operator: str | None = None
     problem: str | None = None
+    simulated: bool | None = None
 
 
 def run_files(paths: Iterable[Path]) -> list[Path]:
@@ -133,6 +136,7 @@ def facts_of(path: Path) -> RunFacts:
         sha256=str(document["content_sha256"]),
         campaign=_text(run.get("campaign")),
         operator=_text(run.get("operator")),
+        simulated=simulated_of(document),
     )
 
 

@@ -16,7 +16,9 @@ from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum, defa
 from recording.catalogue import RunFacts, facts_of, run_files
 from recording.query import Field
 
-FILE_NAME = "runs-2.sqlite"
+FILE_NAME = "runs-3.sqlite"
+YES_OR_NO = {True: "yes", False: "no"}
+"""In which words it is asked whether a run was made on a simulated stand."""
 PLANNED = ("prestress_mm", "amplitude_mm", "frequency_Hz")
 RECORDED: Mapping[str, Field] = {
     "id": Field("id", "text"),
@@ -28,6 +30,7 @@ RECORDED: Mapping[str, Field] = {
     "step": Field("step", "text"),
     "date": Field("started_utc", "date"),
     "started_utc": Field("started_utc", "date"),
+    "simulated": Field("simulated", "text"),
     "path": Field("path", "text"),
     "sha256": Field("sha256", "text"),
     **{name: Field(name, "number") for name in PLANNED},
@@ -87,6 +90,7 @@ def recorded_facts(run: RunFacts) -> dict[str, Any]:
         "campaign": run.campaign,
         "operator": run.operator,
         "step": run.step or None,
+        "simulated": None if run.simulated is None else YES_OR_NO[run.simulated],
         "started_utc": run.started_utc,
         "path": readable(run.path),
         "sha256": run.sha256,

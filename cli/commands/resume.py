@@ -20,37 +20,50 @@ if TYPE_CHECKING:
 @click.option(
     "--simulate",
     is_flag=True,
-    help="On a simulated stand, started for this campaign; the spring in it is the specimen file's model.",
+    help="As the campaign was begun: one begun with it goes on so by itself, one begun without it never.",
 )
 @click.option(
     "--speed",
     type=FiniteRange(min=0.01, max=100.0),
-    default=1.0,
-    help="Stand time in multiples of real time, for a simulated stand (default 1).",
+    default=None,
+    help="Stand time in multiples of real time, for a simulated stand (default: as it was begun).",
 )
 @monitor_option
 @yes_move_option("specimen")
 @edits_options
+@click.option(
+    "--accept-controller",
+    metavar="SERIAL",
+    help="Go on with another controller, which has this serial number, without asking.",
+)
 def command(
     folder: Path,
     simulate: bool,
-    speed: float,
+    speed: float | None,
     monitor: Address | None,
     yes_move: str | None,
     *,
     take_edits: bool,
     keep: bool,
+    accept_controller: str | None,
 ) -> int:
     """Go on with a stopped, crashed or too hot campaign; DIR is its folder.
 
     Steps that are complete are not repeated. After a temperature stop the specimen must have cooled to the
     resume temperature of the campaign file. If the campaign's files were edited since they were taken, it
-    shows the differences and asks whether to go on with them.
+    shows the differences and asks whether to go on with them; a limit that was made looser needs a campaign
+    of its own.
+
+    It goes on as it was begun: with --simulate, or on the stand at the stand file's addresses. What is
+    another than at the start before (controller, its profile, this software) is shown, asked about at a
+    terminal, and recorded. A controller with another serial number needs an answer or --accept-controller.
     """
+    from cli.as_begun import accepted_changes, accepted_serial, going_on_simulated
     from cli.commands.plan import show_what_is_learned
     from cli.commands.run import finish, nothing_left
     from cli.edits import going_on, taken_without_a_start
-    from cli.running import consent_to_move, perform
+    from cli.running import consent_to_move, perform, waits
+    from daq.begun import begun
     from daq.folder import load_record
     from daq.starting import left_to_do
 
@@ -65,18 +78,29 @@ def command(
     going = going_on(folder, record, choice)
     if record.status == "complete" and not left_to_do(going.prepared.plan, record, folder):
         return nothing_left(taken_without_a_start(going, folder) or record, folder)
+    simulate, pace = going_on_simulated(record, folder, simulate=simulate, speed=speed)
     show_what_is_learned(going.prepared.plan, folder, record)
     consent = consent_to_move(
-        going.prepared, folder, record, simulate=simulate, speed=speed, yes_move=yes_move
+        going.prepared, folder, record, simulate=simulate, speed=pace, yes_move=yes_move
+    )
+    changes = accepted_changes(
+        going.prepared,
+        begun(record, folder),
+        simulate=simulate,
+        served=not simulate and waits(going.prepared),
+        consent=consent,
+        accept=accept_controller,
     )
     outcome = perform(
         going.prepared,
         folder,
         simulate=simulate,
-        speed=speed,
+        speed=pace,
         monitor=monitor,
         consent=consent,
         edits=going.edits,
         awaits_stand=True,
+        changes=changes,
+        accepted_serial=accepted_serial(changes),
     )
     return finish(outcome, folder)

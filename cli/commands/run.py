@@ -42,7 +42,9 @@ def command(
 ) -> int:
     """Run a campaign with live progress; record one HDF5 file a run.
 
-    On a real stand it shows what will move and asks for the specimen's id first.
+    On a real stand it shows what will move and asks for the specimen's id first. What is begun with
+    --simulate is a rehearsal: its runs say that they are simulated, and resume goes on with it on a simulated
+    stand only.
 
     With --simulate the true spring is the model of the campaign's specimen file, not [simulation] model of
     the stand file, which is for a stand that is served on its own. For a spring that is not as its model says

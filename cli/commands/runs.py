@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     Found = tuple[RunFacts, Mapping[str, Any]]
 
 
+_STANDS = {True: "simulated", False: "real", None: "—"}
+
+
 @click.command(
     "runs",
     epilog="Example:  bufferstand runs archive --where 'prestress == 50 and damping < 0.4'",
@@ -155,9 +158,10 @@ def _document(
         "runs": [
             {
                 **{name: facts.get(name) for name in (*recorded, *asked)},
+                "simulated": run.simulated,
                 **({"part": facts["part"]} if "part" in facts else {}),
             }
-            for _, facts in found
+            for run, facts in found
         ],
         "problems": [
             {"path": readable(run.path), "problem": run.problem} for run in listed if run.problem is not None
@@ -172,6 +176,7 @@ def _show(path: Path, found: Sequence[Found], asked: Sequence[str]) -> None:
             ("kind", "left"),
             ("status", "left"),
             ("started (UTC)", "left"),
+            ("stand", "left"),
             ("specimen", "left"),
             ("step", "left"),
             ("prestress mm", "right"),
@@ -186,6 +191,7 @@ def _show(path: Path, found: Sequence[Found], asked: Sequence[str]) -> None:
                 run.kind,
                 run.status,
                 (run.started_utc or "—")[:19].replace("T", " "),
+                _STANDS[run.simulated],
                 run.specimen_id or "—",
                 run.step or "—",
                 figure(run.prestress_mm, 1),

@@ -78,6 +78,7 @@ def campaign_section(record: CampaignRecord, folder: Path) -> dict[str, Any]:
         "folder": folder.name,
         "operator": head.get("operator", ""),
         "customer": head.get("customer", ""),
+        "simulated": record.simulated,
         "specimen": {name: specimen.get(name) for name in ("id", "kind", "category", "elastic_system")},
         "status": record.status,
         "reason": record.reason,

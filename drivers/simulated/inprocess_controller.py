@@ -95,6 +95,7 @@ class InProcessController:
             stand_file.controller.channel,
             RATE_HZ,
             f"{self._identity.device}, {self._identity.address}",
+            simulated=True,
         )
 
     def connect(self) -> Identity:
@@ -157,6 +158,10 @@ class InProcessController:
         """
         with self._link.asking():
             return self._with_faults(self._shown(self._device.controller))
+
+    def says_simulated(self) -> bool:
+        """Return that it is a simulated one."""
+        return True
 
     def other_writer(self) -> None:
         """Return nothing: in process there is no second program, and no lock."""

@@ -59,7 +59,12 @@ class InProcessAmplifier:
         self._lost = self._resyncs = 0
         self._silent = False
         self.facts = StreamFacts(
-            "amplifier", "host", (amplifier.channel,), amplifier.rate_Hz, "simulated amplifier, in process"
+            "amplifier",
+            "host",
+            (amplifier.channel,),
+            amplifier.rate_Hz,
+            "simulated amplifier, in process",
+            simulated=True,
         )
 
     def start(self) -> None:
@@ -166,7 +171,12 @@ class InProcessThermometer:
         settings = thermometer.settings
         self._name = settings.name
         self.facts = StreamFacts(
-            settings.name, "host", (settings.channel(),), 1.0 / period_s, f"DS18B20 {settings.rom}, simulated"
+            settings.name,
+            "host",
+            (settings.channel(),),
+            1.0 / period_s,
+            f"DS18B20 {settings.rom}, simulated",
+            simulated=True,
         )
 
     def start(self) -> None:

@@ -22,6 +22,8 @@ from drivers.profile import (
     POLLED_REGISTERS,
     RING_REGISTERS,
     SAMPLED,
+    SIMULATED,
+    SIMULATED_SIGN,
     STATUS,
     Profile,
     Register,
@@ -92,6 +94,7 @@ class RegisterBank:
         for name, value in (
             ("serial", device.settings.seed),
             ("sample_rate", RATE_HZ),
+            (SIMULATED, SIMULATED_SIGN),
             ("force_limit", controller.force_limit_kN),
             ("stroke_limit", controller.stroke_limit_mm),
         ):

@@ -8,7 +8,7 @@ from typing import Any
 
 from evaluation.across_runs.runs import assumption, basis_of
 from evaluation.differences import Value, difference
-from evaluation.grouping import grouped
+from evaluation.grouping import grouped, specimen_of
 from evaluation.results import RunEvaluation
 from evaluation.thermal_comparison import SAME_AMPLITUDE, SAME_FREQUENCY, SAME_SPEED, SAME_STROKE_MM
 
@@ -51,10 +51,10 @@ def _before_after(points: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
         and p.facts.started is not None
         and _specimen(p)
     ]
-    usable.sort(key=lambda p: (_specimen(p), p.facts.kind, _started_s(p), p.facts.id))
+    usable.sort(key=lambda p: (specimen_of(p), p.facts.kind, _started_s(p), p.facts.id))
     found = []
     # Only runs of one specimen are held against each other: an archive has many of them.
-    of_specimens = groupby(usable, key=lambda p: (_specimen(p), p.facts.kind))
+    of_specimens = groupby(usable, key=lambda p: (specimen_of(p), p.facts.kind))
     for ordered in (group for _, own in of_specimens for group in grouped(list(own), _same_step)):
         first, *later = ordered
         if len({_started_s(p) for p in ordered}) > 1:
@@ -151,8 +151,8 @@ def _proof_loads(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
     """Return the complete load cycles of each proof load of each specimen, over all runs."""
     proof = [r for r in runs if r.facts.kind == "proof" and r.facts.proof_load and _specimen(r)]
 
-    def key(run: RunEvaluation) -> tuple[str, str]:
-        return _specimen(run), str(run.facts.proof_load)
+    def key(run: RunEvaluation) -> tuple[tuple[str, bool], str]:
+        return specimen_of(run), str(run.facts.proof_load)
 
     return [
         {
@@ -161,7 +161,7 @@ def _proof_loads(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
             "load_cycles": sum(each["load_cycles"] for each in own),
             "runs": own,
         }
-        for (specimen, load), group in groupby(sorted(proof, key=key), key=key)
+        for ((specimen, _), load), group in groupby(sorted(proof, key=key), key=key)
         for own in [
             [
                 {

@@ -28,7 +28,7 @@ from evaluation.report.identification import (
     laboratory,
     operator,
     overdue,
-    simulated,
+    simulated_notice,
 )
 from evaluation.report.modelled import model_section
 from evaluation.report.plausibility import plausibility_section, spoiled_notice
@@ -112,8 +112,7 @@ def _subtitle(source: Source) -> str:
 def notices_of(source: Source) -> tuple[str, ...]:
     """Return what must be seen before anything else."""
     notices = list(amendment_notice(source))
-    if simulated(source):
-        notices.append("Simulated stand: nothing in this report was measured on a specimen.")
+    notices += simulated_notice(source)
     notices += spoiled_notice(source)
     notices += [f"Run {run.number} {run.status}: {run.reason}." for run in source.runs if run.ended_early]
     if others := [run.number for run in source.runs if not_as_required(run)]:

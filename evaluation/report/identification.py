@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from datetime import date
 
-from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table
+from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Tone
 from evaluation.report.numbers import fixed, moment_text, significant, usable
 from evaluation.report.source import NOT_RECORDED, Source, runs_text
 
+_NOT_USED = "not used (simulated)"
+"""Instead of whether a calibration was valid on the day: it is the stand file's, and nobody used it."""
 _IDENTITY = ("device", "serial", "firmware", "profile")
 _TO_BE_GIVEN = "not given: add it to report.toml beside the runs"
+_SIMULATED = " (simulated)"
 _SPECIMEN = (
     ("Identification", "id"),
     ("Kind", "kind"),
@@ -57,25 +60,36 @@ def _first(source: Source, *paths: tuple[str, ...]) -> str:
 
 
 def stand_text(source: Source) -> Cell:
-    """Return the stand's name and id as the runs have them."""
+    """Return the stand's name and id as the runs have them, and whether it was only simulated."""
     names = {
         " · ".join(
             str(part)
             for part in (run.fact("stand", "stand", "name"), run.fact("stand", "stand", "id"))
             if part
         )
+        + (_SIMULATED if run.simulated else "")
         for run in source.runs
-    } - {""}
+    } - {"", _SIMULATED}
     return given("; ".join(sorted(names)), NOT_RECORDED)
 
 
-def simulated(source: Source) -> bool:
-    """Say whether any run was made on a simulated stand: nothing of it was measured on a specimen."""
-    return any(
-        "simulat" in str(run.fact("stand", *path)).lower()
-        for run in source.runs
-        for path in (("identity",), ("stand", "id"), ("stand", "name"))
+def simulated_notice(source: Source) -> tuple[str, ...]:
+    """Return what is said of runs on a simulated stand: nothing of them was measured on a specimen."""
+    made = [run.number for run in source.runs if run.simulated]
+    if not made:
+        return ()
+    unused = (
+        "Serial numbers and calibrations of a simulated run are those of the stand file: no such instrument "
+        "was used."
     )
+    if len(made) == len(source.runs):
+        return (f"Simulated stand: nothing in this report was measured on a specimen. {unused}",)
+    mixed = (
+        f"Simulated stand in {runs_text(made)}: nothing of them was measured on a specimen; the other runs "
+        "of this report were not made on a simulated stand, and simulated and real runs are in no trend or "
+        f"comparison together. {unused}"
+    )
+    return (mixed,)
 
 
 def test_dates(source: Source) -> Cell:
@@ -192,7 +206,8 @@ def _identity(source: Source) -> Cell:
     for run in source.runs:
         identity = run.fact("stand", "identity")
         if isinstance(identity, Mapping):
-            found[", ".join(f"{key} {identity[key]}" for key in _IDENTITY if identity.get(key))] = None
+            text = ", ".join(f"{key} {identity[key]}" for key in _IDENTITY if identity.get(key))
+            found[text + (_SIMULATED if run.simulated else "")] = None
         elif identity:
             found[str(identity)] = None
     return given("; ".join(found), NOT_RECORDED)
@@ -206,9 +221,9 @@ def calibrations(source: Source) -> Section:
             for channel in stream.get("channels") or []:
                 if channel.get("quantity") in {"command", "position"}:
                     continue
-                rows.setdefault(
-                    _calibration_key(channel, run.started.date() if run.started else None), []
-                ).append(run.number)
+                day = run.started.date() if run.started else None
+                key = _calibration_key(channel, day, used=not run.simulated)
+                rows.setdefault(key, []).append(run.number)
     table = Table(
         "Calibrations of the measuring channels",
         (
@@ -229,13 +244,14 @@ def calibrations(source: Source) -> Section:
     return Section("calibrations", "Calibrations", (table,))
 
 
-def _calibration_key(channel: Mapping[str, object], day: date | None) -> tuple[str, ...]:
+def _calibration_key(channel: Mapping[str, object], day: date | None, *, used: bool) -> tuple[str, ...]:
     calibration = channel.get("calibration") or {}
     uncertainty = channel.get("uncertainty") or {}
     assert isinstance(calibration, Mapping)
     assert isinstance(uncertainty, Mapping)
     due = str(calibration.get("valid_until") or "")
     state = "" if not due or day is None else ("valid" if day.isoformat() <= due else "overdue")
+    state = state if used else _NOT_USED
     delay = usable(channel.get("delay_s"))
     accuracy = usable(uncertainty.get("accuracy_percent"))
     return (
@@ -253,9 +269,9 @@ def _calibration_key(channel: Mapping[str, object], day: date | None) -> tuple[s
 
 def _calibration_row(key: tuple[str, ...], numbers: list[int]) -> tuple[Cell, ...]:
     name, place, calibration, certificate, made, due, state, delay, accuracy = key
-    tone = {"valid": "good", "overdue": "bad"}.get(state, "text")
+    tones: Mapping[str, Tone] = {"valid": "good", "overdue": "bad", _NOT_USED: "open"}
     verdict = (
-        Cell(state, "good" if tone == "good" else "bad")
+        Cell(state, tones[state])
         if state
         else Cell(DASH, "missing", "no due date or no date of the test on record")
     )

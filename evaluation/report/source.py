@@ -14,6 +14,7 @@ from evaluation.report.fields import ReportFields
 from evaluation.report.numbers import moment_of, usable
 from evaluation.requirements.limit_set import LimitSet
 from evaluation.results import Extreme
+from recording.simulated import simulated_of
 
 if TYPE_CHECKING:  # that module answers to the runs defined here
     from evaluation.report.modelled import Modelled
@@ -94,6 +95,11 @@ class ReportRun:
     def status(self) -> str:
         """How the run ended."""
         return str(self.metadata["run"]["status"])
+
+    @property
+    def simulated(self) -> bool | None:
+        """Whether it was made on a simulated stand; None where its record does not tell."""
+        return simulated_of(self.metadata)
 
     @property
     def ended_early(self) -> bool:

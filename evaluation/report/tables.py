@@ -105,7 +105,7 @@ def _done(run: ReportRun) -> tuple[Cell, ...]:
     started = moment_text(run.metadata["run"].get("started_utc"))
     complete = sum(bool(cycle.get("complete")) for cycle in run.cycles)
     step = run.fact("step", "name") or run.metadata["run"].get("step_index")
-    ended = run.status
+    ended = f"{run.status} (simulated)" if run.simulated else run.status
     return (
         Cell(str(run.number), "number"),
         Cell(run.id, "code"),
@@ -116,7 +116,7 @@ def _done(run: ReportRun) -> tuple[Cell, ...]:
         if run.record is None
         else Cell(duration_text(run.duration_s), "number"),
         Cell(f"{complete} / {sum(len(part.cycles_used) for part in run.parts)}", "number"),
-        Cell(ended, "bad" if ended in {"failed", "stopped"} else "text"),
+        Cell(ended, "bad" if run.ended_early else "text"),
     )
 
 

@@ -21,7 +21,7 @@ from daq.starting import begin, left_to_do
 from foundation.errors import BadInput
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
-FACTS = CampaignFacts(stand={}, watchdog_s=2.0)
+FACTS = CampaignFacts(stand={}, watchdog_s=2.0, started_here=True)
 STEP = """
 [[step]]
 kind = "harmonic"
@@ -90,7 +90,9 @@ def test_unedited_files_are_not_asked_about(tmp_path: Path, capsys: pytest.Captu
     assert lab.left(going) == ["two"]
     assert capsys.readouterr().err == ""
     record = lab.start(going)
-    assert [sorted(start) for start in record.starts] == [["arming", "at_utc"]] * 2
+    assert [sorted(start) for start in record.starts] == [
+        ["arming", "at_utc", "simulate", "simulated", "software", "speed"]
+    ] * 2
     assert not (lab.out / "inputs-before").exists()
 
 
@@ -432,3 +434,26 @@ def test_edits_are_what_differs_and_nothing_else(before: dict[str, str], now: di
         else:
             assert before[place] == now[place]
     assert edits_between(now, now) == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("watchdog_s = 2.0", "watchdog_s = 1.5", "controller.watchdog_s 2 → 1.5 (stricter)"),
+        ("watchdog_s = 2.0", "watchdog_s = 10.0", "controller.watchdog_s 2 → 10 (LOOSER)"),
+        ('role = "specimen"', 'role = "ambient"', "thermometers on the specimen {n} → {fewer} (LOOSER)"),
+    ],
+)
+def test_guards_of_the_stand_file_are_limits_too_and_a_looser_one_never_counts(
+    tmp_path: Path, old: str, new: str, said: str
+) -> None:
+    lab = Lab(tmp_path)
+    stand = lab.campaign.with_name("stand.toml")
+    sensors = stand.read_text().count('role = "specimen"')
+    stand.write_text(stand.read_text().replace(old, new, 1))
+    told = said.format(n=sensors, fewer=sensors - 1)
+    refused, taken = ("keep", "take") if told.endswith("(stricter)") else ("take", "keep")
+    with pytest.raises(BadInput) as why:
+        lab.resume(refused)  # type: ignore[arg-type]
+    assert told in str(why.value)
+    assert lab.left(lab.resume(taken)) == ["two"]  # type: ignore[arg-type]

@@ -86,9 +86,12 @@ def test_a_limit_that_was_edited_is_taken_and_is_what_the_next_edit_differs_from
     assert record.status == "complete"
     assert record.starts[-1]["edits"]["how"] == "--take-edits"
     assert "force_max_kN = 580.0" in (lab.out / "inputs/edited.toml").read_text()
-    lab.edit("580.0", "590.0")
+    lab.edit("580.0", "570.0")
     assert _resume(lab.out, "--take-edits") == 0
-    assert "limit: force_max_kN 580 → 590 (LOOSER)" in capsys.readouterr().err
+    assert "limit: force_max_kN 580 → 570 (stricter)" in capsys.readouterr().err
+    lab.edit("570.0", "590.0")
+    with pytest.raises(BadInput, match=r"never counts within a campaign: force_max_kN 570 → 590 \(LOOSER\)"):
+        _resume(lab.out, "--take-edits")
 
 
 def test_a_comment_is_taken_and_recorded_too(lab: Lab, capsys: pytest.CaptureFixture[str]) -> None:

@@ -262,6 +262,11 @@ class FakeController:
             self.mm,
         )
 
+    simulated = False
+
+    def says_simulated(self) -> bool:
+        return self.simulated
+
     def other_writer(self) -> int | None:
         self._wire("other_writer")
         return self.orders.writer

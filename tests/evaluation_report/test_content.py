@@ -298,7 +298,7 @@ def test_a_simulated_stand_is_said_before_anything_else(report: Made) -> None:
     metadata = copy.deepcopy(dict(report.source.runs[0].metadata))
     metadata["stand"]["stand"]["name"] = "Simulated servo-hydraulic stand"
     content = build_content(with_run(report.source, 1, metadata=metadata))
-    assert content.notices[0].startswith("Simulated stand: nothing in this report was measured")
+    assert content.notices[0].startswith("Simulated stand in run 1: nothing of them was measured")
     assert not any("Simulated" in notice for notice in report.content.notices)
 
 
@@ -427,3 +427,40 @@ def test_forces_that_were_not_met_stand_in_the_report(report: Made) -> None:
     ]
     assert [row[-1].tone for row in table.rows] == ["text", "bad"]
     assert not [one for one in tables(report.content) if one.title == "Forces asked and reached"]
+
+
+def stated(source: Source, *, simulated: bool, name: str) -> Source:
+    """Return the same runs with the fact stated, on a stand of that name."""
+    for run in source.runs:
+        metadata = copy.deepcopy(dict(run.metadata))
+        metadata["run"]["simulated"] = simulated
+        metadata["stand"]["stand"]["name"] = name
+        source = with_run(source, run.number, metadata=metadata)
+    return source
+
+
+def test_a_simulated_stand_of_any_name_passes_no_certificate_off_as_used(report: Made) -> None:
+    content = build_content(stated(report.source, simulated=True, name="hall-3"))
+    assert content.notices[0].startswith(
+        "Simulated stand: nothing in this report was measured on a specimen."
+    )
+    assert (
+        "calibrations of a simulated run are those of the stand file: no such instrument was used"
+        in (content.notices[0])
+    )
+    (table,) = [t for t in tables(content) if t.title.startswith("Calibrations")]
+    assert {row[6].text for row in table.rows} == {"not used (simulated)"}
+    assert "was overdue" not in everything(content)
+    assert "hall-3" in everything(content)
+    head = dict(content.head.facts)
+    assert head["Test stand"].text.endswith("(simulated)")
+    (runs,) = [t for t in tables(content) if t.title == "What was run"]
+    assert all(row[-1].text.endswith("(simulated)") for row in runs.rows)
+
+
+def test_a_real_stand_that_is_called_a_simulation_stand_gets_no_notice(report: Made) -> None:
+    name = "Simulationsprüfstand 2"
+    content = build_content(stated(report.source, simulated=False, name=name))
+    assert not any("imulated" in notice for notice in content.notices)
+    assert name in everything(content)
+    assert "(simulated)" not in everything(content)

@@ -132,3 +132,5 @@ def test_from_a_refused_start_through_an_edit_to_the_end(tmp_path: Path) -> None
     assert kept.read_text() == HEAD + steps
     last = open_run(out / record["steps"][-1]["runs"][0])
     assert last.metadata["arming"]["how"] == "--yes-move"
+    run = last.metadata["run"]
+    assert (run["simulated"], run["simulated_by"]) == (True, "the controller says so itself")

@@ -82,9 +82,10 @@ function draw(at) {
 const show = {
   campaign(c) {
     put("title", c.title);
+    $("simulated").hidden = c.simulated !== true;
     const specimen = [c.specimen.kind, c.specimen.category && `category ${c.specimen.category}`].filter(Boolean).join(", ");
     put("subtitle", [`specimen ${c.specimen.id}`, specimen, c.operator && `operator ${c.operator}`, c.folder].filter(Boolean).join(" · "));
-    document.title = `${c.status}: ${c.title}`;
+    document.title = `${c.simulated === true ? "SIMULATED " : ""}${c.status}: ${c.title}`;
     head();
   },
   source(s) {

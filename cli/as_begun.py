@@ -1,0 +1,191 @@
+"""``resume`` goes on as the campaign was begun: on the same kind of stand, and with what has changed said.
+
+What differs in the campaign's files is shown before anything is connected (:mod:`cli.edits`). Controller and
+software come after the consent to move: until then no device is touched. All that is done here reads only.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from cli.arming import Consent, is_terminal, typed_line, user_name
+from cli.campaigns import Prepared
+from daq.begun import Begun, begun, software_version
+from daq.changes import SERIAL, Change, controller_changes, software_changes
+from daq.folder import CampaignRecord
+from daq.reached import OWN_WORD, REAL, WAITS, Reached, mixing
+from drivers.connect import Look, look_at_controller
+from foundation.errors import BadInput, DeviceFault
+
+OPTION = "--accept-controller"
+
+
+def going_on_simulated(
+    record: CampaignRecord, folder: Path, *, simulate: bool, speed: float | None
+) -> tuple[bool, float]:
+    """Return whether a campaign goes on on a stand that the program starts, and how fast; say why.
+
+    Parameters
+    ----------
+    record, folder
+        The campaign.
+    simulate, speed
+        What the options say; None: no speed was given.
+
+    Raises
+    ------
+    BadInput
+        If it was begun on the stand that its stand file leads to and is to go on on a simulated one.
+    """
+    known = begun(record, folder)
+    if known.simulate is None:
+        return simulate, speed or 1.0
+    if known.simulate:
+        speed = known.speed if speed is None else speed
+        if not simulate:
+            click.echo(
+                "this campaign was begun with --simulate: it goes on on a simulated stand, at "
+                f"{speed:g} times real time; the real stand is not touched",
+                err=True,
+            )
+        return True, speed
+    if simulate and not record.recorded_nothing(folder):
+        raise BadInput(
+            "this campaign was begun on the stand that its stand file leads to, and goes on there only: real "
+            "and simulated runs never come into one folder",
+            file="--simulate",
+            remedy="resume without it, or rehearse in another folder: bufferstand run … --simulate --out",
+        )
+    return simulate, speed or 1.0
+
+
+def accepted_changes(
+    prepared: Prepared,
+    known: Begun,
+    *,
+    simulate: bool,
+    served: bool,
+    consent: Consent | None,
+    accept: str | None,
+) -> tuple[dict[str, Any], ...]:
+    """Look at the controller, show what differs from the start before, and return it as it was accepted.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        With the stand's addresses.
+    known : Begun
+        How the campaign was begun.
+    simulate : bool
+        On a stand that the program starts: only the software can differ, and nothing is asked.
+    served : bool
+        Whether a served stand that waits is at the stand's address.
+    consent : Consent or None
+        Who has said that it may move.
+    accept : str or None
+        Serial number of a controller that is accepted beforehand.
+
+    Returns
+    -------
+    tuple of dict
+        What differs, with how and by whom it was accepted; for ``campaign.json`` and the runs.
+
+    Raises
+    ------
+    BadInput
+        If a simulated stand answers where a real one did, or the other way round; if it is another
+        controller and nobody says that it is meant; or if the answer is no.
+    """
+    changes = software_changes(known.software, software_version())
+    if simulate:
+        return _recorded(changes, "simulated: not asked")
+    if known.controller or known.simulated is not None:
+        look = _look(prepared)
+        if look is not None:
+            reached = _reached(look, served=served)
+            if why := mixing(reached, known.simulated):
+                raise BadInput(why, file=prepared.stand_file.path)
+            if not reached.simulated:  # a simulated one is no device that could be another
+                changes = (*controller_changes(known.controller, look.identity), *changes)
+    if not changes:
+        _refuse_needless(accept, known)
+        return ()
+    click.echo("since the start before, this has changed:", err=True)
+    for change in changes:
+        click.echo(f"  {change.text()}", err=True)
+    return _recorded(changes, _asked(changes, consent, accept))
+
+
+def accepted_serial(changes: Sequence[Mapping[str, Any]]) -> str:
+    """Return the serial number of another controller that was accepted; empty where none was."""
+    return next((str(change["now"]) for change in changes if change["what"] == SERIAL), "")
+
+
+def _look(prepared: Prepared) -> Look | None:
+    """Return who answers at the stand's address; None where nobody does: the start will say so."""
+    try:
+        return look_at_controller(prepared.wired)
+    except DeviceFault:
+        return None
+
+
+def _reached(look: Look, *, served: bool) -> Reached:
+    if look.simulated or served:
+        return Reached(simulated=True, by=OWN_WORD if look.simulated else WAITS)
+    return Reached(simulated=False, by=REAL)
+
+
+def _asked(changes: Sequence[Change], consent: Consent | None, accept: str | None) -> str:
+    """Return how the changes were accepted; ask who can be asked."""
+    serial = next((change.now for change in changes if change.what == SERIAL), None)
+    if accept is not None:
+        if serial != accept:
+            raise BadInput(
+                f"nothing was moved or written: “{accept}” was given, and the controller "
+                f"that answers is “{serial or 'the one of this campaign'}”",
+                file=OPTION,
+                remedy="see which controller moves the stand",
+            )
+        return OPTION
+    there = is_terminal(sys.stdin) and is_terminal(sys.stderr)
+    typed = consent is None or consent.how == "typed"
+    if serial is not None:
+        if not there:
+            raise BadInput(
+                f"nothing was moved or written: another controller answers, with the serial number {serial}",
+                file=OPTION,
+                remedy=f"see that it is the one that moves this stand, then add {OPTION} {serial}",
+            )
+        if (
+            typed_line("Type the serial number of the controller that the campaign is to go on with: ")
+            != serial
+        ):
+            raise BadInput("nothing was moved or written: that is not the serial number that was read")
+        return "typed"
+    if not there or not typed:
+        return "not asked: recorded"
+    if typed_line("Type yes to go on with it: ").lower() != "yes":
+        raise BadInput(
+            "nothing was moved or written: yes was not answered", remedy="resume again when it is clear"
+        )
+    return "typed"
+
+
+def _refuse_needless(accept: str | None, known: Begun) -> None:
+    """Refuse a serial number that is neither another one's nor the campaign's own."""
+    if accept is None or accept == known.controller.get("serial"):
+        return
+    raise BadInput(
+        f"nothing was moved or written: “{accept}” was given, and no such controller answers",
+        file=OPTION,
+        remedy="leave it out: the controller is the one of this campaign, or none answers",
+    )
+
+
+def _recorded(changes: Sequence[Change], how: str) -> tuple[dict[str, Any], ...]:
+    return tuple({**change.as_dict(), "accepted": how, "by": user_name()} for change in changes)
