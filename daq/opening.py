@@ -164,6 +164,8 @@ class Opening:
         Halt
             If the disk is too small, the wire too slow, a guard has tripped, or a channel at rest is off.
         """
+        for text in self.plan.not_guarded:
+            self.showing.message(f"NOT GUARDED: {text}")
         for text in (*expired_today(self.stand), specimen_gaps(self.plan.specimen)):
             if text:
                 self.showing.message(f"WARNING: {text}")
