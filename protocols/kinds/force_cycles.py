@@ -29,7 +29,7 @@ class ForceCyclesStep(StepSettings):
     tolerance_percent: Annotated[
         float,
         Field(gt=0, le=LARGEST_TOLERANCE_PERCENT),
-        Within(0.01, LARGEST_TOLERANCE_PERCENT, "finer is below the noise, wider are other cycles"),
+        Within(0.0001, LARGEST_TOLERANCE_PERCENT, "finer is below the noise, wider are other cycles"),
     ] = 2.0
 
     def motion(self, stroke_limit_mm: float) -> ForceCycles:
