@@ -65,8 +65,8 @@ def page() -> str:
     lines += table("Campaign file", numeric_keys(CampaignFile))
     lines += table("Stand file", numeric_keys(StandFile))
     lines.append(
-        "\n`stand.tilt_max_mm` has the bounds of `guards.tilt_max_mm`; `plausible.overload` of a force channel "
-        "is at most 3 × `limits.force_max_kN`."
+        "\n`stand.tilt_max_mm` has the bounds of `guards.tilt_max_mm`; `plausible.overload` of "
+        "force channels is at most 3 × `limits.force_max_kN`."
     )
     lines += table("Specimen file", numeric_keys(SpecimenFile))
     return "\n".join(lines) + "\n"
