@@ -75,7 +75,7 @@ def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile
         f"this campaign has no temperature stop: stand “{stand_file.stand.id}” has no thermometer on the "
         f"specimen, and “{specimen.id}” has {what}, which heat destroys",
         file=campaign.path,
-        place="[limits]",
+        place=place_of(("limits",), read_text(campaign.path)),
         remedy=f"put a thermometer on it ([[temperature.sensor]] with role = “specimen” in the stand file), "
         f'or state why it may do without: {CONSENT} = "reason" under [limits]'
         + ("" if system else "; or state elastic_system in the specimen file, if it is a ring spring"),

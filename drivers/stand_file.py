@@ -241,6 +241,12 @@ class SensorSettings(Settings):
     calibration: Calibration = Calibration(id="DS18B20 nominal", coefficients=(0.0, CELSIUS_PER_COUNT))
     uncertainty: ChannelUncertainty = ChannelUncertainty()
 
+    @model_validator(mode="after")
+    def _is_a_channel(self) -> SensorSettings:
+        if self.uncertainty.drift is not None:
+            raise ValueError("uncertainty.drift is for force channels, not for temperature; leave it out")
+        return self
+
     def channel(self) -> Channel:
         """Return the sensor as the one channel of its stream; counts are 1/16 °C."""
         return Channel(

@@ -56,7 +56,7 @@ class Catalogue(Settings):
         for number, (before, after) in enumerate(pairwise(self.points), start=2):
             if not (after[0] > before[0] and after[1] > before[1]):
                 raise ValueError(
-                    f"point {number} [{after[0]:g}, {after[1]:g}] is not beyond [{before[0]:g}, "
+                    f"points: point {number} [{after[0]:g}, {after[1]:g}] is not beyond [{before[0]:g}, "
                     f"{before[1]:g}]; stroke and force must both rise"
                 )
         return self

@@ -148,7 +148,7 @@ def _make_room(table: Table, key: str) -> None:
     if table.get("kind") in ("conditioning", "warm-up") and key in SLOW:
         for other in SINE:
             table.pop(other, None)
-    if key == "seed":
+    if key == "seed" and "kind" in table:
         table["order"] = "random"
     if key == "start_timeout_s":
         table["start_temperature_C"] = [15.0, 25.0]

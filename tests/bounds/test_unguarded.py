@@ -114,4 +114,4 @@ def test_plan_refuses_with_one_line_and_status_2(tmp_path: Path) -> None:
     )
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
-    assert "campaign.toml: [limits]: this campaign has no temperature stop" in line
+    assert "limits: this campaign has no temperature stop" in line
