@@ -7,15 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from daq.unguarded import demand_consent, unguarded, watching_of
 from drivers.leeway import leeway_of
 from drivers.stand_file import StandFile, load_stand, wires_from
 from foundation.specimen import SpecimenFile, load_specimen
 from model.file import load_model
 from protocols.campaign import Campaign, load_campaign
 from protocols.curve_predictor import CurvePredictor, NothingKnown
+from protocols.guard_bounds import demand_bounds
 from protocols.limits import StandLimits
 from protocols.plan import Plan, make_plan
 from protocols.prediction import ModelPredictor, Predictor
+from protocols.unseen_heat import demand_heat_is_seen
 
 BOTH = "{specimen} has a spring model and a [catalogue]: the model is taken, the catalogue's points are not"
 """What is said of a specimen of which two things are known."""
@@ -57,7 +60,8 @@ def prepare(
     Raises
     ------
     BadInput
-        If a file cannot be read or breaks its schema, or a step breaks a limit.
+        If a file cannot be read or breaks its schema, a setting lies outside its bounds, a step breaks a
+        limit, or a specimen that heat destroys has no temperature stop and no consent.
     """
     campaign = load_campaign(path)
     stand_file = load_stand(campaign.stand_path)
@@ -66,20 +70,19 @@ def prepare(
     model_path = None if specimen.model is None else campaign.specimen_path.parent / specimen.model
     limits = stand_file.limits
     predictor = _predictor(specimen_file, model_path)
-    plan = make_plan(
-        campaign,
-        StandLimits(
-            force_max_kN=limits.force_max_kN,
-            stroke_max_mm=limits.stroke_max_mm,
-            frequency_max_Hz=limits.frequency_max_Hz,
-            speed_max_mm_per_s=limits.speed_max_mm_per_s,
-            machine_stiffness_kN_per_mm=limits.machine_stiffness_kN_per_mm,
-            force_speed=limits.force_speed,
-        ),
-        predictor,
-        specimen,
-        over=over,
+    of_stand = StandLimits(
+        force_max_kN=limits.force_max_kN,
+        stroke_max_mm=limits.stroke_max_mm,
+        frequency_max_Hz=limits.frequency_max_Hz,
+        speed_max_mm_per_s=limits.speed_max_mm_per_s,
+        machine_stiffness_kN_per_mm=limits.machine_stiffness_kN_per_mm,
+        force_speed=limits.force_speed,
     )
+    demand_bounds(campaign, of_stand, specimen, watching_of(stand_file))
+    demand_consent(campaign, specimen, stand_file)
+    plan = make_plan(campaign, of_stand, predictor, specimen, over=over)
+    demand_heat_is_seen(plan)
+    plan = replace(plan, not_guarded=unguarded(plan, stand_file))
     if model_path is not None and specimen_file.catalogue is not None:
         plan = replace(plan, notes=(BOTH.format(specimen=campaign.specimen_path.name), *plan.notes))
     wired = stand_file if devices_from is None else wires_from(stand_file, devices_from)

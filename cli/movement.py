@@ -39,6 +39,7 @@ def campaign_movement(prepared: Prepared, left: Sequence[tuple[PlannedStep, Sequ
             ("stand", stand_text(prepared.wired)),
             ("specimen", _specimen_text(specimen)),
             ("limits", _limits_text(prepared.plan, prepared.stand_file)),
+            *(("not guarded", text) for text in prepared.plan.not_guarded),
             *_touch_rows(prepared.plan),
             ("first motion", _first_text(left, len(prepared.plan.steps))),
             ("in all", _all_text([step for step, _ in left])),

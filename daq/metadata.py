@@ -125,6 +125,7 @@ def run_document(
             "test": limits_of(step, plan.campaign.limits).model_dump(mode="json"),
             "in_force": plan.limits.as_dict(),
             "guards": guards.as_dict(),
+            "not_guarded": list(plan.not_guarded),
         },
         "streams": {stream.name: stream_document(zeroed(stream, zero)) for stream in streams},
     } | ({} if zero is None else {"zero": zero.document()})

@@ -162,9 +162,7 @@ class Opening:
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         zeroing = self._zeroing(acquisition, driver)
-        return Alive(
-            identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides
-        )
+        return Alive(identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides)
 
     def demand_free(self, *, wait: bool = False) -> None:
         """Demand that nobody else has the stand, and nothing moves; nothing is written to the controller.
@@ -209,6 +207,8 @@ class Opening:
         Halt
             If the disk is too small, the wire too slow, a guard has tripped, or a channel at rest is off.
         """
+        for text in self.plan.not_guarded:
+            self.showing.message(f"NOT GUARDED: {text}")
         for text in (*expired_today(self.stand), specimen_gaps(self.plan.specimen)):
             if text:
                 self.showing.message(f"WARNING: {text}")

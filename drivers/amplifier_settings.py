@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from drivers.stand_numbers import ReplyTime
 from foundation.settings import Settings
+from foundation.wanted import Within
 
 TEXT_LINE_BYTES = 14
 """Longest line of a GSV-2 in text format that is reckoned with."""
@@ -39,12 +41,12 @@ class Gsv2Settings(Settings):
 class AedSettings(Settings):
     """HBM AED (AD101B, AD104): how it answers, and what is set in it."""
 
-    output: int = 8
+    output: Annotated[int, Within(0, 12, "the numbers of the output formats")] = 8
     """Number of the output format (command COF): 0, 2, 4, 6, 8, 12 binary; 1, 3, 9, 11 text."""
     address: int | None = Field(default=None, ge=0, le=89)
     """Address on a bus of several (command S..); the amplifier is asked for each value then."""
     parity: Literal["none", "even"] = "even"
-    top_rate_Hz: float = Field(default=100.0, gt=0)
+    top_rate_Hz: Annotated[float, Field(gt=0), Within(1.0, 100_000.0, "no AED is slower or faster")] = 100.0
     """Values a second at ICR 0: 100 for an AD104, 600 for an AD101B; each further ICR halves it."""
     net: bool = False
     """Whether the tare value is subtracted in the amplifier (TAS0); gross (TAS1) otherwise."""
@@ -74,6 +76,6 @@ class ModbusAmplifierSettings(Settings):
     """Modbus TCP; without it Modbus RTU on the amplifier's ``port``."""
     tcp_port: int = Field(default=502, ge=1, le=65535)
     device_id: int = Field(default=1, ge=0, le=255)
-    timeout_s: float = Field(default=0.2, gt=0, le=10)
+    timeout_s: ReplyTime = 0.2
     parity: Literal["none", "even", "odd"] = "even"
     stop_bits: Literal[1, 2] = 1

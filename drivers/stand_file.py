@@ -18,10 +18,28 @@ from pydantic import (
 
 from drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifierSettings
 from drivers.profile import Profile, load_profile
+from drivers.stand_bounds import demand_stand_bounds
+from drivers.stand_numbers import (
+    Baud,
+    CellRange,
+    MassAccuracy,
+    MovingMass,
+    ReplyTime,
+    SampleRate,
+    SensorDelay,
+    SensorPeriod,
+    StandForce,
+    StandFrequency,
+    StandSpeed,
+    Stiffness,
+    Travel,
+    Watchdog,
+)
 from foundation.channel import Calibration, Channel, ChannelUncertainty
 from foundation.errors import BadInput
 from foundation.force_speed import curve_problem
-from foundation.settings import Settings, load_settings
+from foundation.settings import Settings, load_settings, read_text
+from foundation.wanted import Within
 
 CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
     "force": ("force", "kN"),
@@ -54,27 +72,34 @@ class StandFacts(Settings):
     id: str = Field(min_length=1)
     name: str = ""
     laboratory: str = ""
-    moving_mass_kg: float | None = Field(default=None, ge=0)
+    moving_mass_kg: MovingMass | None = None
     """Mass between load cell and specimen that moves with the stroke; the evaluation corrects for it [kg]."""
-    moving_mass_accuracy_percent: float | None = Field(default=None, ge=0)
+    moving_mass_accuracy_percent: MassAccuracy | None = None
     """Limit of the error of that mass, in per cent of it; 5 % where it is not stated."""
     force_cell: Literal["moving-side", "fixed-side"] | None = None
     """Where the load cell is: it pushes the mass (``moving-side``, as where nothing is stated), or stands
     behind the specimen (``fixed-side``)."""
-    tilt_max_mm: float | None = Field(default=None, gt=0)
+    tilt_max_mm: Annotated[float, Field(gt=0)] | None = None
     """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
 
 
 class Limits(Settings):
     """What the stand can stand; the controller gets force and stroke too."""
 
-    force_max_kN: float = Field(gt=0)
-    stroke_max_mm: float = Field(gt=0)
-    frequency_max_Hz: float = Field(gt=0)
-    speed_max_mm_per_s: float = Field(gt=0)
-    machine_stiffness_kN_per_mm: float | None = Field(default=None, gt=0)
+    force_max_kN: StandForce
+    stroke_max_mm: Travel
+    frequency_max_Hz: StandFrequency
+    speed_max_mm_per_s: StandSpeed
+    machine_stiffness_kN_per_mm: Stiffness | None = None
     """Frame, load cell and fixture in series: piston against specimen. None: not known, taken for rigid."""
-    force_speed: Annotated[tuple[tuple[float, float], ...], BeforeValidator(_as_pairs)] | None = None
+    force_speed: (
+        Annotated[
+            tuple[tuple[float, float], ...],
+            BeforeValidator(_as_pairs),
+            Within(0.0, 10_000.0, "no stand for buffers has more kN or mm/s"),
+        ]
+        | None
+    ) = None
     """Pairs of force [kN] and the greatest speed there [mm/s]; None: ``speed_max_mm_per_s`` at any force."""
 
     @model_validator(mode="after")
@@ -106,13 +131,13 @@ class ControllerSettings(Settings):
     port: int = Field(default=502, ge=1, le=65535)
     serial: str = ""
     """Serial device of a controller on Modbus RTU, instead of ``host``."""
-    baud: int = Field(default=19200, gt=0)
+    baud: Baud = 19200
     parity: Literal["none", "even", "odd"] = "even"
     stop_bits: Literal[1, 2] = 1
     device_id: int = Field(default=1, ge=0, le=255)
-    timeout_s: float = Field(default=0.5, gt=0, le=10)
+    timeout_s: ReplyTime = 0.5
     """Longest wait for one reply [s]."""
-    watchdog_s: float = Field(default=2.0, gt=0, le=65.535)
+    watchdog_s: Watchdog = 2.0
     """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
     channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
 
@@ -158,10 +183,10 @@ class AmplifierSettings(Settings):
     protocol: Literal["gsv2", "aed", "modbus"]
     port: str = ""
     """Serial device; none for Modbus TCP."""
-    baud: int = Field(default=38400, gt=0)
-    rate_Hz: float = Field(gt=0)
+    baud: Baud = 38400
+    rate_Hz: SampleRate
     """Values a second that the amplifier is set to, or asked for."""
-    range_kN: float = Field(gt=0)
+    range_kN: CellRange
     """Force at the nominal range; the full scale of a GSV-2's 24-bit value is 1.05 times this."""
     channel: Channel
     gsv2: Gsv2Settings = Gsv2Settings()
@@ -212,9 +237,15 @@ class SensorSettings(Settings):
     name: str = Field(pattern=r"^temperature_[1-9][0-9]*$", description="e.g. “temperature_1”")
     place: str = Field(min_length=1)
     role: Literal["specimen", "ambient"] = "specimen"
-    delay_s: float = 0.0
+    delay_s: SensorDelay = 0.0
     calibration: Calibration = Calibration(id="DS18B20 nominal", coefficients=(0.0, CELSIUS_PER_COUNT))
     uncertainty: ChannelUncertainty = ChannelUncertainty()
+
+    @model_validator(mode="after")
+    def _is_a_channel(self) -> SensorSettings:
+        if self.uncertainty.drift is not None:
+            raise ValueError("uncertainty.drift is for force channels, not for temperature; leave it out")
+        return self
 
     def channel(self) -> Channel:
         """Return the sensor as the one channel of its stream; counts are 1/16 °C."""
@@ -244,7 +275,7 @@ class TemperatureSettings(Settings):
     """Serial device of ``ds2480b``."""
     parasite: bool = False
     """Whether sensors without a supply wire hang on the adapter: strong pull-up while they convert."""
-    period_s: float = Field(default=1.0, gt=0)
+    period_s: SensorPeriod = 1.0
     sensor: Annotated[tuple[SensorSettings, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
 
     @model_validator(mode="after")
@@ -381,7 +412,8 @@ def load_stand(path: Path) -> StandFile:
     Raises
     ------
     BadInput
-        If it cannot be read, breaks the schema, or names a profile that is not there or does not fit.
+        If it cannot be read, breaks the schema, names a profile that is not there or does not fit, or has a
+        setting outside its bounds.
     """
     stand_file = load_settings(path, StandFile)
     stand_file._path = path
@@ -394,6 +426,7 @@ def load_stand(path: Path) -> StandFile:
             place="controller.profile",
             remedy=f"the ring must sample exactly {', '.join(CONTROLLER_CHANNELS)}",
         )
+    demand_stand_bounds(stand_file, stand_file.profile(), read_text(path))
     return stand_file
 
 

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from foundation.settings import Day, Numbers, Settings
+from foundation.wanted import Within
 
 FloatArray = NDArray[np.float64]
 
@@ -35,12 +36,19 @@ Pairs = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_as_pairs)]
 """A TOML array of pairs of numbers."""
 
 
+Ohm = Annotated[float, Field(gt=0), Within(1.0, 1e12, "less is a short circuit, more is a broken wire")]
+PerTenKelvin = Annotated[float, Within(-10.0, 10.0, "10 % in 10 K is no transducer")]
+Climate = Annotated[float, Within(-55.0, 125.0, "no transducer works outside −55 … 125 °C")]
+Counts = Within(-(2.0**32), 2.0**32, "no converter here has more than 32 bits")
+Figure = Within(-1e12, 1e12, "larger than any count times any unit; what it makes of counts is judged, too")
+
+
 class Divider(Settings):
     """A potentiometer whose wiper is loaded by the input that reads it."""
 
-    potentiometer_ohm: float = Field(gt=0)
+    potentiometer_ohm: Ohm
     """Whole resistance of the potentiometer [Ω]."""
-    input_ohm: float = Field(gt=0)
+    input_ohm: Ohm
     """Input resistance of the converter [Ω]."""
 
     def load(self, wiper: ArrayLike) -> FloatArray:
@@ -67,15 +75,15 @@ class Divider(Settings):
 class TemperatureEffect(Settings):
     """What the transducer's temperature does to its zero and its sensitivity, by its data sheet."""
 
-    tk0_percent_per_10K: float = 0.0
+    tk0_percent_per_10K: PerTenKelvin = 0.0
     """Shift of the zero, % of the nominal value per 10 K."""
-    tkc_percent_per_10K: float = 0.0
+    tkc_percent_per_10K: PerTenKelvin = 0.0
     """Change of the sensitivity, % of the present value per 10 K."""
-    nominal: float = Field(gt=0)
+    nominal: Annotated[float, Field(gt=0), Within(0.1, 20_000.0, "of no transducer of a stand it is more")]
     """Nominal value, in the channel's unit."""
-    reference_C: float
+    reference_C: Climate
     """Temperature at which it was calibrated [°C]."""
-    at_C: float
+    at_C: Climate
     """Temperature of the transducer when its zero was set and the test ran [°C]."""
 
     def correct(self, value: FloatArray, temperature_C: float | None = None) -> FloatArray:
@@ -135,28 +143,28 @@ class Calibration(Settings):
     """
 
     id: str = "nominal"
-    coefficients: Numbers = Field(default=(0.0, 1.0), min_length=1)
+    coefficients: Annotated[Numbers, Figure] = Field(default=(0.0, 1.0), min_length=1)
     """Polynomial of the input, lowest power first; with ``falling`` the rising branch."""
     certificate: str = ""
     date: Day | None = None
     valid_until: Day | None = None
 
-    zero_counts: float = 0.0
+    zero_counts: Annotated[float, Counts] = 0.0
     """Counts at zero input: what it shows with nothing on it."""
-    input_per_count: float = Field(default=1.0)
+    input_per_count: Annotated[float, Figure] = Field(default=1.0)
     """Input of one count: mV/V behind an amplifier, share of the reference behind a converter."""
     input_unit: str = ""
     """Unit of the input, e.g. ``mV/V``; for the reader."""
     divider: Divider | None = None
     """Loading of the wiper; the input is a share of the reference then."""
-    table: Pairs = ()
+    table: Annotated[Pairs, Figure] = ()
     """In-place calibration: pairs of input and value, instead of the polynomial; monotone in between."""
-    falling: Numbers = ()
+    falling: Annotated[Numbers, Figure] = ()
     """Polynomial of the falling branch, where the certificate has one."""
-    turn_counts: float = Field(default=0.0, ge=0)
+    turn_counts: Annotated[float, Counts] = Field(default=0.0, ge=0)
     """Counts of reversal over which the value moves from one branch to the other."""
     temperature: TemperatureEffect | None = None
-    tare: float = 0.0
+    tare: Annotated[float, Within(-10_000.0, 10_000.0, "more than any channel of a stand shows")] = 0.0
     """Subtracted at the end, in the channel's unit."""
 
     @model_validator(mode="after")

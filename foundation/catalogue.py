@@ -8,6 +8,7 @@ from typing import Annotated, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.settings import Settings
+from foundation.wanted import Within
 
 
 def _as_pairs(value: object) -> object:
@@ -19,13 +20,31 @@ def _as_pairs(value: object) -> object:
 class Catalogue(Settings):
     """The static characteristic of a data sheet, and as much of the rest as is known."""
 
-    points: Annotated[tuple[tuple[float, float], ...], BeforeValidator(_as_pairs)] = Field(min_length=2)
+    points: Annotated[
+        tuple[tuple[float, float], ...],
+        BeforeValidator(_as_pairs),
+        Within(0.0, 10_000.0, "strokes of 10 m and forces of 10 MN are no buffer's, and it cannot pull"),
+    ] = Field(min_length=2)
     """Pairs of stroke [mm] and force [kN] of the loading curve, from 0 mm (with the preload) on, rising."""
-    absorbed_share: Annotated[float, Field(gt=0, lt=1)] | None = None
+    absorbed_share: (
+        Annotated[
+            float, Field(gt=0, lt=1), Within(0.001, 0.999, "every spring absorbs some, and none absorbs all")
+        ]
+        | None
+    ) = None
     """Absorbed over stored energy of a full stroke; None: not known, and so is the heat."""
-    heat_capacity_J_per_K: Annotated[float, Field(gt=0)] | None = None
+    heat_capacity_J_per_K: (
+        Annotated[
+            float,
+            Field(gt=0),
+            Within(100.0, 1e7, "100 J/K are 50 g of rubber, 10 MJ/K are 5 t: no spring of a buffer"),
+        ]
+        | None
+    ) = None
     """Of the spring; None: not known, and so are temperatures."""
-    force_margin: float = Field(default=1.15, ge=1.0)
+    force_margin: Annotated[
+        float, Field(ge=1.0), Within(1.0, 3.0, "a spring of three times the force is another spring")
+    ] = 1.15
     """By so much the forces may exceed the curve: batch, rate and cold."""
 
     @model_validator(mode="after")
@@ -37,7 +56,7 @@ class Catalogue(Settings):
         for number, (before, after) in enumerate(pairwise(self.points), start=2):
             if not (after[0] > before[0] and after[1] > before[1]):
                 raise ValueError(
-                    f"point {number} [{after[0]:g}, {after[1]:g}] is not beyond [{before[0]:g}, "
+                    f"points: point {number} [{after[0]:g}, {after[1]:g}] is not beyond [{before[0]:g}, "
                     f"{before[1]:g}]; stroke and force must both rise"
                 )
         return self

@@ -12,20 +12,33 @@ from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, mode
 from foundation.calibration import Branch as Branch  # noqa: PLC0414 - part of what a channel is
 from foundation.calibration import Calibration as Calibration  # noqa: PLC0414
 from foundation.settings import Settings
+from foundation.wanted import Within
 
 Quantity = Literal["force", "stroke", "position", "command", "temperature", "speed"]
 Span = Annotated[tuple[float, float], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
 """A TOML array of two numbers."""
 
 
+Share = Annotated[float, Field(ge=0), Within(0.0, 100.0, "an error of more than the value is no measurement")]
+Error = Annotated[
+    float, Field(ge=0), Within(0.0, 1000.0, "an error larger than what a stand measures is no measurement")
+]
+
+
 class Plausibility(Settings):
     """What a reading must keep to be believed; beyond it transducer, wire or converter has failed."""
 
-    counts: Span | None = None
+    counts: Annotated[Span, Within(-(2.0**32), 2.0**32, "no converter here has more than 32 bits")] | None = (
+        None
+    )
     """Lowest and highest counts that can be: at the ends the converter is saturated or a wire is broken."""
-    overload: float | None = Field(default=None, gt=0)
+    overload: Annotated[float, Field(gt=0), Within(0.1, 20_000.0, "no transducer here bears more")] | None = (
+        None
+    )
     """Largest magnitude that the transducer bears, in the channel's unit."""
-    rate_per_s: float | None = Field(default=None, gt=0)
+    rate_per_s: Annotated[float, Field(gt=0), Within(0.1, 1e6, "no channel is slower or faster")] | None = (
+        None
+    )
     """Fastest change that the thing measured can make, in the channel's unit per second."""
 
     @model_validator(mode="after")
@@ -38,20 +51,24 @@ class Plausibility(Settings):
 class ChannelUncertainty(Settings):
     """What the certificate and the data sheet say; half-widths of limits unless named standard (``u_``)."""
 
-    accuracy_percent: float | None = Field(default=None, ge=0)
+    accuracy_percent: Share | None = None
     """Limit of the relative error of the value (class), % of the value."""
-    reversibility_percent: float | None = Field(default=None, ge=0)
+    reversibility_percent: Share | None = None
     """Limit of the difference rising/falling, % of the value."""
-    zero: float | None = Field(default=None, ge=0)
+    zero: Error | None = None
     """Limit of the zero error, in the channel's unit."""
-    linearity: float | None = Field(default=None, ge=0)
+    linearity: Error | None = None
     """Limit of the smooth deviation from the straight line, in the channel's unit."""
-    u_delay_s: float | None = Field(default=None, ge=0)
+    u_delay_s: Annotated[float, Field(ge=0), Within(0.0, 1.0, "known no better it is not known")] | None = (
+        None
+    )
     """Standard uncertainty of the measured delay [s]."""
-    drum_circumference_mm: float | None = Field(default=None, gt=0)
+    drum_circumference_mm: (
+        Annotated[float, Field(gt=0), Within(1.0, 5000.0, "no drum is smaller or larger")] | None
+    ) = None
     """Travel of a draw wire in one turn of its drum [mm]: part of the deviation from the straight line
     repeats with it."""
-    drift: float | None = Field(default=None, ge=0)
+    drift: Error | None = None
     """Limit of the change of a force channel's zero during a run, in the channel's unit."""
 
     @model_serializer(mode="wrap")
@@ -77,7 +94,9 @@ class Channel(Settings):
     quantity: Quantity
     unit: str
     place: str = ""
-    delay_s: float = 0.0
+    delay_s: Annotated[
+        float, Within(-0.1, 0.5, "a channel that comes later follows no cycle; 0.1 s before is another clock")
+    ] = 0.0
     calibration: Calibration = Calibration()
     uncertainty: ChannelUncertainty = ChannelUncertainty()
     plausible: Plausibility | None = None

@@ -13,6 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from foundation.errors import BadInput
 from foundation.findings import Complaint
+from foundation.within import first_breach
 
 
 class Settings(BaseModel):
@@ -132,16 +133,45 @@ def parse_settings(text: str, schema: type[SchemaT], path: Path) -> SchemaT:
     Raises
     ------
     BadInput
-        If it is no TOML, or a key is unknown, missing or has a value that cannot be.
+        If it is no TOML, or a key is unknown, missing, has a value that cannot be, or one outside its bounds.
     """
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise BadInput(f"not valid TOML: {error}", file=path, remedy="mend the syntax at that line") from None
     try:
-        return schema.model_validate(content)
+        settings = schema.model_validate(content)
     except ValidationError as error:
         raise refusal(error, schema, path, text) from None
+    demand_within(settings, path, text)
+    return settings
+
+
+def demand_within(settings: BaseModel, path: Path, text: str, within: tuple[str | int, ...] = ()) -> None:
+    """Refuse a number outside the bounds that its key has in files.
+
+    Parameters
+    ----------
+    settings : BaseModel
+        What the file holds.
+    path, text, within
+        As of :func:`refusal`.
+
+    Raises
+    ------
+    BadInput
+        With place, value, bound and its reason.
+    """
+    if (breach := first_breach(settings)) is not None:
+        problem, remedy = breach.said()
+        raise BadInput(problem, file=path, place=_place((*within, *breach.path), text), remedy=remedy)
+
+
+def place_of(path: tuple[str | int, ...], text: str) -> str:
+    """Return where a key stands in a TOML text, e.g. ``line 12: limits.force_trip_kN``; the key alone if it
+    is not written there.
+    """
+    return _place(path, text)
 
 
 def read_text(path: Path) -> str:

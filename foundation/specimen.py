@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -11,6 +11,7 @@ from foundation.catalogue import Catalogue
 from foundation.kind import Kind
 from foundation.purpose import Purpose
 from foundation.settings import Moment, Settings, load_settings
+from foundation.wanted import Within
 
 
 class Specimen(Settings):
@@ -19,12 +20,16 @@ class Specimen(Settings):
     id: str = Field(min_length=1)
     kind: Literal["buffer", "draw-gear"] = "buffer"
     category: Literal["A", "B", "C"] | None = None
-    max_stroke_mm: float | None = Field(default=None, gt=0)
+    max_stroke_mm: (
+        Annotated[float, Field(gt=0), Within(1.0, 1000.0, "no buffer or draw gear has less, or 1 m")] | None
+    ) = None
     elastic_system: Literal["elastomer", "rubber-steel", "ring-spring"] | None = None
     assembled: Moment | None = None
     maker: str = ""
     serial: str = ""
-    year: int | None = None
+    year: Annotated[int, Within(1800, 2200, "railways are not older, and nobody tests the future")] | None = (
+        None
+    )
     customer: str = ""
     description: str = ""
     model: str | None = None
@@ -39,9 +44,11 @@ class Test(Settings):
     """Of a proof run: which of the limit set's proof loads was applied (F1 …)."""
     purpose: Purpose | None = None
     """Whether the record is a conformity test of its specimen."""
-    impact_speed_km_h: float | None = Field(default=None, gt=0)
+    impact_speed_km_h: (
+        Annotated[float, Field(gt=0), Within(0.1, 100.0, "no wagon is run against buffers faster")] | None
+    ) = None
     """Of an impact: speed of the wagon that ran up."""
-    impact_mass_t: float | None = Field(default=None, gt=0)
+    impact_mass_t: Annotated[float, Field(gt=0), Within(0.01, 1000.0, "no wagon weighs 1000 t")] | None = None
     """Of an impact: mass of that wagon."""
     started: Moment | None = None
     operator: str = ""

@@ -28,6 +28,21 @@ _COUNT = {1: "one", 2: "two", 3: "three"}
 
 
 @dataclass(frozen=True)
+class Within:
+    """Least and greatest value of a number in a file that somebody writes, and the reason, as ``Annotated``
+    metadata of the key; of a list's entries where it stands at the list.
+    """
+
+    low: float
+    high: float
+    why: str
+
+    def range_text(self) -> str:
+        """Return what to write, e.g. “a number from 0.5 to 20”."""
+        return f"a number from {self.low:g} to {self.high:g}"
+
+
+@dataclass(frozen=True)
 class Spot:
     """A place in a schema.
 
@@ -58,6 +73,11 @@ class Spot:
             if part is not type(None)
             for choice in spot_of(part).choices()
         )
+
+    @property
+    def withins(self) -> tuple[Within, ...]:
+        """The bounds of files that are stated here."""
+        return tuple(bound for bound in self.bounds if isinstance(bound, Within))
 
     @property
     def model(self) -> type[BaseModel] | None:
@@ -230,7 +250,9 @@ def _simple(annotation: Any, metadata: list[Any]) -> Spot:
             continue
         break
     infos = [one for one in metadata if isinstance(one, FieldInfo)]
-    bounds = tuple(one for one in metadata if isinstance(one, at.Gt | at.Ge | at.Lt | at.Le | at.MinLen))
+    bounds = tuple(
+        one for one in metadata if isinstance(one, at.Gt | at.Ge | at.Lt | at.Le | at.MinLen | Within)
+    )
     form = next((one.description for one in infos if one.description), "")
     tag = next((one.discriminator for one in infos if isinstance(one.discriminator, str)), "")
     return Spot(annotation, bounds, form, tag)
@@ -246,7 +268,9 @@ def _flat(metadata: Sequence[Any]) -> list[Any]:
 
 
 def _bounds(bounds: Sequence[Any]) -> str:
-    """Return limits of a value in words; empty where there are none."""
+    """Return limits of a value in words, with the reason if one is stated; empty where there are none."""
+    if within := next((bound for bound in bounds if isinstance(bound, Within)), None):
+        return f"from {within.low:g} to {within.high:g}: {within.why}"
     low = next((bound for bound in bounds if isinstance(bound, at.Gt | at.Ge)), None)
     high = next((bound for bound in bounds if isinstance(bound, at.Lt | at.Le)), None)
     if isinstance(low, at.Ge) and isinstance(high, at.Le):

@@ -12,14 +12,16 @@ from pydantic import BeforeValidator, Field
 
 from foundation.canonical import file_hash
 from foundation.settings import Settings, parse_settings, read_text
+from foundation.wanted import Within
 from protocols.guard_table import GuardTable
-from protocols.kinds import KINDS, Positive, RepeatStep, Step, as_tuple, checked_kind
+from protocols.kinds import KINDS, RepeatStep, Step, as_tuple, checked_kind
 from protocols.kinds import CoolDownStep as CoolDownStep  # noqa: PLC0414 - part of the schema
 from protocols.kinds import HarmonicStep as HarmonicStep  # noqa: PLC0414
 from protocols.kinds import HoldStep as HoldStep  # noqa: PLC0414
 from protocols.kinds import StaticStep as StaticStep  # noqa: PLC0414
 from protocols.kinds import SweepStep as SweepStep  # noqa: PLC0414
 from protocols.limits import TestLimits
+from protocols.physical import Air, Speed, Temperature
 from protocols.stroke_table import StrokeTable
 from protocols.zero_table import ZeroTable
 
@@ -44,8 +46,8 @@ class CampaignFacts(Settings):
 class Conditions(Settings):
     """``[conditions]``: what the planner assumes; the run itself measures."""
 
-    ambient_C: float = 21.0
-    specimen_C: float | None = None
+    ambient_C: Air = 21.0
+    specimen_C: Temperature | None = None
 
     def start_C(self) -> float:  # noqa: N802 - the unit keeps its capital
         """Return the specimen's assumed temperature at the start [°C]: that of the air unless given."""
@@ -55,17 +57,19 @@ class Conditions(Settings):
 class MotionSettings(Settings):
     """``[motion]``: how the actuator moves to and from the motion proper."""
 
-    ramp_speed_mm_per_s: Positive = 20.0
-    release_speed_mm_per_s: Positive = 20.0
+    ramp_speed_mm_per_s: Speed = 20.0
+    release_speed_mm_per_s: Speed = 20.0
 
 
 class PlanSettings(Settings):
     """``[plan]``: in which order the steps are run, and how warm they may begin."""
 
     order: Literal["given", "soonest"] = "given"
-    margin_C: float = Field(default=1.0, ge=0)
+    margin_C: Annotated[
+        float, Field(ge=0), Within(0.0, 20.0, "the stop itself is some 20 K above the air")
+    ] = 1.0
     """So far below ``temperature_stop_C`` the planner keeps the sensor with its pauses [K]."""
-    start_max_C: float | None = None
+    start_max_C: Temperature | None = None
     """No step that may be moved begins warmer than this [°C]; None: as warm as the limit allows."""
 
 

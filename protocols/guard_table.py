@@ -8,12 +8,14 @@ from pydantic import Field
 
 from foundation.clock import MISSED_CYCLES_MAX_PER_MIN
 from foundation.settings import Settings
+from foundation.wanted import Within
 
 TripAction = Literal["note", "finish-cycle", "stop", "emergency"]
 """Say it and go on; end the cycle under way, then stop; stop at once; unload at once."""
 FirmAction = Literal["stop", "emergency"]
 """For what must not be waited with."""
 Positive = Annotated[float, Field(gt=0)]
+"""Its bounds depend on stand and campaign (:mod:`protocols.guard_bounds`)."""
 
 
 class GuardActions(Settings):
@@ -37,29 +39,72 @@ class GuardTable(Settings):
 
     force_below_kN: Positive = 10.0
     """A buffer cannot pull: more tension than this is a wrong sign or a stuck specimen."""
-    stroke_below_mm: Positive = 20.0
+    stroke_below_mm: Annotated[
+        float,
+        Field(gt=0),
+        Within(1.0, 50.0, "1 mm is the zero of a draw wire, and behind 50 mm its pretension ends"),
+    ] = 20.0
     """So far behind first contact the draw wires may read."""
-    zero_force_max_kN: Positive = 5.0
+    zero_force_max_kN: Annotated[
+        float,
+        Field(gt=0),
+        Within(
+            0.5, 10.0, "half a kN is zero and noise of a load cell; with more than 10 kN a specimen is loaded"
+        ),
+    ] = 5.0
     """More force than this at rest with the valve off refuses the start; a fifth of it is said."""
     tilt_max_mm: Positive | None = None
     """Largest difference of the two draw wires; the stand file's, else 5 mm, where it is not given."""
-    tilt_hold_s: float = Field(default=0.05, ge=0)
+    tilt_hold_s: Annotated[
+        float, Field(ge=0), Within(0.0, 0.5, "in 0.5 s a crooked specimen is compressed by 25 mm at 50 mm/s")
+    ] = 0.05
     """A tilt must last this long: one bad sample of a draw wire is none."""
     speed_trip_mm_per_s: Positive | None = None
     """Of the stroke, in the mean of 20 ms; 1.25 × the speed limit in force where it is not given."""
-    heating_max_K_per_min: Positive = 20.0
+    heating_max_K_per_min: Annotated[
+        float,
+        Field(gt=0),
+        Within(
+            1.0,
+            60.0,
+            "1 K/min is the noise of a reading; 1 K/s is 15 kW in a spring of 15 kJ/K, "
+            "more than the hydraulics put into any",
+        ),
+    ] = 20.0
     """A specimen's sensor that rises faster than this."""
-    controller_silence_s: Positive = 2.0
+    controller_silence_s: Annotated[
+        float,
+        Field(gt=0),
+        Within(0.2, 5.0, "one retry of a request takes 0.2 s; in 5 s without samples 50 mm/s are 250 mm"),
+    ] = 2.0
     """No samples, or a standing heartbeat, for so long [s of the wall]."""
-    amplifier_silence_s: Positive = 5.0
+    amplifier_silence_s: Annotated[
+        float,
+        Field(gt=0),
+        Within(0.2, 30.0, "a slow amplifier delivers 10 values a second; 30 s are two windows of agreement"),
+    ] = 5.0
     """No value of the amplifier for so long [s of the wall]."""
-    gap_stop_s: Positive = 0.5
+    gap_stop_s: Annotated[
+        float,
+        Field(gt=0),
+        Within(0.05, 2.0, "a slow polled controller has 0.04 s between samples; 2 s are five blind cycles"),
+    ] = 0.5
     """A longer gap in the samples left the guards blind."""
-    missed_cycles_max_per_min: int = Field(default=MISSED_CYCLES_MAX_PER_MIN, ge=0)
+    missed_cycles_max_per_min: Annotated[
+        int, Field(ge=0), Within(0, 600, "600 a minute are 1 % of 1 kHz: figures of cycles are off by then")
+    ] = MISSED_CYCLES_MAX_PER_MIN
     """So many cycles of its loop the controller may miss in a minute: 60 are 0.1 % of 1 kHz."""
-    lag_stop_s: Positive = 10.0
+    lag_stop_s: Annotated[
+        float,
+        Field(gt=0),
+        Within(1.0, 30.0, "a tenth of it is how late every guard may act: 3 s of 30"),
+    ] = 10.0
     """Samples may come late for so long [s of the wall]; a tenth of it is noted."""
-    disk_stop_s: Positive = 10.0
+    disk_stop_s: Annotated[
+        float,
+        Field(gt=0),
+        Within(1.0, 60.0, "a disk may pause for 1 s; after 60 s what was measured is in memory only"),
+    ] = 10.0
     """What was written may wait for the disk so long [s]; a fifth of it is noted."""
     agreement_kN: Positive = 6.0
     """Tolerance between the force and its second way."""

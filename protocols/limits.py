@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from foundation.force_speed import ForceSpeed, curve_problem
 from foundation.settings import Settings
 from foundation.specimen import Specimen
+from foundation.wanted import Within
+from protocols.physical import Force, Frequency, Speed, Stroke, Temperature
 
 TemperaturePolicy = Literal["stop", "wait-and-continue", "skip"]
 """What happens at the temperature stop (docs/campaign-file.md)."""
@@ -114,23 +116,43 @@ class StandLimits:
         return {**self.hashed(), **self.machine.as_dict()}
 
 
+_NOT_OF_A_RESULT = ("on_temperature_stop", "temperature_resume_C", "no_temperature_stop")
+"""Keys that say how a campaign goes on, or why it may be run, and make no other test of a step."""
+
+
 class TestLimits(Settings):
     """``[limits]`` of a campaign: what this test may use of the stand, and when its guards trip."""
 
     __test__: ClassVar[bool] = False  # pytest takes every class named Test… for a test
 
-    force_max_kN: float = Field(default=600.0, gt=0)
-    stroke_max_mm: float | None = Field(default=None, gt=0)
-    frequency_max_Hz: float = Field(default=2.55, gt=0)
-    speed_max_mm_per_s: float | None = Field(default=None, gt=0)
-    force_trip_kN: float | None = Field(default=None, gt=0)
-    stroke_trip_mm: float | None = Field(default=None, gt=0)
-    temperature_stop_C: float = 40.0
-    temperature_resume_C: float = 30.0
-    temperature_stale_s: float = Field(default=5.0, gt=0)
+    force_max_kN: Force = 600.0
+    stroke_max_mm: Stroke | None = None
+    frequency_max_Hz: Frequency = 2.55
+    speed_max_mm_per_s: Speed | None = None
+    force_trip_kN: Annotated[float, Field(gt=0)] | None = None
+    stroke_trip_mm: Annotated[float, Field(gt=0)] | None = None
+    temperature_stop_C: Temperature = 40.0
+    temperature_resume_C: Temperature = 30.0
+    temperature_stale_s: Annotated[
+        float,
+        Field(gt=0),
+        Within(
+            1.0,
+            30.0,
+            "a DS18B20 converts for 0.75 s; in 30 s a specimen that heats as fast as the guard of heating "
+            "lets it by default (20 K/min) becomes 10 K warmer, unseen",
+        ),
+    ] = 5.0
     on_temperature_stop: TemperaturePolicy = "stop"
-    following_error_max_mm: float = Field(default=10.0, gt=0)
-    following_error_grace_s: float = Field(default=0.25, ge=0)
+    no_temperature_stop: Annotated[str, Field(max_length=400)] = ""
+    """Why a specimen of rubber or elastomer, or of a system that nobody has stated, may be tested on a stand
+    without a thermometer on it: the stated consent, without which such a campaign is refused."""
+    following_error_max_mm: Annotated[float, Field(gt=0)] = 10.0
+    following_error_grace_s: Annotated[
+        float,
+        Field(ge=0),
+        Within(0.0, 1.0, "in 1 s a piston that runs away at 50 mm/s goes 50 mm beside its command"),
+    ] = 0.25
 
     @model_validator(mode="after")
     def _thresholds_are_apart(self) -> Self:
@@ -150,7 +172,7 @@ class TestLimits(Settings):
 
     def hashed(self) -> dict[str, Any]:
         """Return what bears on a recorded result; how a campaign goes on after a stop does not."""
-        return self.model_dump(mode="json", exclude={"on_temperature_stop", "temperature_resume_C"})
+        return self.model_dump(mode="json", exclude=set(_NOT_OF_A_RESULT))
 
 
 @dataclass(frozen=True)

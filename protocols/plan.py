@@ -66,6 +66,8 @@ class Plan:
         Where forces and heat come from, if not from a spring model.
     knows_heat : bool
         Whether temperatures are predicted; else they are those at the start, and are not shown.
+    not_guarded : tuple of str
+        What the stand cannot guard in this campaign, one sentence each.
     """
 
     campaign: Campaign
@@ -78,6 +80,7 @@ class Plan:
     requests: tuple[Request, ...] = ()
     basis: tuple[str, ...] = ()
     knows_heat: bool = True
+    not_guarded: tuple[str, ...] = ()
 
     @property
     def duration_s(self) -> float:
@@ -131,6 +134,7 @@ class Plan:
             "ordering": None if self.ordering is None else self.ordering.as_dict(),
             "assumptions": list(self.assumptions),
             "notes": list(self.notes),
+            "not_guarded": list(self.not_guarded),
         }
 
     def _step_dict(self, step: PlannedStep) -> dict[str, Any]:

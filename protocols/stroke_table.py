@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
 from foundation.settings import Settings
+from foundation.wanted import Within
 
 
 class StrokeTable(Settings):
@@ -13,7 +16,11 @@ class StrokeTable(Settings):
     compensate: bool = True
     """Whether asked strokes are the specimen's; False: the piston's, as the paper's. A step may say its own
     ``compensate``."""
-    warn_percent: float = Field(default=1.0, gt=0)
+    warn_percent: Annotated[
+        float, Field(gt=0), Within(0.01, 10.0, "finer is noise, coarser warns of nothing")
+    ] = 1.0
     """A sine whose amplitude is off by more than this is said aloud [% of what is asked]."""
-    warn_mm: float = Field(default=0.2, gt=0)
+    warn_mm: Annotated[float, Field(gt=0), Within(0.01, 5.0, "finer is noise, coarser warns of nothing")] = (
+        0.2
+    )
     """So is one whose mean, or a static stroke that, is off by more than this [mm]."""

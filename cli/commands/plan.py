@@ -126,6 +126,8 @@ def show_plan(plan: Plan) -> None:
         click.echo(plan.ordering.sentence())
     for note in (*plan.assumptions, *plan.notes):
         click.echo(f"note: {note}")
+    for text in plan.not_guarded:
+        click.echo(f"not guarded: {text}")
 
 
 def _counted(steps: int) -> str:

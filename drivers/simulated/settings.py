@@ -24,9 +24,11 @@ def _as_tuples(value: object) -> object:
     return tuple(_as_tuples(part) for part in value) if isinstance(value, list) else value
 
 
-_Pair = Annotated[tuple[float, float], BeforeValidator(_as_tuples)]
+_Number = Annotated[float, Field(ge=-500.0, le=500.0)]
+_Pair = Annotated[tuple[_Number, _Number], BeforeValidator(_as_tuples)]
+_CurveNumber = Annotated[float, Field(ge=0.0, le=10_000.0)]
 _Curve = Annotated[
-    tuple[tuple[float, float], ...],
+    tuple[tuple[_CurveNumber, _CurveNumber], ...],
     BeforeValidator(_as_tuples),
     AfterValidator(_demand_curve),
 ]
@@ -41,18 +43,18 @@ class SimulationSettings(Settings):
     ambient_C: float = Field(default=21.0, ge=-60.0, le=80.0)
     initial_C: float | None = Field(default=None, ge=-60.0, le=150.0)
     """Temperature of the specimen at the start [°C]; that of the air if left out."""
-    seed: int = Field(default=1, ge=0)
-    force_noise_kN: float = Field(default=0.15, ge=0.0)
+    seed: int = Field(default=1, ge=0, lt=1 << 63)
+    force_noise_kN: float = Field(default=0.15, ge=0.0, le=50.0)
     """Standard deviation."""
-    stroke_noise_mm: float = Field(default=0.01, ge=0.0)
+    stroke_noise_mm: float = Field(default=0.01, ge=0.0, le=5.0)
     """Standard deviation, of draw wires and piston alike."""
-    temperature_noise_C: float = Field(default=0.03, ge=0.0)
+    temperature_noise_C: float = Field(default=0.03, ge=0.0, le=5.0)
     """Standard deviation."""
     force_delay_s: float = Field(default=0.0008, ge=0.0, le=0.1)
     """Delay of the force's path to the controller [s]."""
-    force_low_pass_Hz: float | None = Field(default=None, gt=0.0)
+    force_low_pass_Hz: float | None = Field(default=None, ge=0.1, le=1e5)
     """First-order low pass in the force's path; none if left out."""
-    wire_linearity_mm: float = Field(default=0.03, ge=0.0)
+    wire_linearity_mm: float = Field(default=0.03, ge=0.0, le=10.0)
     """Amplitude of the draw wires' smooth deviation from the straight line [mm]."""
     wire_tilt: float = Field(default=0.001, ge=0.0, le=0.1)
     """Half the relative difference between the two draw wires."""
@@ -66,7 +68,7 @@ class SimulationSettings(Settings):
     specimen and do not move in the gap. Below 0 the piston presses the specimen at its zero already."""
     piston_start_mm: float = Field(default=0.0, ge=-50.0, le=0.0)
     """Where the piston stands when the stand is switched on: retracted, for a specimen to be mounted."""
-    frame_stiffness_kN_per_mm: float = Field(default=150.0, ge=100.0)
+    frame_stiffness_kN_per_mm: float = Field(default=150.0, ge=100.0, le=1e5)
     actuator_bandwidth_Hz: float = Field(default=15.0, ge=3.0, le=100.0)
     actuator_damping: float = Field(default=0.8, ge=0.4, lt=1.0)
     force_speed: _Curve | None = None
@@ -76,13 +78,13 @@ class SimulationSettings(Settings):
     """How much later the position loop follows a command that moves evenly, beside its second order [s]."""
     reversal_s: float = Field(default=0.0, ge=0.0, le=0.2)
     """For so long the piston stands when it turns, while the valve's spool crosses its overlap [s]."""
-    force_flicker_kN: float = Field(default=0.0, ge=0.0)
+    force_flicker_kN: float = Field(default=0.0, ge=0.0, le=50.0)
     """Standard deviation of a noise of the force that is not white: 1/f from 0.05 to 5 Hz."""
-    stroke_flicker_mm: float = Field(default=0.0, ge=0.0)
+    stroke_flicker_mm: float = Field(default=0.0, ge=0.0, le=5.0)
     """The same of each draw wire."""
-    force_hum_kN: float = Field(default=0.0, ge=0.0)
+    force_hum_kN: float = Field(default=0.0, ge=0.0, le=50.0)
     """Amplitude of the mains hum (50 Hz) on the force."""
-    stroke_hum_mm: float = Field(default=0.0, ge=0.0)
+    stroke_hum_mm: float = Field(default=0.0, ge=0.0, le=5.0)
     """The same on both draw wires."""
     force_drift_kN_per_h: float = Field(default=0.0, ge=-10.0, le=10.0)
     """How the zero of the force transducer, on both its amplifiers, drifts."""
@@ -98,7 +100,7 @@ class SimulationSettings(Settings):
     """How the zeros of the two draw wires drift."""
     warm_up_K: float = Field(default=0.0, ge=-40.0, le=40.0)
     """By how much the transducers become warmer than they were when the stand was switched on …"""
-    warm_up_s: float = Field(default=3600.0, gt=0.0)
+    warm_up_s: float = Field(default=3600.0, ge=1.0, le=1e6)
     """… with this time constant [s]."""
     reply_latency_s: float = Field(default=0.0, ge=0.0, le=0.1)
     """Least time from a request to the controller to its reply [s of the stand]."""

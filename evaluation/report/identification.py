@@ -198,7 +198,20 @@ def _stand(source: Source) -> Sheet:
     stops = {run.temperature_stop_C for run in source.runs} - {None}
     text = "; ".join(f"{significant(stop)} °C" for stop in sorted(s for s in stops if s is not None))
     facts.append(("Temperature stop", given(text, NOT_RECORDED)))
+    facts += [("Not guarded", Cell(text)) for text in _not_guarded(source)]
     return Sheet("Test stand and limits in force", tuple(facts))
+
+
+def _not_guarded(source: Source) -> list[str]:
+    """Return what the stand could not guard, with the runs it is true of where it is not all of them."""
+    found: dict[str, list[int]] = {}
+    for run in source.runs:
+        for text in run.fact("limits", "not_guarded") or ():
+            found.setdefault(str(text), []).append(run.number)
+    return [
+        text if len(numbers) == len(source.runs) else f"{text} (run {', '.join(map(str, numbers))})"
+        for text, numbers in found.items()
+    ]
 
 
 def _identity(source: Source) -> Cell:

@@ -7,8 +7,10 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.settings import Numbers, Settings
+from foundation.wanted import Within
 from protocols.kinds.strokes import StrokeSettings
 from protocols.kinds.temperatures import TemperatureSettings
+from protocols.physical import Cycles, Percent
 from protocols.steps import Steadiness
 
 Positive = Annotated[float, Field(gt=0)]
@@ -60,11 +62,11 @@ class StepSettings(Named, TemperatureSettings, StrokeSettings):
 class UntilSteady(Settings):
     """``[step.until_steady]``: the step ends when its cycles have settled."""
 
-    damping_percent: Positive = 1.0
-    stiffness_percent: Positive = 1.0
-    window: int = Field(default=3, ge=2)
-    min_cycles: int = Field(default=5, ge=1)
-    max_cycles: int = Field(default=30, ge=1)
+    damping_percent: Percent = 1.0
+    stiffness_percent: Percent = 1.0
+    window: Annotated[int, Field(ge=2), Within(2, 1000, "two can be compared, a thousand is no window")] = 3
+    min_cycles: Cycles = 5
+    max_cycles: Cycles = 30
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

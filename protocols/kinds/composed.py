@@ -7,17 +7,18 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.settings import Settings
-from protocols.kinds.common import Positive, Rated, StepSettings, as_tuple
+from protocols.kinds.common import Rated, StepSettings, as_tuple
 from protocols.kinds.cyclic import HarmonicStep
+from protocols.physical import Cycles, Duration, Force, Frequency, Speed, Stroke, StrokeFromZero
 
 
 class RampPiece(Settings):
     """To a stroke, or until a force is reached, at constant speed."""
 
     do: Literal["ramp"]
-    to_mm: Annotated[float, Field(ge=0)] | None = None
-    to_kN: Positive | None = None
-    speed_mm_per_s: Positive
+    to_mm: StrokeFromZero | None = None
+    to_kN: Force | None = None
+    speed_mm_per_s: Speed
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:
@@ -30,17 +31,17 @@ class HoldPiece(Settings):
     """Stand still."""
 
     do: Literal["hold"]
-    duration_s: Positive
+    duration_s: Duration
 
 
 class HarmonicPiece(Settings):
     """A sine about the stroke at which the piece before it ended."""
 
     do: Literal["harmonic"]
-    amplitude_mm: Positive
-    frequency_Hz: Positive | None = None
-    peak_speed_mm_per_s: Positive | None = None
-    cycles: int = Field(default=1, gt=0)
+    amplitude_mm: Stroke
+    frequency_Hz: Frequency | None = None
+    peak_speed_mm_per_s: Speed | None = None
+    cycles: Cycles = 1
 
     @model_validator(mode="after")
     def _one_rate(self) -> Self:
@@ -56,7 +57,7 @@ class ReleasePiece(Settings):
     """Back to zero force."""
 
     do: Literal["release"]
-    speed_mm_per_s: Positive | None = None
+    speed_mm_per_s: Speed | None = None
 
 
 Piece = Annotated[RampPiece | HoldPiece | HarmonicPiece | ReleasePiece, Field(discriminator="do")]

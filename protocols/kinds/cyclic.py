@@ -9,18 +9,29 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.purpose import Purpose
-from protocols.kinds.common import Positive, Rated, StepSettings, SweepNumbers, UntilSteady, as_tuple
+from foundation.wanted import Within
+from protocols.kinds.common import Rated, StepSettings, SweepNumbers, UntilSteady, as_tuple
+from protocols.physical import (
+    Cycles,
+    Force,
+    Frequency,
+    Pause,
+    Speed,
+    Stroke,
+    StrokeFromZero,
+    bounds_of,
+)  # fmt: skip
 
 
 class StaticStep(StepSettings):
     """Compress at constant speed to a force or stroke, whichever comes first; unload at once; repeat."""
 
     kind: Literal["static"]
-    speed_mm_per_s: Positive = 5.0
-    force_limit_kN: Positive | None = None
-    stroke_limit_mm: Positive | None = None
-    cycles: int = Field(default=1, gt=0)
-    pause_s: float = Field(default=0.0, ge=0)
+    speed_mm_per_s: Speed = 5.0
+    force_limit_kN: Force | None = None
+    stroke_limit_mm: Stroke | None = None
+    cycles: Cycles = 1
+    pause_s: Pause = 0.0
     proof_load: (
         Annotated[
             str,
@@ -53,11 +64,11 @@ class HarmonicStep(Rated):
     """A sine about ``prestress_mm`` with ``amplitude_mm`` (half the range)."""
 
     kind: Literal["harmonic"]
-    prestress_mm: float = Field(ge=0)
-    amplitude_mm: Positive
-    frequency_Hz: Positive | None = None
-    peak_speed_mm_per_s: Positive | None = None
-    cycles: int = Field(default=5, gt=0)
+    prestress_mm: StrokeFromZero
+    amplitude_mm: Stroke
+    frequency_Hz: Frequency | None = None
+    peak_speed_mm_per_s: Speed | None = None
+    cycles: Cycles = 5
     until_steady: UntilSteady | None = None
 
     @model_validator(mode="after")
@@ -87,13 +98,13 @@ class SweepStep(Rated):
     """Every combination of prestress, amplitude and frequency (or peak speed), as harmonic steps."""
 
     kind: Literal["sweep"]
-    prestress_mm: SweepNumbers
-    amplitude_mm: SweepNumbers
-    frequency_Hz: SweepNumbers | None = None
-    peak_speed_mm_per_s: SweepNumbers | None = None
-    cycles: Annotated[int | tuple[int, ...], BeforeValidator(as_tuple)] = 5
+    prestress_mm: Annotated[SweepNumbers, bounds_of(StrokeFromZero)]
+    amplitude_mm: Annotated[SweepNumbers, bounds_of(Stroke)]
+    frequency_Hz: Annotated[SweepNumbers, bounds_of(Frequency)] | None = None
+    peak_speed_mm_per_s: Annotated[SweepNumbers, bounds_of(Speed)] | None = None
+    cycles: Annotated[int | tuple[int, ...], BeforeValidator(as_tuple), bounds_of(Cycles)] = 5
     order: Literal["given", "heat", "random"] = "given"
-    seed: int | None = None
+    seed: Annotated[int, Within(-(2**63), 2**63 - 1, "a seed is a number of 64 bits")] | None = None
     beyond_limits: Literal["refuse", "leave-out"] = "refuse"
     until_steady: UntilSteady | None = None
 
@@ -137,13 +148,13 @@ class SweepStep(Rated):
 class SineOrSlow(Rated):
     """Cycles that are harmonic about a prestress, or at constant speed to a limit."""
 
-    prestress_mm: Annotated[float, Field(ge=0)] | None = None
-    amplitude_mm: Positive | None = None
-    frequency_Hz: Positive | None = None
-    peak_speed_mm_per_s: Positive | None = None
-    speed_mm_per_s: Positive | None = None
-    force_limit_kN: Positive | None = None
-    stroke_limit_mm: Positive | None = None
+    prestress_mm: StrokeFromZero | None = None
+    amplitude_mm: Stroke | None = None
+    frequency_Hz: Frequency | None = None
+    peak_speed_mm_per_s: Speed | None = None
+    speed_mm_per_s: Speed | None = None
+    force_limit_kN: Force | None = None
+    stroke_limit_mm: Stroke | None = None
     record: bool = False
 
     def most_cycles(self) -> int:
@@ -192,7 +203,7 @@ class ConditioningStep(SineOrSlow):
     """Cycles before a test, not judged."""
 
     kind: Literal["conditioning"]
-    cycles: int = Field(default=3, gt=0)
+    cycles: Cycles = 3
 
     def most_cycles(self) -> int:
         """Return how many cycles it has."""
@@ -207,11 +218,11 @@ class InnerLoopsStep(Rated):
     """
 
     kind: Literal["inner-loops"]
-    mean_mm: SweepNumbers
-    amplitude_mm: SweepNumbers
-    frequency_Hz: Positive | None = None
-    peak_speed_mm_per_s: Positive | None = None
-    cycles: int = Field(default=2, gt=0)
+    mean_mm: Annotated[SweepNumbers, bounds_of(Stroke)]
+    amplitude_mm: Annotated[SweepNumbers, bounds_of(Stroke)]
+    frequency_Hz: Frequency | None = None
+    peak_speed_mm_per_s: Speed | None = None
+    cycles: Cycles = 2
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from protocols.kinds.common import Positive, StepSettings
+from foundation.wanted import Within
+from protocols.kinds.common import StepSettings
+from protocols.physical import Cycles, Force, Speed, Stroke
 from protocols.steps import ForceCycles
 
 LARGEST_TOLERANCE_PERCENT = 20.0
@@ -17,12 +19,18 @@ class ForceCyclesStep(StepSettings):
     """Load to ``force_max_kN`` at constant speed, unload to ``force_min_kN``, and so on; then release."""
 
     kind: Literal["force-cycles"]
-    force_min_kN: float = Field(ge=0)
-    force_max_kN: Positive
-    speed_mm_per_s: Positive
-    cycles: int = Field(gt=0)
-    stroke_limit_mm: Positive | None = None
-    tolerance_percent: float = Field(default=2.0, gt=0, le=LARGEST_TOLERANCE_PERCENT)
+    force_min_kN: Annotated[
+        float, Field(ge=0), Within(0.0, 10_000.0, "a buffer cannot pull; above 10 MN is no stand")
+    ]
+    force_max_kN: Force
+    speed_mm_per_s: Speed
+    cycles: Cycles
+    stroke_limit_mm: Stroke | None = None
+    tolerance_percent: Annotated[
+        float,
+        Field(gt=0, le=LARGEST_TOLERANCE_PERCENT),
+        Within(0.0001, LARGEST_TOLERANCE_PERCENT, "finer is below the noise, wider are other cycles"),
+    ] = 2.0
 
     def motion(self, stroke_limit_mm: float) -> ForceCycles:
         """Return what the actuator does, up to the stroke limit in force [mm]."""

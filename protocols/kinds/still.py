@@ -6,7 +6,8 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
-from protocols.kinds.common import Positive, StepSettings
+from protocols.kinds.common import StepSettings
+from protocols.physical import Duration, Force, Speed, Stroke, Temperature, Timeout
 from protocols.zero_table import TouchForce, TouchSpeed
 
 
@@ -14,10 +15,10 @@ class HoldStep(StepSettings):
     """Stand still: at a stroke, where a force is reached, or (without either) at zero force."""
 
     kind: Literal["hold"]
-    stroke_mm: Positive | None = None
-    force_kN: Positive | None = None
-    duration_s: Positive
-    approach_speed_mm_per_s: Positive = 1.0
+    stroke_mm: Stroke | None = None
+    force_kN: Force | None = None
+    duration_s: Duration
+    approach_speed_mm_per_s: Speed = 1.0
     record: bool = False
 
     @model_validator(mode="after")
@@ -33,8 +34,8 @@ class CoolDownStep(StepSettings):
     """Wait at zero force until every specimen sensor is at or below ``temperature_C``."""
 
     kind: Literal["cool-down"]
-    temperature_C: float
-    timeout_s: Positive = 7200.0
+    temperature_C: Temperature
+    timeout_s: Timeout = 7200.0
 
     def has_its_place(self) -> bool:
         """Return whether it stays although the planner sets pauses of its own; it need not."""

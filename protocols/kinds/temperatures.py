@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, model_validator
 
 from foundation.settings import Settings
+from protocols.physical import Temperature, Timeout, bounds_of
 from protocols.steps import StartBand
 
 
@@ -22,15 +23,17 @@ def _as_pair(value: object) -> object:
 class TemperatureSettings(Settings):
     """Keys of a step that say how warm it begins and how warm it may get."""
 
-    start_temperature_C: Annotated[tuple[float, float], BeforeValidator(_as_pair)] | None = None
+    start_temperature_C: (
+        Annotated[tuple[float, float], BeforeValidator(_as_pair), bounds_of(Temperature)] | None
+    ) = None
     """Every specimen sensor is within [lowest, highest] when it begins [°C]; None: as warm as it is."""
-    start_timeout_s: float = Field(default=7200.0, gt=0)
+    start_timeout_s: Timeout = 7200.0
     """So long at most it waits for a specimen that is too warm [s]."""
     too_cold: Literal["refuse", "run"] = "refuse"
     """What becomes of a step whose specimen is too cold: nothing warms it by waiting."""
-    temperature_stop_C: float | None = None
+    temperature_stop_C: Temperature | None = None
     """The step's own temperature stop [°C]; None: that of ``[limits]``."""
-    temperature_resume_C: float | None = None
+    temperature_resume_C: Temperature | None = None
     """Its own resume threshold [°C]; None: that of ``[limits]``."""
 
     @model_validator(mode="after")

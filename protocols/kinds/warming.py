@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from foundation.wanted import Within
 from protocols.evenness import LOOK_S
-from protocols.kinds.common import Positive
 from protocols.kinds.cyclic import SineOrSlow
+from protocols.physical import Cycles, Pause, Temperature, Timeout
 from protocols.steps import Warmth
 
 
@@ -16,12 +17,14 @@ class WarmUpStep(SineOrSlow):
     """Cycle until the specimen sensors are within ``temperature_C`` ± ``band_K``, and wait for the rest."""
 
     kind: Literal["warm-up"]
-    temperature_C: float
-    band_K: Positive = 2.0
+    temperature_C: Temperature
+    band_K: Annotated[
+        float, Field(gt=0), Within(0.1, 20.0, "thermometers resolve 0.06 K, and 20 K off is not warm")
+    ] = 2.0
     sensors: Literal["every", "any"] = "every"
-    max_cycles: int = Field(default=500, gt=0, le=100_000)
-    soak_s: float = Field(default=0.0, ge=0)
-    timeout_s: Positive = 7200.0
+    max_cycles: Cycles = 500
+    soak_s: Pause = 0.0
+    timeout_s: Timeout = 7200.0
 
     @model_validator(mode="after")
     def _there_is_time(self) -> Self:

@@ -112,9 +112,12 @@ def test_a_limit_of_heat_is_announced_only_where_a_thermometer_can_keep_it(
     if role:
         text = text.replace('role = "specimen"', f'role = "{role}"')
     (tmp_path / "stand.toml").write_text(text)
-    (tmp_path / "armed.toml").write_text(CAMPAIGN)
-    shown = dict(campaign_movement(prepare(tmp_path / "armed.toml"), ()).facts)
-    assert shown["limits"].endswith(f" mm, {told}")
+    consent = '\n[limits]\nno_temperature_stop = "two slow strokes"\n' if cut or role else ""
+    (tmp_path / "armed.toml").write_text(CAMPAIGN.replace("\n[[step]]", f"{consent}\n[[step]]", 1))
+    shown = campaign_movement(prepare(tmp_path / "armed.toml"), ()).facts
+    assert dict(shown)["limits"].endswith(f" mm, {told}")
+    without = [text for name, text in shown if name == "not guarded" and "no temperature stop" in text]
+    assert [text.endswith("stated reason: two slow strokes") for text in without] == [True] * bool(consent)
 
 
 @pytest.mark.parametrize("simulate", [(), ("--simulate",)])

@@ -45,7 +45,7 @@ specimen = "{SAMPLES}/specimens/category-a-elastomer.toml"
 temperature_stop_C = 60.0
 temperature_resume_C = 59.0
 [guards]
-lag_stop_s = 120.0
+lag_stop_s = 30.0
 """
 """A busy computer that falls behind is not what these tests are about."""
 WATCHDOG = {"watchdog_s = 2.0": "watchdog_s = 4.0"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -103,6 +104,15 @@ def test_the_runs_document_says_all_that_evaluating_needs(tmp_path: Path) -> Non
     assert document["streams"]["controller"]["rate_Hz"] == 1000.0
     assert document["streams"]["temperature_1"]["channels"][0]["place"] == "test"
     assert document["software"]["name"] == "bufferstand"
+
+
+def test_what_is_not_guarded_is_said_at_the_start_and_kept_in_the_run(tmp_path: Path) -> None:
+    case = Case(tmp_path)
+    case.plan = replace(case.plan, not_guarded=("no second force: nobody sees it",))
+    outcome = case.run()
+    assert open_run(outcome.runs[0]).metadata["limits"]["not_guarded"] == ["no second force: nobody sees it"]
+    assert case.record()["plan"]["not_guarded"] == ["no second force: nobody sees it"]
+    assert any(line == "NOT GUARDED: no second force: nobody sees it" for line in case.shown.lines)
 
 
 def at(seconds: float, value: float) -> Any:

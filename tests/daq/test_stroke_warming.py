@@ -11,7 +11,7 @@ from recording.runfile import open_run
 from tests.daq.stroke_bench import Case, planned, reached, run
 from tests.daq.stroke_study import sine
 
-HOT = "[guards]\nheating_max_K_per_min = 1000.0\n[limits]\ntemperature_stop_C = 60.0\n"
+HOT = "[guards]\nheating_max_K_per_min = 60.0\n[limits]\ntemperature_stop_C = 60.0\n"
 
 
 def test_after_a_step_that_warms_the_spring_its_repeat_is_right(tmp_path: Path) -> None:

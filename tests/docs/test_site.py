@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from cli.main import COMMANDS, SECTIONS
+from tests.docs.bounds_page import page as bounds_page
 from tests.docs.commands_page import page
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -38,6 +39,12 @@ def test_every_page_is_in_the_site() -> None:
 def test_the_page_of_commands_is_their_own_help() -> None:
     assert (DOCS / "commands.md").read_text(encoding="utf-8") == page(), (
         "run: python -m tests.docs.commands_page > docs/commands.md"
+    )
+
+
+def test_the_page_of_bounds_is_that_of_the_schemas() -> None:
+    assert (DOCS / "bounds.md").read_text(encoding="utf-8") == bounds_page(), (
+        "run: python -m tests.docs.bounds_page > docs/bounds.md"
     )
 
 

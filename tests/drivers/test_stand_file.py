@@ -114,7 +114,7 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         (
             "force_max_kN = 600.0",
             "force_max_kN = 0.0",
-            "limits.force_max_kN: 0.0 is too small; write a number greater than 0",
+            "limits.force_max_kN: 0.0 is too small; write a number from 1 to 10000",
         ),
         ("stroke_max_mm = 250.0", "stroke_max = 250.0", "did you mean “stroke_max_mm”?"),
         ('profile = "ring"', 'profile = "rong"', "controller.profile: there is no register profile “rong”"),
@@ -160,7 +160,7 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         (
             SPEED,
             f"{SPEED}machine_stiffness_kN_per_mm = 0.0\n",
-            "0.0 is too small; write a number greater than 0",
+            "0.0 is too small; write a number from 1 to 100000",
         ),
         (SPEED, f"{SPEED}force_speed = [[0.0, 800.0]]\n", "force_speed: a curve needs two pairs"),
         (

@@ -27,7 +27,7 @@ specimen = "specimens/category-a-elastomer.toml"
 temperature_stop_C = 60.0
 temperature_resume_C = 59.0
 [guards]
-lag_stop_s = 120.0
+lag_stop_s = 30.0
 """
 STEP = """
 [[step]]

@@ -92,7 +92,7 @@ def test_a_band_below_the_air_is_refused_because_no_waiting_cools_so_far(plan: M
         ("start_temperature_C = [15.0, nan]", "line 8"),
         ("start_timeout_s = 60.0", "start_timeout_s has a meaning with start_temperature_C only"),
         ('too_cold = "run"', "too_cold has a meaning with start_temperature_C only"),
-        (BAND + "\nstart_timeout_s = 0.0", "greater than 0"),
+        (BAND + "\nstart_timeout_s = 0.0", "from 0.1 to 604800"),
         ("start_temperature_C = [15.0, 45.0]", "begin at the temperature stop of 40 °C"),
         ("temperature_stop_C = 28.0", "temperature_resume_C = 30 must be below temperature_stop_C = 28"),
     ],

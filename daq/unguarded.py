@@ -1,0 +1,128 @@
+"""What a stand cannot guard in a campaign, in words, and the consent that a missing temperature stop needs.
+
+One place: plan, start, run file and report show these sentences, and nothing else says the like.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from drivers.profile import Profile
+from drivers.stand_bounds import power_on_C
+from drivers.stand_file import StandFile
+from foundation.errors import BadInput
+from foundation.settings import place_of, read_text
+from foundation.specimen import Specimen
+from protocols.campaign import Campaign
+from protocols.guard_bounds import Watching
+from protocols.guard_table import GuardTable
+from protocols.plan import Plan
+
+HARMED_BY_HEAT = ("elastomer", "rubber-steel", None)
+"""Elastic systems that heat destroys; one that nobody has stated counts as such."""
+CONSENT = "no_temperature_stop"
+"""Key of ``[limits]`` that states why a campaign may do without the temperature stop."""
+
+
+def thermometers_on_specimen(stand_file: StandFile) -> tuple[str, ...]:
+    """Return the names of the thermometers that stop a campaign."""
+    table = stand_file.temperature
+    return () if table is None else tuple(one.name for one in table.sensor if one.role == "specimen")
+
+
+def watching_of(stand_file: StandFile) -> Watching:
+    """Return what the planner must know of a stand's sensors."""
+    table = stand_file.temperature
+    return Watching(power_on_C(stand_file), None if table is None else table.period_s)
+
+
+def unguarded(plan: Plan, stand_file: StandFile) -> tuple[str, ...]:
+    """Return what is not guarded in a campaign on a stand, one sentence each, most dangerous first."""
+    table = plan.campaign.content.guards
+    return (
+        *_heat(stand_file, plan),
+        *_force_and_stroke(stand_file, plan),
+        *_only_noted(table),
+        *_controller(stand_file.profile()),
+    )
+
+
+def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile) -> None:
+    """Refuse a specimen that heat destroys on a stand that does not see it, unless somebody has said why.
+
+    Raises
+    ------
+    BadInput
+        With what to do.
+    """
+    stated = campaign.limits.no_temperature_stop.strip()
+    path = ("limits", CONSENT)
+    if thermometers_on_specimen(stand_file):
+        if stated:
+            raise BadInput(
+                f"{CONSENT} is stated, and stand “{stand_file.stand.id}” has a thermometer on the specimen: "
+                "this campaign has a temperature stop",
+                file=campaign.path,
+                place=place_of(path, read_text(campaign.path)),
+                remedy="leave the key out",
+            )
+        return
+    if stated or specimen.elastic_system not in HARMED_BY_HEAT:
+        return
+    system = specimen.elastic_system
+    what = f"an elastic system of {system}" if system else "an elastic system that its file does not state"
+    raise BadInput(
+        f"this campaign has no temperature stop: stand “{stand_file.stand.id}” has no thermometer on the "
+        f"specimen, and “{specimen.id}” has {what}, which heat destroys",
+        file=campaign.path,
+        place=place_of(("limits",), read_text(campaign.path)),
+        remedy=f"put a thermometer on it ([[temperature.sensor]] with role = “specimen” in the stand file), "
+        f'or state why it may do without: {CONSENT} = "reason" under [limits]'
+        + ("" if system else "; or state elastic_system in the specimen file, if it is a ring spring"),
+    )
+
+
+def _heat(stand_file: StandFile, plan: Plan) -> Iterator[str]:
+    names = thermometers_on_specimen(stand_file)
+    if not names:
+        reason = plan.campaign.limits.no_temperature_stop.strip()
+        stated = f"; stated reason: {reason}" if reason else ""
+        yield f"this campaign has no temperature stop: no thermometer on the specimen{stated}"
+    elif len(names) == 1:
+        yield f"one thermometer on the specimen ({names[0]}): if it reads too low, no other sees the heat"
+
+
+def _force_and_stroke(stand_file: StandFile, plan: Plan) -> Iterator[str]:
+    if stand_file.amplifier is None:
+        yield "no second force: a load cell or scale that is wrong is not seen by another"
+    if one_wire(stand_file.profile()):
+        yield "one draw wire: tilt is not watched"
+    if plan.specimen.max_stroke_mm is None and plan.campaign.limits.stroke_max_mm is None:
+        yield (
+            "the specimen's own stroke is not stated: the stroke guard knows the "
+            f"{plan.limits.stroke.value:g} mm of {plan.limits.stroke.source} only"
+        )
+
+
+def one_wire(profile: Profile) -> bool:
+    """Return whether both draw wires of a controller are read from the same register."""
+    if not (profile.has("raw_stroke_1") and profile.has("raw_stroke_2")):
+        return False
+    one, two = profile.find("raw_stroke_1"), profile.find("raw_stroke_2")
+    return (one.table, one.address) == (two.table, two.address)
+
+
+def _only_noted(table: GuardTable) -> Iterator[str]:
+    for name, what in (("heating", "a specimen that heats too fast"), ("frozen", "a frozen channel")):
+        if getattr(table.action, name) == "note":
+            yield f"{what} is only noted ([guards.action] {name} = “note”)"
+
+
+def _controller(profile: Profile) -> Iterator[str]:
+    if not profile.has("writer"):
+        yield "no controller lock: another program may command the controller meanwhile"
+    if profile.window is None:
+        yield (
+            "no sample ring: the guards see what is polled, with this computer's clock; "
+            "what lies between two polls, and cycles that the controller misses, are not seen"
+        )

@@ -1,0 +1,1 @@
+"""Bounds of every number that somebody writes, and what a stand cannot guard."""
