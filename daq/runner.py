@@ -157,6 +157,7 @@ def run_campaign(
             recorder,
             folder.path,
             publisher,
+            predictor,
         )
         outcome = _Campaign(
             plan, folder, record, session, request, agenda, Acquaintance(plan, predictor)

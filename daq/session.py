@@ -36,6 +36,7 @@ from drivers.interfaces import Stand
 from foundation.clock import Clock
 from foundation.errors import BadInput, DeviceFault
 from protocols.plan import Plan
+from protocols.prediction import Predictor
 from protocols.steps import Motion, PlannedStep, TouchOff
 
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
@@ -67,6 +68,8 @@ class Session:
         The campaign's folder, where the operator's notes go.
     watcher : Watcher, optional
         Who sees every block and every pass (the live monitor).
+    predictor : Predictor, optional
+        What the plan expects of the specimen.
     """
 
     def __init__(
@@ -82,6 +85,7 @@ class Session:
         recorder: RecorderMaker,
         notes: Path,
         watcher: Watcher | None = None,
+        predictor: Predictor | None = None,
     ) -> None:
         self._plan = plan
         self._stand = stand
@@ -104,6 +108,7 @@ class Session:
             self._showing,
             self._passes,
             watcher,
+            predictor,
         )
         self._alive: Alive | None = None
         self._polled: PolledPeriods | None = None

@@ -264,7 +264,7 @@ class Zeroing:
             for guard in guards.channels
         )
         # A wire on the specimen stands still while the piston comes nearer: that is no frozen transducer.
-        return replace(guards, channels=narrow, frozen=())
+        return replace(guards, channels=narrow, frozen=()).without_motion()
 
     def _look_at_rest(self) -> float:
         """Stand still for a while; return the mean of the force as the controller itself has it [kN]."""

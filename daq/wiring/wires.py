@@ -1,0 +1,272 @@
+"""The draw wires against the piston: they go as far as it does, less what the machine gives way.
+
+In contact ``position − F / k − wire`` is a constant: 0 from a first contact that was touched off, unknown
+without. What is allowed: a machine that gives way by 0.4 to 2 times what is stated, some tenths for seating and
+the wires' own linearity, and 20 ms of the speed for delays that nobody states. Before contact the wires hang on
+the specimen and stand, or follow the plate; after a compression the specimen comes back late. So only what is in
+contact is looked at: the first compression, and later what carries force.
+
+A delay shows where the speed changes: there ``position − F / k − wire`` has a part that goes with the speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.wiring.doubt import Doubt, Kind, channel_setting
+from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
+from foundation.likeness import likeness
+
+BEFORE_MM = 1.2
+"""A wire reads no more than this before first contact, where strokes count from it; an elastomer that was
+compressed hours ago has crept by less."""
+CLOSE_MM, UNCOUNTED_MM, SHARE, DELAY_S = 0.8, 0.8, 0.05, 0.02
+"""In contact wire and piston agree within these: a constant, as much more where no contact was touched off, a
+share of the way (drum, tilt of the plate), and a time of the speed."""
+LOADED_KN = 5.0
+"""In contact, after the first compression [kN]."""
+MET_MM, MET_KN = 0.7, 3.0
+"""Where no contact was touched off, it is where a wire has moved by this, or a force has risen by this."""
+REST_S = 0.3
+"""What the wires read at rest is taken over so long [s]."""
+LATE_S, LATE_MM = 0.045, 0.4
+"""A wire is late from this on [s], where that makes so much of the way [mm]."""
+STEADY_LATE_S, STEADY_LATE_MM, STEADY_GIVE = 0.06, 0.42, 1.4
+"""At constant speed in the first compression, with what the machine gives way by times the stated."""
+LEAST_SPEED = 4.0
+"""Speeds must differ by this for a delay to show [mm/s]."""
+DELAY_WINDOW_S, DELAY_EVERY_S = 4.0, 0.5
+LOOKS = 2
+
+
+@dataclass
+class _Contact:
+    """Where the first contact was: the piston, and each wire there [mm]."""
+
+    position_mm: float
+    wires_mm: Mapping[str, float]
+
+
+class WireJudge:
+    """Holds each draw wire against the piston."""
+
+    def __init__(self) -> None:
+        self._lasting = Lasting(LOOKS)
+        self._contact: _Contact | None = None
+        self._rest: dict[str, float] | None = None
+        self._began_s: float | None = None
+        self._farthest_mm = 0.0
+        self._delay_due_s = -np.inf
+
+    def look(self, scene: Scene) -> Doubt | None:
+        """Return what is wrong with a wire, None if nothing is."""
+        way, wires = scene.way, scene.points.wires
+        if way is None or not wires:
+            return None
+        now = {name: value for name in (way, *wires, "force") if (value := scene.now(name)) is not None}
+        contact = self._met(scene, now, way)
+        if contact is None:
+            return None
+        at_mm = now[way] - contact.position_mm
+        speed = scene.speed_mm_per_s(way)
+        first = at_mm > self._farthest_mm - 0.3 and speed > -0.1
+        self._farthest_mm = max(self._farthest_mm, at_mm)
+        if at_mm <= 0.3:
+            return self._before(scene, now, at_mm) if scene.counted else None
+        if not first and not self._loaded(scene, now):
+            self._lasting.sure("apart", False)
+            return None
+        off = self._off(scene, now, contact, at_mm, speed)
+        return self._apart(scene, off, now, contact, at_mm, speed) or (
+            self._late_in_steps(scene, now, contact, at_mm, speed) if first else None
+        ) or self._late(scene, way, at_mm)
+
+    # --- where it is met ----------------------------------------------------------------------------
+
+    def _met(self, scene: Scene, now: Mapping[str, float], way: str) -> _Contact | None:
+        if self._contact is not None:
+            return self._contact
+        wires = scene.points.wires
+        if scene.counted:
+            self._contact = _Contact(0.0, dict.fromkeys(wires, 0.0))
+            return self._contact
+        at_s = float(scene.points.table[-1, 0])
+        if self._rest is None:
+            self._began_s = at_s if self._began_s is None else self._began_s
+            rows = scene.points.last(REST_S)
+            if at_s - self._began_s >= REST_S and len(rows):
+                self._rest = {name: float(rows[:, 1 + i].mean()) for i, name in enumerate(scene.points.names)}
+            return None
+        moved_mm = max(abs(now[name] - self._rest[name]) for name in wires)
+        risen_kN = abs(now.get("force", 0.0) - self._rest.get("force", 0.0))
+        if moved_mm < MET_MM and risen_kN < MET_KN:
+            if scene.speed_mm_per_s(way) == 0.0:  # it stands: what it reads at rest is that of now
+                self._rest = None
+            return None
+        self._contact = _Contact(now[way], {name: now[name] for name in wires})
+        return self._contact
+
+    def _before(self, scene: Scene, now: Mapping[str, float], at_mm: float) -> Doubt | None:
+        """Return a doubt where a wire does not read its zero before the first compression."""
+        if self._farthest_mm > 1.0:
+            return None
+        beyond = {
+            name: now[name]
+            for name in scene.points.wires
+            if not min(at_mm, 0.0) - BEFORE_MM <= now[name] <= BEFORE_MM
+        }
+        if not self._lasting.sure("before", bool(beyond)):
+            return None
+        names = ", ".join(beyond)
+        reads = " and ".join(f"{name} {value:+.2f} mm" for name, value in beyond.items())
+        text = f"before first contact {reads}, where the zero that was found says 0"
+        value = max(beyond.values(), key=abs)
+        return _doubt("zero", names, "calibration (hooked in anew since the zero?)", text, value, BEFORE_MM)
+
+    @staticmethod
+    def _loaded(scene: Scene, now: Mapping[str, float]) -> bool:
+        forces = [now["force"]] if "force" in now else []
+        forces += [scene.force_2_kN] if scene.force_2_kN is not None else []
+        return bool(forces) and min(forces) > LOADED_KN
+
+    # --- how far it goes ----------------------------------------------------------------------------
+
+    @staticmethod
+    def _given_mm(scene: Scene, now: Mapping[str, float], at_mm: float) -> tuple[float, float]:
+        """Return the least and the most that the machine gives way now [mm]."""
+        force_kN = scene.guard.believable_kN(now.get("force", 0.0), at_mm, scene.specimen_C)
+        return scene.guard.given_way_mm(force_kN)
+
+    def _off(
+        self, scene: Scene, now: Mapping[str, float], contact: _Contact, at_mm: float, speed: float
+    ) -> dict[str, float]:
+        """Return by how much each wire is off that is off by too much; positive: it lags behind [mm]."""
+        least_mm, most_mm = self._given_mm(scene, now, at_mm)
+        close_mm = CLOSE_MM + SHARE * at_mm + DELAY_S * abs(speed)
+        close_mm += 0.0 if scene.counted else UNCOUNTED_MM
+        off: dict[str, float] = {}
+        for name in scene.points.wires:
+            behind_mm = at_mm - (now[name] - contact.wires_mm[name])
+            beyond_mm = max(behind_mm - most_mm, min(behind_mm - least_mm, 0.0), key=abs)
+            if abs(beyond_mm) > close_mm:
+                off[name] = beyond_mm
+        return off
+
+    def _apart(
+        self,
+        scene: Scene,
+        off: Mapping[str, float],
+        now: Mapping[str, float],
+        contact: _Contact,
+        at_mm: float,
+        speed: float,
+    ) -> Doubt | None:
+        if not self._lasting.sure("apart", bool(off)):
+            return None
+        wires = scene.points.wires
+        name = max(off, key=lambda one: abs(off[one]))
+        both = len(wires) == 2 and len(off) == 2 and abs(off[wires[0]] - off[wires[1]]) < 0.3 * abs(off[name])
+        went_mm = now[name] - contact.wires_mm[name]
+        ratio = went_mm / at_mm
+        rows = scene.points.last(1.0)
+        column, way = scene.points.column(name), scene.points.column(scene.way or "")
+        slope = float("nan")
+        if column is not None and way is not None and len(rows) and np.ptp(rows[:, way]) > 0.5:
+            slope = slope_of(rows, column, way)
+        sensor = ", ".join(wires) if both else name
+        who = "both draw wires go" if both else f"{name} goes"
+        shown = f"{who} {went_mm:.2f} mm where the piston goes {at_mm:.2f} mm"
+        kind, how = _kind(ratio, slope, speed)
+        text = shown + how
+        if both and kind == "scale":
+            text += "; or the piston’s own scale is wrong, in position and command alike"
+        setting = channel_setting(sensor, "calibration")
+        return _doubt(kind, sensor, setting, text, off[name], CLOSE_MM)
+
+    # --- how late it is -----------------------------------------------------------------------------
+
+    def _late_in_steps(
+        self, scene: Scene, now: Mapping[str, float], contact: _Contact, at_mm: float, speed: float
+    ) -> Doubt | None:
+        """Return a doubt where a wire stays behind by what a delay makes at constant speed."""
+        rows, way = scene.points.last(0.3), scene.points.column(scene.way or "")
+        if not scene.counted or way is None or len(rows) < 10 or at_mm < 1.5 or speed < LEAST_SPEED:
+            self._lasting.sure("steady", False)
+            return None
+        early, late = rows[: len(rows) // 2], rows[len(rows) // 2 :]
+        speeds = [float(np.ptp(part[:, way]) / np.ptp(part[:, 0])) for part in (early, late)]
+        even = abs(speeds[0] - speeds[1]) < 0.1 * speed and speed < SLOW_MM_PER_S
+        _, most_mm = self._given_mm(scene, now, at_mm)
+        most_mm *= STEADY_GIVE / 2.0 if scene.guard.frame_kN_per_mm is not None else 1.0
+        late_s: dict[str, float] = {}
+        for name in scene.points.wires:
+            behind_mm = at_mm - (now[name] - contact.wires_mm[name]) - most_mm - 0.01 * at_mm
+            column = scene.points.column(name)
+            goes = even and column is not None and 0.85 < slope_of(rows, column, way) < 1.1
+            if goes and behind_mm > STEADY_LATE_MM and behind_mm / speed > STEADY_LATE_S:
+                late_s[name] = behind_mm / speed
+        if not self._lasting.sure("steady", bool(late_s)):
+            return None
+        return _late_doubt(", ".join(late_s), max(late_s.values()))
+
+    def _late(self, scene: Scene, way: str, at_mm: float) -> Doubt | None:
+        """Return a doubt where a wire is behind the piston by a part that goes with the speed."""
+        now_s = float(scene.points.table[-1, 0])
+        if now_s < self._delay_due_s or at_mm < 1.0:
+            return None
+        self._delay_due_s = now_s + DELAY_EVERY_S
+        rows, column = scene.points.last(DELAY_WINDOW_S), scene.points.column(way)
+        force = scene.points.column("force")
+        if column is None or len(rows) < 50:
+            return None
+        time = rows[:, 0]
+        speed = np.gradient(rows[:, column], time)
+        carries = rows[:, force] > LOADED_KN if force is not None else np.ones(len(rows), dtype=bool)
+        if np.count_nonzero(carries) < 50 or np.ptp(speed[carries]) < LEAST_SPEED:
+            return None
+        loads = [rows[carries, force]] if force is not None else []
+        system = np.stack([np.ones(np.count_nonzero(carries)), speed[carries], *loads], axis=1)
+        late: dict[str, float] = {}
+        for name in scene.points.wires:
+            own = scene.points.column(name)
+            if own is None:
+                continue
+            behind = rows[carries, column] - rows[carries, own]
+            found = np.linalg.lstsq(system, behind, rcond=None)[0]
+            late_s = float(found[1])
+            so = abs(late_s) > LATE_S and 0.5 * abs(late_s) * float(np.ptp(speed[carries])) > LATE_MM
+            if self._lasting.sure(f"late {name}", so):
+                late[name] = late_s
+        if not late:
+            return None
+        return _late_doubt(", ".join(late), max(late.values(), key=abs))
+
+
+def _kind(ratio: float, slope: float, speed: float) -> tuple[Kind, str]:
+    """Return what is wrong with a wire that goes ``ratio`` of the way, and ``slope`` of it lately."""
+    lately = ratio if np.isnan(slope) else slope
+    if abs(ratio) < 0.15 or (abs(lately) < 0.15 and abs(speed) > 0.5):
+        return "still", ": it stands still, it may have come off or its drum sticks"
+    if lately < -0.3:
+        return "sign", ": its sign is turned"
+    if abs(lately - 1.0) < 0.12:
+        return "slipped", ": it slipped, was hooked in anew, or its zero is off"
+    look = likeness(lately)
+    return "scale", f", {lately:.2f} times as far" + (f", {look}" if look else "")
+
+
+def _late_doubt(sensor: str, late_s: float) -> Doubt:
+    how = "behind" if late_s > 0.0 else "ahead of"
+    text = f"{sensor} is {abs(late_s) * 1e3:.0f} ms {how} the piston"
+    return _doubt("delay", sensor, channel_setting(sensor, "delay_s"), text, late_s, LATE_S, "s")
+
+
+def _doubt(
+    kind: Kind, sensor: str, setting: str, text: str, value: float, limit: float, unit: str = "mm"
+) -> Doubt:
+    if not setting.startswith("["):
+        setting = channel_setting(sensor, setting)
+    return Doubt(kind, sensor, "controller", setting, text, value, limit, unit)
