@@ -8,6 +8,10 @@ small stroke shows little, so that nothing is judged before some millimetres.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene
@@ -15,10 +19,16 @@ from foundation.likeness import likeness
 
 FROM_MM, UNCOUNTED_MM = 2.5, 2.5
 """Judged from this stroke on; so much later where no contact was touched off."""
-PLACE_MM, UNCOUNTED_PLACE_MM = 0.7, 2.0
+FIRST_MM, FIRST_SHARE, FIRST_TIMES, FIRST_KN = 8.0, 0.15, 1.6, 3.0
+"""Up to this stroke, or share of the curve, it is judged with so much more of the factor, and this: what a
+preload is, and how it is met, nobody knows well."""
+PLACE_MM, UNCOUNTED_PLACE_MM = 0.6, 2.0
 """The curve may lie so far beside the stroke."""
-BESIDE_KN = 3.0
+BESIDE_KN = 1.0
 """What friction of the guides and zeros add."""
+TURNED_MM, RISES_KN, RISES_SHARE = 0.8, 2.5, 0.02
+"""A specimen that goes back by this pushes no more than at the turn: more force than that is a late one."""
+TURN_WINDOW_S = 3.0
 FAST_MM, FAST_S = 1.0, 0.02
 """While it moves fast stroke and force need not be of one instant: so much of the way, and this time of the
 speed."""
@@ -58,7 +68,33 @@ class ForceJudge:
         self._pressed = self._pressed or force_kN > 2.0 * PULLS_KN
         if scene.counted and (doubt := self._free(scene, force_kN)) is not None:
             return doubt
-        return self._beside_curve(scene, force_kN, low_mm, high_mm)
+        return self._late(scene) or self._beside_curve(scene, force_kN, low_mm, high_mm)
+
+    def _late(self, scene: Scene) -> Doubt | None:
+        """Return a doubt where the force still rises after the specimen has turned back."""
+        rows, force = scene.points.last(TURN_WINDOW_S), scene.points.column("force")
+        wires = [column for name in scene.points.wires if (column := scene.points.column(name)) is not None]
+        way = scene.points.column(scene.way or "")
+        if force is None or way is None or len(rows) < 20:
+            return None
+        stroke = rows[:, wires].mean(axis=1) if wires else rows[:, way]
+        turn = int(np.argmax(stroke))
+        new = scene.points.new
+        gone = float(np.mean(stroke[-new:])) < float(stroke[turn]) - TURNED_MM and turn > 10
+        turned = gone and float(np.mean(rows[-new:, way])) < float(rows[turn, way]) - 0.5 * TURNED_MM
+        at_kN = float(np.max(rows[max(0, turn - 3) : turn + 4, force]))
+        now_kN = float(np.mean(rows[-new:, force]))
+        most_kN = at_kN + RISES_KN + RISES_SHARE * abs(at_kN)
+        if not self._lasting.sure("late", turned and now_kN > most_kN):
+            return None
+        late_s = float(rows[-1, 0] - rows[turn, 0])
+        text = (
+            f"force still rises {late_s:.2f} s after the specimen has turned back ({at_kN:.1f} kN at the turn, "
+            f"{now_kN:.1f} kN now): it is late"
+        )
+        return replace(
+            _doubt("delay", text, late_s, 0.0), setting=channel_setting("force", "delay_s"), unit="s"
+        )
 
     def _free(self, scene: Scene, force_kN: float) -> Doubt | None:
         """Return a doubt where a force is read before first contact, and nothing is there to make it."""
@@ -90,8 +126,12 @@ class ForceJudge:
         warm_C = scene.specimen_C
         beyond_mm = place_mm if abs(speed) < SLOW_MM_PER_S else place_mm + FAST_MM + FAST_S * abs(speed)
         fast = 1.0 if abs(speed) < SLOW_MM_PER_S else curve.fast
-        most_kN = guard.factor * fast * curve.at(high_mm + beyond_mm, warm_C) + BESIDE_KN
-        least_kN = curve.at(low_mm - place_mm, warm_C) / guard.factor - BESIDE_KN
+        begins = high_mm < min(FIRST_MM, FIRST_SHARE * curve.end_mm) + (0.0 if scene.counted else UNCOUNTED_MM)
+        factor, beside_kN = guard.factor, BESIDE_KN
+        if begins:
+            factor, beside_kN = FIRST_TIMES * factor, FIRST_KN
+        most_kN = factor * fast * curve.at(high_mm + beyond_mm, warm_C) + beside_kN
+        least_kN = curve.at(low_mm - place_mm, warm_C) / factor - beside_kN
         usual_kN = curve.at(0.5 * (low_mm + high_mm), warm_C)
         above = self._lasting.sure("above", force_kN > most_kN)
         below = self._lasting.sure("below", first and force_kN < least_kN)
@@ -103,10 +143,10 @@ class ForceJudge:
             f"force reads {force_kN:.1f} kN at a stroke of {0.5 * (low_mm + high_mm):.1f} mm, where "
             f"{usual_kN:.1f} kN are expected ({curve.source}), {ratio:.2f} times as much"
             + (f" ({look})" if look else "")
-            + f"; within a factor of {guard.factor:g} ([guards] force_against_model_factor) is right. "
+            + f"; within a factor of {factor:.3g} ([guards] force_against_model_factor) is right. "
             + "Is it the specimen that the campaign names?"
         )
-        kind: Kind = "sign" if ratio < -0.3 else "scale"
+        kind: Kind = "sign" if ratio < -0.3 else "still" if abs(ratio) < 0.03 else "scale"
         return _doubt(kind, text, force_kN, most_kN if above else least_kN)
 
 

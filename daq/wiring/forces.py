@@ -31,6 +31,8 @@ GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
 """… where the force changes by this in the window."""
+UNLIKE_KN, UNLIKE_SHARE = 0.6, 0.03
+"""A multiple leaves less than this of the other, and this share of the change."""
 LATE_S = 0.035
 """The one may come so much later: wire and operating system of a serial amplifier take up to 20 ms."""
 _LATE_S = np.concatenate([np.arange(0.01, 0.1, 0.01), np.arange(0.1, 1.21, 0.05)])
@@ -110,7 +112,7 @@ class TwoForcesJudge:
         if not self._lasting.sure("moving", off or late or jumped):
             return None
         if off:
-            return self._scale(scene, gain, first, second)
+            return self._scale(scene, gain, first, second, unlike=left > UNLIKE_KN + UNLIKE_SHARE * taken_kN)
         if late:
             return _late(lag_s)
         return self._zero(scene, float(np.mean(first)), float(np.mean(second)), zero_kN)
@@ -127,7 +129,9 @@ class TwoForcesJudge:
         )
         return _doubt("zero", name, "calibration", text, second_kN - first_kN, most_kN, "kN")
 
-    def _scale(self, scene: Scene, gain: float, first: Floats, second: Floats) -> Doubt:
+    def _scale(
+        self, scene: Scene, gain: float, first: Floats, second: Floats, *, unlike: bool
+    ) -> Doubt:
         expected = _expected_kN(scene)
         name = _farther(float(first[-1]), float(second[-1]), expected, by_ratio=True)
         ratio = gain if name == "force_2" else 1.0 / gain if gain else float("inf")
@@ -140,6 +144,12 @@ class TwoForcesJudge:
             wrong = "force_2" if float(np.mean(first)) > 0.0 else "force"
             text = f"{wrong} falls where the other way to the force rises: its sign is turned"
             return _doubt("sign", wrong, "calibration", text, gain, None, "")
+        if unlike:
+            text = (
+                f"{name} is no multiple of the other way to the same force: a delay or a low pass that is not "
+                "stated, or another signal"
+            )
+            return _doubt("disagrees", name, "delay_s and calibration", text, ratio, 1.0 + GAIN_OFF, "")
         look = likeness(ratio)
         who = name if "," not in name else "force_2"
         text = f"{who} reads {ratio:.3f} times the other way to the same force" + (f", {look}" if look else "")

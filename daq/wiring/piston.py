@@ -61,7 +61,7 @@ class PistonJudge:
         if not self._lasting.sure("apart", beyond_mm > most_mm):
             return None
         now_mm = float(told[-1])
-        ratio = at_mm / now_mm if abs(now_mm) > 1.5 else 0.0
+        ratio = at_mm / now_mm if abs(now_mm) > 1.0 else 0.0
         turned = ratio < -0.3
         look = likeness(ratio) if abs(now_mm) > 3.0 else ""
         text = (

@@ -68,6 +68,11 @@ class Points:
             return False
         return self._hand_on()
 
+    @property
+    def span_s(self) -> float:
+        """Return how long a time the points cover [s]."""
+        return float(self.table[-1, 0] - self.table[0, 0]) if len(self.table) else 0.0
+
     def last(self, span_s: float) -> Floats:
         """Return the rows of the last ``span_s`` seconds; none where there was a gap within them."""
         if not len(self.table):

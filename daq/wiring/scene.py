@@ -59,6 +59,13 @@ class Scene:
             return 0.0
         return float((rows[-1, column] - rows[0, column]) / (rows[-1, 0] - rows[0, 0]))
 
+    def exchanged(self, wire: str, at_mm: float) -> bool:
+        """Return whether force and a draw wire have each other's values: the one goes the piston's way."""
+        force, value, second = self.now("force"), self.now(wire), self.force_2_kN
+        if force is None or value is None or abs(force - at_mm) > 0.6 + 0.1 * at_mm:
+            return False
+        return value > 3.0 * at_mm if second is None else abs(value - second) < 2.0 + 0.15 * abs(second)
+
     def stroke_mm(self) -> float | None:
         """Return the mean of the draw wires now; the piston's way where there are none [mm]."""
         wires = [value for name in self.points.wires if (value := self.now(name)) is not None]

@@ -16,6 +16,9 @@ from daq.wiring.points import Points
 from daq.wiring.scene import Scene
 from daq.wiring.wires import WireJudge
 
+LEAST_SPAN_S = 0.6
+"""Force and wires are held against the piston once its position has been held against its command for so long."""
+
 
 class WiringWatch:
     """Hands what comes in to the judges; each doubt is said once.
@@ -108,5 +111,8 @@ class WiringWatch:
         scene = Scene(
             self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN
         )
-        for judge in (self._forces, self._piston, self._force, self._wires):
-            yield judge.look(scene)
+        yield self._forces.look(scene)
+        yield self._piston.look(scene)
+        if self._points.span_s >= LEAST_SPAN_S:  # the piston's own judge needs so long: it is looked at first
+            yield self._force.look(scene)
+            yield self._wires.look(scene)

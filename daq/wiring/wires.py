@@ -39,6 +39,11 @@ STEADY_LATE_S, STEADY_LATE_MM, STEADY_GIVE = 0.06, 0.42, 1.4
 LEAST_SPEED = 4.0
 """Speeds must differ by this for a delay to show [mm/s]."""
 DELAY_WINDOW_S, DELAY_EVERY_S = 4.0, 0.5
+FINE_MM = 6.0
+"""A wire that was right over so much of the way has no wrong scale [mm]."""
+SLOPE_MM, SLOPE_FROM_MM, SLOPE_OFF = 5.0, 1.0, 0.045
+"""Wire against piston over so much of the first compression, from so far behind the contact on: 1, less what the
+machine gives way, to within this."""
 LOOKS = 2
 
 
@@ -60,6 +65,7 @@ class WireJudge:
         self._began_s: float | None = None
         self._farthest_mm = 0.0
         self._delay_due_s = -np.inf
+        self._fine_mm: dict[str, float] = {}
 
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with a wire, None if nothing is."""
@@ -80,9 +86,13 @@ class WireJudge:
             self._lasting.sure("apart", False)
             return None
         off = self._off(scene, now, contact, at_mm, speed)
-        return self._apart(scene, off, now, contact, at_mm, speed) or (
-            self._late_in_steps(scene, now, contact, at_mm, speed) if first else None
-        ) or self._late(scene, way, at_mm)
+        if at_mm > FINE_MM / 2.0:
+            self._fine_mm.update({name: at_mm for name in wires if name not in off})
+        doubt = self._apart(scene, off, now, contact, at_mm)
+        if doubt is None and first:
+            doubt = self._slope(scene, contact, at_mm, speed)
+            doubt = doubt or self._late_in_steps(scene, now, contact, at_mm, speed)
+        return doubt or self._late(scene, contact, at_mm)
 
     # --- where it is met ----------------------------------------------------------------------------
 
@@ -162,29 +172,65 @@ class WireJudge:
         now: Mapping[str, float],
         contact: _Contact,
         at_mm: float,
-        speed: float,
     ) -> Doubt | None:
         if not self._lasting.sure("apart", bool(off)):
             return None
         wires = scene.points.wires
         name = max(off, key=lambda one: abs(off[one]))
-        both = len(wires) == 2 and len(off) == 2 and abs(off[wires[0]] - off[wires[1]]) < 0.3 * abs(off[name])
         went_mm = now[name] - contact.wires_mm[name]
-        ratio = went_mm / at_mm
-        rows = scene.points.last(1.0)
-        column, way = scene.points.column(name), scene.points.column(scene.way or "")
-        slope = float("nan")
-        if column is not None and way is not None and len(rows) and np.ptp(rows[:, way]) > 0.5:
-            slope = slope_of(rows, column, way)
+        if scene.exchanged(name, at_mm):
+            text = f"force reads {now['force']:.1f} kN where the piston goes {at_mm:.1f} mm, and {name} {went_mm:.1f} mm"
+            setting = f"{channel_setting('force', 'registers')} and {channel_setting(name, 'registers')}"
+            return _doubt("swapped", f"force, {name}", setting, f"{text}: they are exchanged", off[name], CLOSE_MM)
+        both = len(wires) == 2 and len(off) == 2 and abs(off[wires[0]] - off[wires[1]]) < 0.3 * abs(off[name])
         sensor = ", ".join(wires) if both else name
+        expected_mm = at_mm - sum(self._given_mm(scene, now, at_mm)) / 2.0
         who = "both draw wires go" if both else f"{name} goes"
         shown = f"{who} {went_mm:.2f} mm where the piston goes {at_mm:.2f} mm"
-        kind, how = _kind(ratio, slope, speed)
-        text = shown + how
-        if both and kind == "scale":
-            text += "; or the piston’s own scale is wrong, in position and command alike"
-        setting = channel_setting(sensor, "calibration")
-        return _doubt(kind, sensor, setting, text, off[name], CLOSE_MM)
+        slope = self._lately(scene, contact, name)
+        kind, how = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
+        return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, both=both)
+
+    def _lately(self, scene: Scene, contact: _Contact, name: str) -> float:
+        """Return how far a wire went lately per way of the piston; not a number where that stood."""
+        column, way = scene.points.column(name), scene.points.column(scene.way or "")
+        rows = scene.points.last(0.2)
+        if column is None or way is None or not len(rows):
+            return float("nan")
+        pressed = rows[rows[:, way] > contact.position_mm + 0.4]
+        return slope_of(pressed, column, way) if len(pressed) > 5 and np.ptp(pressed[:, way]) > 0.3 else float("nan")
+
+    def _slope(self, scene: Scene, contact: _Contact, at_mm: float, speed: float) -> Doubt | None:
+        """Return a doubt where the first compression shows another scale, whatever the zeros are."""
+        way, force = scene.points.column(scene.way or ""), scene.points.column("force")
+        rows = scene.points.last(6.0)
+        if way is None or not len(rows) or not 1.0 < speed < SLOW_MM_PER_S:
+            self._lasting.sure("slope", False)
+            return None
+        back = np.flatnonzero(np.diff(rows[:, way]) < -0.1)
+        rows = rows[int(back[-1]) + 1 if len(back) else 0 :]
+        rows = rows[rows[:, way] > contact.position_mm + SLOPE_FROM_MM]
+        travel_mm = float(np.ptp(rows[:, way])) if len(rows) else 0.0
+        if travel_mm < SLOPE_MM:
+            self._lasting.sure("slope", False)
+            return None
+        stiff = 0.0 if force is None else max(0.0, slope_of(rows, force, way)) * travel_mm
+        stiff = scene.guard.believable_kN(stiff, at_mm, scene.specimen_C) / travel_mm
+        least, most = scene.guard.given_way_mm(stiff)
+        found = {}
+        for name in scene.points.wires:
+            column = scene.points.column(name)
+            slope = 1.0 if column is None else slope_of(rows, column, way)
+            if not 1.0 - most - SLOPE_OFF < slope < 1.0 - least + SLOPE_OFF:
+                found[name] = slope / (1.0 - 0.5 * (least + most))
+        if not self._lasting.sure("slope", bool(found)):
+            return None
+        both = len(found) == 2
+        ratio = max(found.values(), key=lambda one: abs(one - 1.0))
+        look = likeness(ratio)
+        sensor = ", ".join(found)
+        text = f"{sensor} {'go' if both else 'goes'} {ratio:.3f} times the way of the piston over {travel_mm:.1f} mm"
+        return _scaled_doubt("scale", sensor, text + (f", {look}" if look else ""), ratio, 1.0 + SLOPE_OFF, both=both)
 
     # --- how late it is -----------------------------------------------------------------------------
 
@@ -205,26 +251,28 @@ class WireJudge:
         for name in scene.points.wires:
             behind_mm = at_mm - (now[name] - contact.wires_mm[name]) - most_mm - 0.01 * at_mm
             column = scene.points.column(name)
-            goes = even and column is not None and 0.85 < slope_of(rows, column, way) < 1.1
+            goes = even and column is not None and 0.93 < slope_of(rows, column, way) < 1.05
             if goes and behind_mm > STEADY_LATE_MM and behind_mm / speed > STEADY_LATE_S:
                 late_s[name] = behind_mm / speed
         if not self._lasting.sure("steady", bool(late_s)):
             return None
         return _late_doubt(", ".join(late_s), max(late_s.values()))
 
-    def _late(self, scene: Scene, way: str, at_mm: float) -> Doubt | None:
+    def _late(self, scene: Scene, contact: _Contact, at_mm: float) -> Doubt | None:
         """Return a doubt where a wire is behind the piston by a part that goes with the speed."""
         now_s = float(scene.points.table[-1, 0])
         if now_s < self._delay_due_s or at_mm < 1.0:
             return None
         self._delay_due_s = now_s + DELAY_EVERY_S
-        rows, column = scene.points.last(DELAY_WINDOW_S), scene.points.column(way)
+        rows, column = scene.points.last(DELAY_WINDOW_S), scene.points.column(scene.way or "")
         force = scene.points.column("force")
         if column is None or len(rows) < 50:
             return None
         time = rows[:, 0]
         speed = np.gradient(rows[:, column], time)
-        carries = rows[:, force] > LOADED_KN if force is not None else np.ones(len(rows), dtype=bool)
+        carries = rows[:, column] > contact.position_mm + 0.5
+        if force is not None:
+            carries &= rows[:, force] > LOADED_KN
         if np.count_nonzero(carries) < 50 or np.ptp(speed[carries]) < LEAST_SPEED:
             return None
         loads = [rows[carries, force]] if force is not None else []
@@ -245,17 +293,31 @@ class WireJudge:
         return _late_doubt(", ".join(late), max(late.values(), key=abs))
 
 
-def _kind(ratio: float, slope: float, speed: float) -> tuple[Kind, str]:
-    """Return what is wrong with a wire that goes ``ratio`` of the way, and ``slope`` of it lately."""
-    lately = ratio if np.isnan(slope) else slope
-    if abs(ratio) < 0.15 or (abs(lately) < 0.15 and abs(speed) > 0.5):
+def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str]:
+    """Return what is wrong with a wire that goes ``ratio`` of its way, and ``lately`` this.
+
+    One that was right over some way before has no wrong scale: it has come off, or slipped.
+    """
+    if abs(ratio) < 0.15 or abs(lately) < 0.15:
         return "still", ": it stands still, it may have come off or its drum sticks"
-    if lately < -0.3:
+    if right_before:
+        return "slipped", ": it was right before, and has slipped or come off"
+    if ratio < -0.3:
         return "sign", ": its sign is turned"
     if abs(lately - 1.0) < 0.12:
-        return "slipped", ": it slipped, was hooked in anew, or its zero is off"
-    look = likeness(lately)
-    return "scale", f", {lately:.2f} times as far" + (f", {look}" if look else "")
+        return "zero", ": its zero is off, or it slipped or was hooked in anew"
+    known = ratio if np.isnan(lately) else lately
+    look = likeness(known)
+    return "scale", f", {known:.2f} times as far" + (f", {look}" if look else "")
+
+
+def _scaled_doubt(kind: Kind, sensor: str, text: str, value: float, limit: float, *, both: bool) -> Doubt:
+    """Return a doubt of how far wires go; where both are alike, it may be the piston's own scale."""
+    setting = channel_setting(sensor, "calibration")
+    if both and kind == "scale":
+        text += "; or the piston's own scale is wrong, in position and command alike"
+        setting += f", or {channel_setting('position', 'calibration')}"
+    return _doubt(kind, sensor, setting, text, value, limit)
 
 
 def _late_doubt(sensor: str, late_s: float) -> Doubt:
