@@ -22,7 +22,7 @@ FROM_MM, UNCOUNTED_MM = 2.5, 2.5
 FIRST_MM, FIRST_SHARE, FIRST_TIMES, FIRST_KN = 8.0, 0.15, 1.6, 3.0
 """Up to this stroke, or share of the curve, it is judged with so much more of the factor, and this: what a
 preload is, and how it is met, nobody knows well."""
-PLACE_MM, UNCOUNTED_PLACE_MM = 0.6, 2.0
+PLACE_MM, UNCOUNTED_PLACE_MM = 0.6, 1.2
 """The curve may lie so far beside the stroke."""
 BESIDE_KN = 1.0
 """What friction of the guides and zeros add."""
@@ -37,7 +37,7 @@ PULLS_KN = 3.0
 PULLED_SAMPLES = 3
 FREE_MM, FREE_KN = 0.4, 3.5
 """So far before first contact the force is none, to within this: its zero was set a moment ago."""
-LOOKS, FREE_LOOKS = 3, 8
+LOOKS, FREE_LOOKS = 3, 5
 
 
 class ForceJudge:

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 GRID_S = 0.02
 """Both are compared on points of so long a time [s]."""
-WINDOW_S, EVERY_S = 3.0, 0.25
+WINDOW_S, EVERY_S = 3.0, 0.1
 """Over so long, so often [s]."""
 TAKEN_KN = 4.0
 """A force that changes by less in the window shows neither scale nor delay."""
@@ -31,6 +31,8 @@ GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
 """… where the force changes by this in the window."""
+JUMPED = 1.15
+"""An offset while the force changes is that of a zero from so many times this on."""
 UNLIKE_KN, UNLIKE_SHARE = 0.6, 0.03
 """A multiple leaves less than this of the other, and this share of the change."""
 LATE_S = 0.035
@@ -104,18 +106,17 @@ class TwoForcesJudge:
                 return None
             return self._zero(scene, float(np.mean(first)), float(np.mean(second)), most_kN)
         self._lasting.sure("still", False)
-        lag_s, gain, left, left_now = _best(one, time, second, zero_kN)
+        lag_s, gain, left, left_now, apart_kN = _best(one, time, second, zero_kN)
         off = taken_kN > GAIN_KN and not (1.0 / (1.0 + GAIN_OFF) <= gain <= 1.0 + GAIN_OFF)
         late = abs(lag_s) > LATE_S and left < BETTER * left_now
-        apart_kN = float(np.mean(second - first))
-        jumped = not (off or late) and abs(apart_kN) > zero_kN + APART_SHARE * taken_kN and left < 0.5
+        jumped = not (off or late) and abs(apart_kN) > JUMPED * zero_kN
         if not self._lasting.sure("moving", off or late or jumped):
             return None
         if off:
             return self._scale(scene, gain, first, second, unlike=left > UNLIKE_KN + UNLIKE_SHARE * taken_kN)
         if late:
             return _late(lag_s)
-        return self._zero(scene, float(np.mean(first)), float(np.mean(second)), zero_kN)
+        return self._zero(scene, float(first[-1]), float(second[-1]), zero_kN)
 
     def _zero(self, scene: Scene, first_kN: float, second_kN: float, most_kN: float) -> Doubt:
         stroke_mm = scene.stroke_mm()
@@ -124,7 +125,7 @@ class TwoForcesJudge:
         right_kN = 0.0 if free else expected
         name = _farther(first_kN, second_kN, right_kN)
         text = (
-            f"force reads {first_kN:+.1f} kN and force_2 {second_kN:+.1f} kN at rest, of one transducer: "
+            f"force reads {first_kN:+.1f} kN and force_2 {second_kN:+.1f} kN of one transducer: "
             f"a zero is off by {abs(first_kN - second_kN):.1f} kN"
         )
         return _doubt("zero", name, "calibration", text, second_kN - first_kN, most_kN, "kN")
@@ -140,16 +141,16 @@ class TwoForcesJudge:
             other = "force" if still == "force_2" else "force_2"
             text = f"{still} stands still while {other} changes by {float(max(np.ptp(first), np.ptp(second))):.1f} kN"
             return _doubt("still", still, "calibration", text, gain, None, "")
-        if gain < 0.0:
-            wrong = "force_2" if float(np.mean(first)) > 0.0 else "force"
-            text = f"{wrong} falls where the other way to the force rises: its sign is turned"
-            return _doubt("sign", wrong, "calibration", text, gain, None, "")
         if unlike:
             text = (
                 f"{name} is no multiple of the other way to the same force: a delay or a low pass that is not "
                 "stated, or another signal"
             )
             return _doubt("disagrees", name, "delay_s and calibration", text, ratio, 1.0 + GAIN_OFF, "")
+        if gain < 0.0:
+            wrong = "force_2" if float(np.mean(first)) > 0.0 else "force"
+            text = f"{wrong} falls where the other way to the force rises: its sign is turned"
+            return _doubt("sign", wrong, "calibration", text, gain, None, "")
         look = likeness(ratio)
         who = name if "," not in name else "force_2"
         text = f"{who} reads {ratio:.3f} times the other way to the same force" + (f", {look}" if look else "")
@@ -157,28 +158,32 @@ class TwoForcesJudge:
 
 
 def _keep(track: deque[Floats], block: ScaledBlock, name: str, moved_s: float) -> None:
-    time_s = block.time_us * 1e-6 + moved_s
+    time_s, value = block.time_us * 1e-6 + moved_s, block.values[name]
+    parts = int(np.ceil(float(time_s[-1] - time_s[0]) / GRID_S))
+    if 0 < parts < len(time_s):
+        starts = np.linspace(0, len(time_s), parts, endpoint=False).astype(int)
+        counts = np.diff(np.append(starts, len(time_s)))
+        time_s, value = np.add.reduceat(time_s, starts) / counts, np.add.reduceat(value, starts) / counts
     if track and float(time_s[0]) <= float(track[-1][0, -1]) - 1.0:
         track.clear()  # its clock was set
-    track.append(np.stack([time_s, block.values[name]]))
+    track.append(np.stack([time_s, value]))
     while float(track[0][0, -1]) < float(time_s[-1]) - WINDOW_S - 2.5:
         track.popleft()
 
 
 def _series(track: deque[Floats]) -> Floats:
-    """Return time and value of a track, in points; time rising."""
-    whole = np.concatenate(track, axis=1) if len(track) > 1 else track[0]
-    bins = np.floor(whole[0] / GRID_S).astype(np.int64)
-    bins = np.maximum.accumulate(bins)
-    starts = np.flatnonzero(np.diff(bins, prepend=bins[0] - 1))
-    points = np.add.reduceat(whole, starts, axis=1) / np.diff(np.append(starts, whole.shape[1]))
-    track.clear()
-    track.append(whole)
-    return np.asarray(points)
+    """Return time and value of a track, shape (2, n); time does not fall."""
+    whole = np.concatenate(track, axis=1)
+    whole[0] = np.maximum.accumulate(whole[0])  # the clocks' offset may have become less
+    return whole
 
 
-def _best(one: Floats, time: Floats, second: Floats, zero_kN: float) -> tuple[float, float, float, float]:
-    """Return delay and gain of force_2 behind force, and the rms that they leave, and no delay does [kN].
+def _best(
+    one: Floats, time: Floats, second: Floats, zero_kN: float
+) -> tuple[float, float, float, float, float]:
+    """Return delay and gain of force_2 behind force, the rms that they leave, and no delay does, and the offset.
+
+    All in s and kN.
 
     The offset of both is held near 0 as a zero of a known size is: on an even ramp it would pass for a delay.
     Delays are tried only where none leaves more than noise.
@@ -187,19 +192,19 @@ def _best(one: Floats, time: Floats, second: Floats, zero_kN: float) -> tuple[fl
     aim = np.append(second, 0.0)
     now = _fit(np.interp(time, *one), aim, weight)
     if now[0] < LITTLE_KN + LITTLE_SHARE * float(np.ptp(second)):
-        return 0.0, now[1], now[0], now[0]
+        return 0.0, now[1], now[0], now[0], now[2]
     tried = [(*_fit(np.interp(time - lag_s, *one), aim, weight), float(lag_s)) for lag_s in LAGS_S]
-    left_kN, gain, lag_s = min(tried)
+    left_kN, gain, offset_kN, lag_s = min(tried)
     if left_kN > BETTER * now[0]:  # no delay explains it: the gain is that without one
-        return 0.0, now[1], now[0], now[0]
-    return lag_s, gain, left_kN, now[0]
+        return 0.0, now[1], now[0], now[0], now[2]
+    return lag_s, gain, left_kN, now[0], offset_kN
 
 
-def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float]:
-    """Return the rms that a gain and an offset leave, and the gain."""
+def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float, float]:
+    """Return the rms that a gain and an offset leave, the gain and the offset."""
     system = np.stack([np.append(moved, 0.0), np.append(np.ones(len(moved)), weight)], axis=1)
     solution = np.linalg.lstsq(system, aim, rcond=None)[0]
-    return float(np.sqrt(np.mean((system @ solution - aim) ** 2))), float(solution[0])
+    return float(np.sqrt(np.mean((system @ solution - aim) ** 2))), float(solution[0]), float(solution[1])
 
 
 def _expected_kN(scene: Scene) -> float | None:
