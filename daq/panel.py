@@ -44,7 +44,7 @@ from daq.temperature_guard import (
     evaluate_reading,
     evaluate_silence,
 )
-from daq.wiring import WiringGuard, WiringWatch
+from daq.wiring import Compared, WiringGuard, WiringWatch
 from drivers.interfaces import ControllerStatus, SensorFault
 
 CONTROLLER_STREAM = "controller"
@@ -90,11 +90,11 @@ class GuardSet:
     def valve_off(self) -> GuardSet:
         """Return the set for a stand that is not switched on: nothing follows a command."""
         kept = tuple(guard for guard in self.channels if guard.signal != "following_error")
-        return replace(self, channels=kept, frozen=()).without_motion()
+        return replace(self, channels=kept, frozen=()).comparing("none")
 
-    def without_motion(self) -> GuardSet:
-        """Return the set for what is no motion of a test: force, strokes and position are not compared."""
-        wiring = None if self.wiring is None else replace(self.wiring, motion=False)
+    def comparing(self, motion: Compared) -> GuardSet:
+        """Return the set in which so much of force, strokes and position is held against each other."""
+        wiring = None if self.wiring is None else replace(self.wiring, motion=motion)
         return replace(self, wiring=wiring)
 
     def first_look(self) -> GuardSet:

@@ -270,7 +270,7 @@ class Zeroing:
             for guard in guards.channels
         )
         # A wire on the specimen stands still while the piston comes nearer: that is no frozen transducer.
-        return replace(guards, channels=narrow, frozen=()).without_motion()
+        return replace(guards, channels=narrow, frozen=()).comparing("piston")
 
     def _look_at_rest(self) -> float:
         """Stand still for a while; return the mean of the force as the controller itself has it [kN]."""
@@ -301,7 +301,8 @@ class Zeroing:
             more = f", or raise {self._limits.names.touch_force} (at most {TOUCH_FORCE_MAX_KN:g} kN)"
             raise self._refusal(
                 f"the force at rest scatters by {noise_kN:.2f} kN (standard deviation): a touch at "
-                f"{given:g} kN would not be told from it; mend its cable or filter"
+                f"{given:g} kN would not be told from it; mend its cable or filter, or its calibration ([[controller.channel]] "
+                "name = “force”) if that is too large"
                 + (more if given < TOUCH_FORCE_MAX_KN else "")
             )
         return float(given)

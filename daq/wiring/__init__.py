@@ -7,7 +7,7 @@ holds against what, and by how much that may differ, is stated there.
 """
 
 from daq.wiring.doubt import Doubt, doubt_trip
-from daq.wiring.facts import ForceCurve, WiringGuard
+from daq.wiring.facts import Compared, ForceCurve, WiringGuard
 from daq.wiring.watch import WiringWatch
 
-__all__ = ["Doubt", "ForceCurve", "WiringGuard", "WiringWatch", "doubt_trip"]
+__all__ = ["Compared", "Doubt", "ForceCurve", "WiringGuard", "WiringWatch", "doubt_trip"]

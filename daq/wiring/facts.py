@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from daq.guards import Action
 
 Floats = NDArray[np.float64]
+Compared = Literal["all", "piston", "none"]
 
 SOFTEST_FRAME_KN_PER_MM, STIFFEST_FRAME_KN_PER_MM = 80.0, 2000.0
 """A machine of which nothing is stated gives way within these."""
@@ -100,9 +102,10 @@ class WiringGuard:
         Heat capacity of the specimen; None: not known.
     sensor_lag_s : float or None
         By how much a sensor on it lags behind [s]; None: not known.
-    motion : bool
-        Whether force, strokes and position are judged: not with the valve off, nor while first contact is
-        touched off, which has eyes of its own (:mod:`daq.wiring.touch`).
+    motion : str
+        What is judged of force, strokes and position: ``all``; ``piston`` and the sign of the force while first
+        contact is touched off, which has eyes of its own for the rest (:mod:`daq.wiring.touch`); ``none`` with
+        the valve off.
     """
 
     action: Action = Action.STOP
@@ -116,7 +119,7 @@ class WiringGuard:
     ambient_C: float = 21.0
     capacity_J_per_K: float | None = None
     sensor_lag_s: float | None = None
-    motion: bool = True
+    motion: Compared = "all"
 
     @property
     def factor(self) -> float:

@@ -8,6 +8,7 @@ differ, the specimen's expected curve says which of them is wrong; without one b
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,7 +116,7 @@ class TwoForcesJudge:
         if off:
             return self._scale(scene, gain, first, second, unlike=left > UNLIKE_KN + UNLIKE_SHARE * taken_kN)
         if late:
-            return _late(lag_s)
+            return _late(lag_s, scene.guard.delays_s)
         return self._zero(scene, float(first[-1]), float(second[-1]), zero_kN)
 
     def _zero(self, scene: Scene, first_kN: float, second_kN: float, most_kN: float) -> Doubt:
@@ -224,9 +225,16 @@ def _farther(first_kN: float, second_kN: float, right_kN: float | None, *, by_ra
     return "force" if apart[0] > apart[1] else "force_2"
 
 
-def _late(lag_s: float) -> Doubt:
+def _late(lag_s: float, stated_s: Mapping[str, float]) -> Doubt:
+    """Return the doubt of a delay: the later one is late, unless of the other too long a delay is stated."""
     name = "force_2" if lag_s > 0.0 else "force"
     other = "force" if name == "force_2" else "force_2"
+    if stated_s.get(other, 0.0) > 0.5 * abs(lag_s):
+        text = (
+            f"{other} comes {abs(lag_s) * 1e3:.0f} ms before {name}, less the delay of "
+            f"{stated_s[other] * 1e3:.0f} ms that is stated of it: that is too long"
+        )
+        return _doubt("delay", other, "delay_s", text, abs(lag_s), LATE_S, "s")
     text = f"{name} comes {abs(lag_s) * 1e3:.0f} ms later than {other} (a delay or a low pass that is not stated)"
     return _doubt("delay", name, "delay_s", text, abs(lag_s), LATE_S, "s")
 

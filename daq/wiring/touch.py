@@ -26,6 +26,8 @@ STEP_MM = 0.01
 """A rise over less of the way cannot be told: an encoder has such steps."""
 LATE_S, LATEST_S = 0.25, 3.0
 """It is late from this on; more than that is not looked for [s]."""
+CAME_MM = 0.03
+"""The piston came by this at least."""
 SIGMAS = 5.0
 
 
@@ -100,8 +102,9 @@ def _late(time: Floats, force: Floats, place: Floats, high: float) -> Doubt | No
     """Return a doubt where the force rises and falls later than the piston comes and goes."""
     above = np.flatnonzero(force > 0.5 * high)
     up, down = int(above[0]), int(above[-1])
-    if down >= len(force) - 1:
-        return None  # it was never seen to fall
+    came_mm = float(place[up:].max() - place[: max(up, 1)].min())
+    if down >= len(force) - 1 or came_mm < CAME_MM:
+        return None  # it was never seen to fall, or the piston tells nothing
     lags = np.arange(0.0, LATEST_S, 0.01)
     apart = np.interp(time[up] - lags, time, place) - np.interp(time[down] - lags, time, place)
     even = np.flatnonzero(apart <= 0.0)

@@ -24,7 +24,7 @@ class WiringWatch:
     """Hands what comes in to the judges; each doubt is said once.
 
     What they have seen of motion is forgotten with every zero (:meth:`rebase`) and while nothing is to be judged
-    (:attr:`daq.wiring.facts.WiringGuard.motion`); what thermometers showed is kept.
+    (``motion`` of :class:`daq.wiring.facts.WiringGuard`); what thermometers showed is kept.
     """
 
     def __init__(self) -> None:
@@ -95,7 +95,7 @@ class WiringWatch:
         *,
         device_clock: bool,
     ) -> Iterable[Doubt | None]:
-        if not guard.motion:
+        if guard.motion == "none":
             if self._points is not None:
                 self._heat.rebase()
                 self._begin()
@@ -111,8 +111,9 @@ class WiringWatch:
         scene = Scene(
             self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN
         )
-        yield self._forces.look(scene)
+        if guard.motion == "all":
+            yield self._forces.look(scene)
         yield self._piston.look(scene)
-        if self._points.span_s >= LEAST_SPAN_S:  # the piston's own judge needs so long: it is looked at first
+        if guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S:  # the piston's own judge needs so long: it is looked at first
             yield self._force.look(scene)
             yield self._wires.look(scene)

@@ -30,6 +30,8 @@ LOADED_KN = 5.0
 """In contact, after the first compression [kN]."""
 MET_MM, MET_KN = 0.7, 3.0
 """Where no contact was touched off, it is where a wire has moved by this, or a force has risen by this."""
+AGAINST_MM = 0.6
+"""A wire does not go back by so much as the first contact is passed."""
 REST_S = 0.3
 """What the wires read at rest is taken over so long [s]."""
 LATE_S, LATE_MM = 0.045, 0.4
@@ -80,12 +82,15 @@ class WireJudge:
         speed = scene.speed_mm_per_s(way)
         first = at_mm > self._farthest_mm - 0.3 and speed > -0.1
         self._farthest_mm = max(self._farthest_mm, at_mm)
-        if at_mm <= 0.3:
+        against: dict[str, float] = {}
+        if not scene.counted and at_mm < MET_MM + 3.0 and speed > 0.3:
+            against = self._against(scene, now)
+        if at_mm <= 0.3 and not against:
             return self._before(scene, now, at_mm) if scene.counted else None
         if not first and not self._loaded(scene, now):
             self._lasting.sure("apart", False)
             return None
-        off = self._off(scene, now, contact, at_mm, speed)
+        off = self._off(scene, now, contact, at_mm, speed) | against
         if at_mm > FINE_MM / 2.0:
             self._fine_mm.update({name: at_mm for name in wires if name not in off})
         doubt = self._apart(scene, off, now, contact, at_mm)
@@ -160,10 +165,16 @@ class WireJudge:
         off: dict[str, float] = {}
         for name in scene.points.wires:
             behind_mm = at_mm - (now[name] - contact.wires_mm[name])
-            beyond_mm = max(behind_mm - most_mm, min(behind_mm - least_mm, 0.0), key=abs)
+            beyond_mm = max(behind_mm - most_mm, 0.0) + min(behind_mm - least_mm, 0.0)
             if abs(beyond_mm) > close_mm:
                 off[name] = beyond_mm
         return off
+
+    def _against(self, scene: Scene, now: Mapping[str, float]) -> dict[str, float]:
+        """Return the wires that go back as the piston goes forward: the tilt that this makes is none."""
+        rest = self._rest or {}
+        gone = {name: now[name] - rest.get(name, now[name]) for name in scene.points.wires}
+        return {name: -moved_mm for name, moved_mm in gone.items() if moved_mm < -AGAINST_MM}
 
     def _apart(
         self,
@@ -186,6 +197,9 @@ class WireJudge:
         sensor = ", ".join(wires) if both else name
         expected_mm = at_mm - sum(self._given_mm(scene, now, at_mm)) / 2.0
         who = "both draw wires go" if both else f"{name} goes"
+        if not scene.counted and at_mm < MET_MM + 3.0 and name in (against := self._against(scene, now)):
+            went_mm = -against[name]
+            expected_mm = at_mm = max(at_mm, abs(went_mm))
         shown = f"{who} {went_mm:.2f} mm where the piston goes {at_mm:.2f} mm"
         slope = self._lately(scene, contact, name)
         kind, how = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
