@@ -31,10 +31,11 @@ class WiringWatch:
         self._counted = False
         self._heat = HeatJudge()
         self._said: set[tuple[str, str]] = set()
+        self._points: Points | None = None
+        self._judging = False
         self._begin()
 
     def _begin(self) -> None:
-        self._points: Points | None = None
         self._piston, self._wires = PistonJudge(), WireJudge()
         self._force, self._forces = ForceJudge(), TwoForcesJudge()
 
@@ -42,6 +43,7 @@ class WiringWatch:
         """Begin anew: strokes and forces count from another zero, found at first contact or not."""
         self._counted = counted
         self._heat.rebase()
+        self._points = None
         self._begin()
 
     def observe(
@@ -95,18 +97,19 @@ class WiringWatch:
         *,
         device_clock: bool,
     ) -> Iterable[Doubt | None]:
-        if guard.motion == "none":
-            if self._points is not None:
-                self._heat.rebase()
-                self._begin()
-            return
         if self._points is None:
             self._points = Points(guard.delays_s)
-        yield self._force.pulls(block)
+        if guard.motion == "none" and self._judging:
+            self._begin()  # the judges, not the points: at the next motion these show what was at rest
+        self._judging = guard.motion != "none"
+        if self._judging:
+            yield self._force.pulls(block)
         self._forces.take_first(block, guard.delays_s.get("force", 0.0), device_clock=device_clock)
         if not self._points.take(block):
             return
         self._heat.work(self._points)
+        if not self._judging:
+            return
         own = [temperatures_C[name] for name in guard.specimen if name in temperatures_C]
         scene = Scene(
             self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN

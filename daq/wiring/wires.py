@@ -64,7 +64,6 @@ class WireJudge:
         self._lasting = Lasting(LOOKS)
         self._contact: _Contact | None = None
         self._rest: dict[str, float] | None = None
-        self._began_s: float | None = None
         self._farthest_mm = 0.0
         self._delay_due_s = -np.inf
         self._fine_mm: dict[str, float] = {}
@@ -108,11 +107,9 @@ class WireJudge:
         if scene.counted:
             self._contact = _Contact(0.0, dict.fromkeys(wires, 0.0))
             return self._contact
-        at_s = float(scene.points.table[-1, 0])
         if self._rest is None:
-            self._began_s = at_s if self._began_s is None else self._began_s
             rows = scene.points.last(REST_S)
-            if at_s - self._began_s >= REST_S and len(rows):
+            if scene.points.span_s >= REST_S and len(rows):
                 self._rest = {name: float(rows[:, 1 + i].mean()) for i, name in enumerate(scene.points.names)}
             return None
         moved_mm = max(abs(now[name] - self._rest[name]) for name in wires)
