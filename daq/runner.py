@@ -212,7 +212,11 @@ class _Campaign:
         if trip is None and exit_status:
             reason = "" if report is None else report.line
         self._record = replace(
-            self._record, status=status, reason=reason, stopped_by="" if trip is None else trip.guard
+            self._record,
+            status=status,
+            reason=reason,
+            stopped_by="" if trip is None else trip.guard,
+            trip={} if trip is None else trip.facts(),
         )
         self._save()
         self._session.take_notes()

@@ -301,9 +301,9 @@ class Zeroing:
             more = f", or raise {self._limits.names.touch_force} (at most {TOUCH_FORCE_MAX_KN:g} kN)"
             raise self._refusal(
                 f"the force at rest scatters by {noise_kN:.2f} kN (standard deviation): a touch at "
-                f"{given:g} kN would not be told from it; mend its cable or filter, or its calibration ([[controller.channel]] "
-                "name = “force”) if that is too large"
-                + (more if given < TOUCH_FORCE_MAX_KN else "")
+                f"{given:g} kN would not be told from it; mend its cable or filter, or its "
+                "calibration ([[controller.channel]] "
+                "name = “force”) if that is too large" + (more if given < TOUCH_FORCE_MAX_KN else "")
             )
         return float(given)
 

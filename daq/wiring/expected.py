@@ -56,7 +56,9 @@ def wiring_guard(
         curve=expected_curve(plan, predictor),
         frame_kN_per_mm=plan.limits.machine.stiffness_kN_per_mm,
         force_max_kN=plan.stand_limits.force_max_kN,
-        delays_s={channel.name: channel.delay_s for one in facts for channel in one.channels if channel.delay_s},
+        delays_s={
+            channel.name: channel.delay_s for one in facts for channel in one.channels if channel.delay_s
+        },
         specimen=tuple(name for name in thermometers if name not in ambient),
         ambient=tuple(name for name in thermometers if name in ambient),
         ambient_C=conditions.ambient_C,
@@ -81,8 +83,8 @@ def expected_curve(plan: Plan, predictor: Predictor | None) -> ForceCurve | None
     knows = predictor.assumptions
     source = "curve of the specimen, which has no spring model" if knows else "spring model of the specimen"
     return ForceCurve(
-        _rounded(stroke), _rounded(cold), _rounded(warm), start_C, start_C + WARMER_K, round(max(1.0, fast), 3),
-        source,
+        _rounded(stroke), _rounded(cold), _rounded(warm), start_C, start_C + WARMER_K, round(max(1.0, fast),
+        3), source,
     )  # fmt: skip
 
 

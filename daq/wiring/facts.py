@@ -65,7 +65,10 @@ class ForceCurve:
         if stroke_mm <= 0.0:
             return 0.0
         stroke, cold, warm = self._tables
-        cold_kN, warm_kN = float(np.interp(stroke_mm, stroke, cold)), float(np.interp(stroke_mm, stroke, warm))
+        cold_kN, warm_kN = (
+            float(np.interp(stroke_mm, stroke, cold)),
+            float(np.interp(stroke_mm, stroke, warm)),
+        )
         if temperature_C is None or self.warm_C == self.cold_C:
             return cold_kN
         share = (temperature_C - self.cold_C) / (self.warm_C - self.cold_C)
@@ -103,9 +106,9 @@ class WiringGuard:
     sensor_lag_s : float or None
         By how much a sensor on it lags behind [s]; None: not known.
     motion : str
-        What is judged of force, strokes and position: ``all``; ``piston`` and the sign of the force while first
-        contact is touched off, which has eyes of its own for the rest (:mod:`daq.wiring.touch`); ``none`` with
-        the valve off.
+        What is judged of force, strokes and position: ``all``; ``piston`` and the sign of the force while
+        first contact is touched off, which has eyes of its own for the rest (:mod:`daq.wiring.touch`);
+        ``none`` with the valve off.
     """
 
     action: Action = Action.STOP
@@ -135,8 +138,10 @@ class WiringGuard:
         least, most = FRAME_SHARES
         return least * size_kN / self.frame_kN_per_mm, most * size_kN / self.frame_kN_per_mm
 
-    def believable_kN(self, force_kN: float, stroke_mm: float, specimen_C: float | None) -> float:
-        """Return the size of a force, no more than the specimen can have at a stroke: a wrong one misleads."""
+    def believable_kN(  # noqa: N802 - the unit keeps its capital
+        self, force_kN: float, stroke_mm: float, specimen_C: float | None
+    ) -> float:
+        """Return a force's size, no more than the specimen has at a stroke: a wrong one misleads [kN]."""
         size_kN = abs(force_kN)
         if self.curve is None:
             return size_kN

@@ -1,9 +1,9 @@
-"""The force against what is expected of the specimen at that stroke, and against nothing where nothing is met.
+"""The force against what is expected of the specimen at a stroke, and against nothing where nothing is met.
 
-Upper side, all the time: no specimen gives more than its loading curve, times the factor, and what speed adds.
-Lower side, on a first compression only: on the way back a specimen may give anything down to nothing. Right
-specimens are up to 40 % softer or stiffer than their models, and begin some tenths of a millimetre elsewhere; a
-small stroke shows little, so that nothing is judged before some millimetres.
+Upper side, all the time: no specimen gives more than its loading curve, times the factor, and what speed
+adds. Lower side, on a first compression only: on the way back a specimen may give anything down to nothing.
+Right specimens are up to 40 % softer or stiffer than their models, and begin some tenths of a millimetre
+elsewhere; a small stroke shows little, so that nothing is judged before some millimetres.
 """
 
 from __future__ import annotations
@@ -89,7 +89,8 @@ class ForceJudge:
             return None
         late_s = float(rows[-1, 0] - rows[turn, 0])
         text = (
-            f"force still rises {late_s:.2f} s after the specimen has turned back ({at_kN:.1f} kN at the turn, "
+            f"force still rises {late_s:.2f} s after the specimen has turned back ({at_kN:.1f} "
+            "kN at the turn, "
             f"{now_kN:.1f} kN now): it is late"
         )
         return replace(
@@ -105,7 +106,8 @@ class ForceJudge:
         if not self._freely.sure("free", free and abs(force_kN) > FREE_KN):
             return None
         text = (
-            f"force reads {force_kN:+.1f} kN while the piston stands {-(position_mm or 0.0):.1f} mm before first "
+            f"force reads {force_kN:+.1f} kN while the piston stands {-(position_mm or 0.0):.1f} "
+            "mm before first "
             "contact: its zero is off, or has changed since it was found"
         )
         return _doubt("zero", text, force_kN, FREE_KN)
@@ -126,7 +128,9 @@ class ForceJudge:
         warm_C = scene.specimen_C
         beyond_mm = place_mm if abs(speed) < SLOW_MM_PER_S else place_mm + FAST_MM + FAST_S * abs(speed)
         fast = 1.0 if abs(speed) < SLOW_MM_PER_S else curve.fast
-        begins = high_mm < min(FIRST_MM, FIRST_SHARE * curve.end_mm) + (0.0 if scene.counted else UNCOUNTED_MM)
+        begins = high_mm < min(FIRST_MM, FIRST_SHARE * curve.end_mm) + (
+            0.0 if scene.counted else UNCOUNTED_MM
+        )
         factor, beside_kN = guard.factor, BESIDE_KN
         if begins:
             factor, beside_kN = FIRST_TIMES * factor, FIRST_KN
@@ -151,7 +155,8 @@ class ForceJudge:
 
 
 def _strokes(scene: Scene) -> tuple[float, float]:
-    """Return the least and the greatest stroke that wires and piston allow now [mm]: one of them may be wrong.
+    """Return the least and the greatest stroke that wires and piston allow now [mm]: one of them may be
+    wrong.
 
     Where strokes do not count from a contact, the piston's zero is nobody's: the wires alone say it.
     """

@@ -1,8 +1,8 @@
 """Both ways to the force against each other: sign, scale, zero and delay.
 
-The two come on clocks of their own: the controller's is brought to the host's by the least delay of its newest
-blocks, which leaves some 10 ms. What is allowed: the sum of both classes, a zero of each, and 35 ms. Where they
-differ, the specimen's expected curve says which of them is wrong; without one both are named.
+The two come on clocks of their own: the controller's is brought to the host's by the least delay of its
+newest blocks, which leaves some 10 ms. What is allowed: the sum of both classes, a zero of each, and 35 ms.
+Where they differ, the specimen's expected curve says which of them is wrong; without one both are named.
 """
 
 from __future__ import annotations
@@ -131,20 +131,22 @@ class TwoForcesJudge:
         )
         return _doubt("zero", name, "calibration", text, second_kN - first_kN, most_kN, "kN")
 
-    def _scale(
-        self, scene: Scene, gain: float, first: Floats, second: Floats, *, unlike: bool
-    ) -> Doubt:
+    def _scale(self, scene: Scene, gain: float, first: Floats, second: Floats, *, unlike: bool) -> Doubt:
         expected = _expected_kN(scene)
         name = _farther(float(first[-1]), float(second[-1]), expected, by_ratio=True)
         ratio = gain if name == "force_2" else 1.0 / gain if gain else float("inf")
         if abs(gain) < 0.03 or abs(gain) > 30.0:
             still = "force_2" if abs(gain) < 0.03 else "force"
             other = "force" if still == "force_2" else "force_2"
-            text = f"{still} stands still while {other} changes by {float(max(np.ptp(first), np.ptp(second))):.1f} kN"
+            text = (
+                f"{still} stands still while {other} changes by "
+                f"{float(max(np.ptp(first), np.ptp(second))):.1f} kN"
+            )
             return _doubt("still", still, "calibration", text, gain, None, "")
         if unlike:
             text = (
-                f"{name} is no multiple of the other way to the same force: a delay or a low pass that is not "
+                f"{name} is no multiple of the other way to the same force: a delay or a low "
+                "pass that is not "
                 "stated, or another signal"
             )
             return _doubt("disagrees", name, "delay_s and calibration", text, ratio, 1.0 + GAIN_OFF, "")
@@ -154,7 +156,9 @@ class TwoForcesJudge:
             return _doubt("sign", wrong, "calibration", text, gain, None, "")
         look = likeness(ratio)
         who = name if "," not in name else "force_2"
-        text = f"{who} reads {ratio:.3f} times the other way to the same force" + (f", {look}" if look else "")
+        text = f"{who} reads {ratio:.3f} times the other way to the same force" + (
+            f", {look}" if look else ""
+        )
         return _doubt("scale", name, "calibration", text, ratio, 1.0 + GAIN_OFF, "")
 
 
@@ -182,7 +186,8 @@ def _series(track: deque[Floats]) -> Floats:
 def _best(
     one: Floats, time: Floats, second: Floats, zero_kN: float
 ) -> tuple[float, float, float, float, float]:
-    """Return delay and gain of force_2 behind force, the rms that they leave, and no delay does, and the offset.
+    """Return delay and gain of force_2 behind force, the rms that they leave, and no delay does, and the
+    offset.
 
     All in s and kN.
 
@@ -208,7 +213,7 @@ def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float, float
     return float(np.sqrt(np.mean((system @ solution - aim) ** 2))), float(solution[0]), float(solution[1])
 
 
-def _expected_kN(scene: Scene) -> float | None:
+def _expected_kN(scene: Scene) -> float | None:  # noqa: N802 - the unit keeps its capital
     stroke_mm, curve = scene.stroke_mm(), scene.guard.curve
     if curve is None or stroke_mm is None:
         return None
@@ -235,13 +240,16 @@ def _late(lag_s: float, stated_s: Mapping[str, float]) -> Doubt:
             f"{stated_s[other] * 1e3:.0f} ms that is stated of it: that is too long"
         )
         return _doubt("delay", other, "delay_s", text, abs(lag_s), LATE_S, "s")
-    text = f"{name} comes {abs(lag_s) * 1e3:.0f} ms later than {other} (a delay or a low pass that is not stated)"
+    text = (
+        f"{name} comes {abs(lag_s) * 1e3:.0f} ms later than {other} (a delay or a low pass that is "
+        "not stated)"
+    )
     return _doubt("delay", name, "delay_s", text, abs(lag_s), LATE_S, "s")
 
 
 def _doubt(
     kind: Kind, sensor: str, key: str, text: str, value: float | None, limit: float | None, unit: str
 ) -> Doubt:
-    first = sensor.split(", ")[0]
+    first = sensor.split(", ", maxsplit=1)[0]
     setting = " or ".join(channel_setting(one, key) for one in sensor.split(", "))
     return Doubt(kind, sensor, stream_of(first), setting, text, value, limit, unit)

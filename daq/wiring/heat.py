@@ -1,9 +1,9 @@
-"""Thermometers against the heat: the specimen's show it, those beside it do not, and no spring cools like air.
+"""Thermometers against the heat: the specimen's show it, those beside do not, and no spring cools like air.
 
 What a specimen absorbs is on record: ∫ F ds. At every instant it is at least that less F · s, for a spring
-stores no more than force times stroke. From that a least temperature follows that a sensor on the specimen must
-come to: twice the stated heat capacity, three times the stated lag (120 s at least), and cooling several times
-as quick as a buffer's. A quarter of that rise must be seen, once it is more than a kelvin.
+stores no more than force times stroke. From that a least temperature follows that a sensor on the specimen
+must come to: twice the stated heat capacity, three times the stated lag (120 s at least), and cooling several
+times as quick as a buffer's. A quarter of that rise must be seen, once it is more than a kelvin.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ COOLS_S = 600.0
 SHOWS_K, SHOWN = 1.2, 0.25
 """From such a least rise on, this share of it must be seen."""
 FALL_S, FALL_K, FALL_SHARE = 20.0, 0.8, 0.06
-"""In so long a sensor on a specimen falls by no more than this, and this share of what it is above the air."""
+"""In so long a sensor on a specimen falls by no more than this and this share of its excess over the air."""
 DROP_S, DROP_K = 5.0, 1.5
 """Nor by this in that: half of what it does in a minute in still air."""
 ROOM_S, ROOM_K, ROOM_SHARE = 900.0, 1.5, 0.4
-"""In a quarter of an hour the air warms by less than this, and by less than this share of the specimen's rise."""
+"""In so long the air warms by less than this, and by less than this share of the specimen's rise."""
 READINGS = 3
 """The first readings are taken for one; and so many in a row must say a fall."""
 _STEP_S = 1.0
@@ -195,7 +195,9 @@ class HeatJudge:
                     return _swapped(name, other, f"{text}, and {other} beside it {warmed_K:+.2f} K")
         same_s = _same_s(sensor)
         how = f"; it repeats one reading for {same_s:.0f} s" if same_s > 60.0 else ""
-        return _doubt("no heat", name, f"{text}{how}: it is not on the specimen", rose_K, SHOWN * sensor.least_K)
+        return _doubt(
+            "no heat", name, f"{text}{how}: it is not on the specimen", rose_K, SHOWN * sensor.least_K
+        )
 
     def _room(self, guard: WiringGuard, name: str, sensor: _Sensor) -> Doubt | None:
         """Return a doubt where the air seems to take part in the specimen's heat."""

@@ -1,8 +1,9 @@
 """The piston against its command: it goes where it is told, by as much, and stands there.
 
 What is allowed: it follows late (an actuator of some hertz, a valve's overlap), which at constant speed is a
-constant distance, so that the slope of position against command shows the scale whatever the lag. A valve that
-gives no more flow under force is slower than its command: near the stand's force the slope is not looked at.
+constant distance, so that the slope of position against command shows the scale whatever the lag. A valve
+that gives no more flow under force is slower than its command: near the stand's force the slope is not
+looked at.
 """
 
 from __future__ import annotations
@@ -64,9 +65,8 @@ class PistonJudge:
         ratio = at_mm / now_mm if abs(now_mm) > 1.0 else 0.0
         turned = ratio < -0.3
         look = likeness(ratio) if abs(now_mm) > 3.0 else ""
-        text = (
-            f"the piston's position reads {at_mm:.2f} mm where it was told {now_mm:.2f} mm"
-            + (": its sign is turned" if turned else f" ({look})" if look else "")
+        text = f"the piston's position reads {at_mm:.2f} mm where it was told {now_mm:.2f} mm" + (
+            ": its sign is turned" if turned else f" ({look})" if look else ""
         )
         kind: Kind = "sign" if turned else "scale" if abs(now_mm) > 3.0 else "zero"
         return _doubt(kind, text, beyond_mm, most_mm)

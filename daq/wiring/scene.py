@@ -53,7 +53,7 @@ class Scene:
         return next((name for name in ("position", "command") if name in self.points.names), None)
 
     def speed_mm_per_s(self, name: str, span_s: float = 0.1) -> float:
-        """Return how fast a channel has changed over the last ``span_s`` [mm/s]; 0 where that is not known."""
+        """Return how fast a channel changed in the last ``span_s`` [mm/s]; 0 where that is not known."""
         rows, column = self.points.last(span_s), self.points.column(name)
         if column is None or len(rows) < 3:
             return 0.0

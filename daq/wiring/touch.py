@@ -1,8 +1,8 @@
 """The force while first contact is touched off: the first rise that it ever makes in a campaign.
 
-The controller creeps to a small force of its own reading and turns. The samples must show that force rise, with
-the piston, no steeper than the machine's frame allows, and fall as the piston goes back: a sign, a scale and a
-delay are seen at less than 2 kN.
+The controller creeps to a small force of its own reading and turns. The samples must show that force rise,
+with the piston, no steeper than the machine's frame allows, and fall as the piston goes back: a sign, a
+scale and a delay are seen at less than 2 kN.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ def doubt_of_touch(
     if turned and high < max(RISES * asked_kN, SIGMAS * noise):
         look = likeness(high / asked_kN) if high > SIGMAS * noise else ""
         text = (
-            f"force rose by {max(high, 0.0):.2f} kN only where the controller turned at {asked_kN:.2f} kN of its "
+            f"force rose by {max(high, 0.0):.2f} kN only where the controller turned at "
+            f"{asked_kN:.2f} kN of its "
             f"own{own}: another scale, another signal, or late" + (f" ({look})" if look else "")
         )
         return _doubt("scale", "calibration", text, high, asked_kN, "kN")
@@ -92,7 +93,8 @@ def _steep(force: Floats, place: Floats, high: float, guard: WiringGuard) -> Dou
         return None
     stated = "as stated" if guard.frame_kN_per_mm else "as the stiffest has"
     text = (
-        f"force rose by {slope:.0f} kN per mm of the piston at first contact, though the machine itself gives way "
+        f"force rose by {slope:.0f} kN per mm of the piston at first contact, though the machine "
+        "itself gives way "
         f"by 1 mm under {frame:.0f} kN, {stated}: its scale is too large"
     )
     return _doubt("scale", "calibration", text, slope, STEEPER * frame, "kN/mm")
@@ -111,7 +113,9 @@ def _late(time: Floats, force: Floats, place: Floats, high: float) -> Doubt | No
     late_s = float(lags[int(even[0])]) if len(even) else LATEST_S
     if late_s < LATE_S:
         return None
-    text = f"force rose and fell {late_s:.2f} s after the piston came to first contact and left it: it is late"
+    text = (
+        f"force rose and fell {late_s:.2f} s after the piston came to first contact and left it: it is late"
+    )
     return _doubt("delay", "delay_s", text, late_s, LATE_S, "s")
 
 

@@ -17,14 +17,14 @@ from daq.wiring.scene import Scene
 from daq.wiring.wires import WireJudge
 
 LEAST_SPAN_S = 0.6
-"""Force and wires are held against the piston once its position has been held against its command for so long."""
+"""Force and wires are held against the piston once that was held against its command for so long [s]."""
 
 
 class WiringWatch:
     """Hands what comes in to the judges; each doubt is said once.
 
-    What they have seen of motion is forgotten with every zero (:meth:`rebase`) and while nothing is to be judged
-    (``motion`` of :class:`daq.wiring.facts.WiringGuard`); what thermometers showed is kept.
+    What they have seen of motion is forgotten with every zero (:meth:`rebase`) and while nothing is to be
+    judged (``motion`` of :class:`daq.wiring.facts.WiringGuard`); what thermometers showed is kept.
     """
 
     def __init__(self) -> None:
@@ -111,12 +111,12 @@ class WiringWatch:
         if not self._judging:
             return
         own = [temperatures_C[name] for name in guard.specimen if name in temperatures_C]
-        scene = Scene(
-            self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN
-        )
+        scene = Scene(self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
         if guard.motion == "all":
             yield self._forces.look(scene)
         yield self._piston.look(scene)
-        if guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S:  # the piston's own judge needs so long: it is looked at first
+        if (
+            guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S
+        ):  # the piston's own judge needs so long: it is looked at first
             yield self._force.look(scene)
             yield self._wires.look(scene)

@@ -1,10 +1,10 @@
 """The draw wires against the piston: they go as far as it does, less what the machine gives way.
 
 In contact ``position − F / k − wire`` is a constant: 0 from a first contact that was touched off, unknown
-without. What is allowed: a machine that gives way by 0.4 to 2 times what is stated, some tenths for seating and
-the wires' own linearity, and 20 ms of the speed for delays that nobody states. Before contact the wires hang on
-the specimen and stand, or follow the plate; after a compression the specimen comes back late. So only what is in
-contact is looked at: the first compression, and later what carries force.
+without. What is allowed: a machine that gives way by 0.4 to 2 times what is stated, some tenths for seating
+and the wires' own linearity, and 20 ms of the speed for delays that nobody states. Before contact the wires
+hang on the specimen and stand, or follow the plate; after a compression the specimen comes back late. So
+only what is in contact is looked at: the first compression, and later what carries force.
 
 A delay shows where the speed changes: there ``position − F / k − wire`` has a part that goes with the speed.
 """
@@ -44,8 +44,8 @@ DELAY_WINDOW_S, DELAY_EVERY_S = 4.0, 0.5
 FINE_MM = 6.0
 """A wire that was right over so much of the way has no wrong scale [mm]."""
 SLOPE_MM, SLOPE_FROM_MM, SLOPE_OFF = 5.0, 1.0, 0.045
-"""Wire against piston over so much of the first compression, from so far behind the contact on: 1, less what the
-machine gives way, to within this."""
+"""Wire against piston over so much of the first compression, from so far behind the contact on: 1, less what
+the machine gives way, to within this."""
 LOOKS = 2
 
 
@@ -187,9 +187,14 @@ class WireJudge:
         name = max(off, key=lambda one: abs(off[one]))
         went_mm = now[name] - contact.wires_mm[name]
         if scene.exchanged(name, at_mm):
-            text = f"force reads {now['force']:.1f} kN where the piston goes {at_mm:.1f} mm, and {name} {went_mm:.1f} mm"
+            text = (
+                f"force reads {now['force']:.1f} kN where the piston goes {at_mm:.1f} mm, and {name} "
+                f"{went_mm:.1f} mm"
+            )
             setting = f"{channel_setting('force', 'registers')} and {channel_setting(name, 'registers')}"
-            return _doubt("swapped", f"force, {name}", setting, f"{text}: they are exchanged", off[name], CLOSE_MM)
+            return _doubt(
+                "swapped", f"force, {name}", setting, f"{text}: they are exchanged", off[name], CLOSE_MM
+            )
         both = len(wires) == 2 and len(off) == 2 and abs(off[wires[0]] - off[wires[1]]) < 0.3 * abs(off[name])
         sensor = ", ".join(wires) if both else name
         expected_mm = at_mm - sum(self._given_mm(scene, now, at_mm)) / 2.0
@@ -209,7 +214,11 @@ class WireJudge:
         if column is None or way is None or not len(rows):
             return float("nan")
         pressed = rows[rows[:, way] > contact.position_mm + 0.4]
-        return slope_of(pressed, column, way) if len(pressed) > 5 and np.ptp(pressed[:, way]) > 0.3 else float("nan")
+        return (
+            slope_of(pressed, column, way)
+            if len(pressed) > 5 and np.ptp(pressed[:, way]) > 0.3
+            else float("nan")
+        )
 
     def _slope(self, scene: Scene, contact: _Contact, at_mm: float, speed: float) -> Doubt | None:
         """Return a doubt where the first compression shows another scale, whatever the zeros are."""
@@ -240,8 +249,13 @@ class WireJudge:
         ratio = max(found.values(), key=lambda one: abs(one - 1.0))
         look = likeness(ratio)
         sensor = ", ".join(found)
-        text = f"{sensor} {'go' if both else 'goes'} {ratio:.3f} times the way of the piston over {travel_mm:.1f} mm"
-        return _scaled_doubt("scale", sensor, text + (f", {look}" if look else ""), ratio, 1.0 + SLOPE_OFF, both=both)
+        text = (
+            f"{sensor} {'go' if both else 'goes'} {ratio:.3f} times the way of the piston over "
+            f"{travel_mm:.1f} mm"
+        )
+        return _scaled_doubt(
+            "scale", sensor, text + (f", {look}" if look else ""), ratio, 1.0 + SLOPE_OFF, both=both
+        )
 
     # --- how late it is -----------------------------------------------------------------------------
 

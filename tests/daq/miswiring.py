@@ -1,4 +1,4 @@
-"""Campaigns on the simulated stand whose stand file is wrong about its wires: the counts are right, what is made
+"""Campaigns on the simulated stand whose stand file is wrong about its wires: counts are right, what is made
 of them is not."""
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def run_miswired(
     swapped: tuple[str, str] | None = None,
     factor: float = 1.0,
 ) -> Ran:
-    """Run a campaign with a stand file that is wrong about some channels, or about two thermometers' roles."""
+    """Run a campaign with a stand file that is wrong about channels, or about two thermometers' roles."""
     case = case or Case(softening=factor)
     plan, stand_file = planned(folder, steps, case)
     model = load_model(MODEL)

@@ -1,8 +1,8 @@
 """Signals of a stand by closed forms, right or wrongly wired, and what the judges of the wiring say of them.
 
-No simulated stand is in it: the piston is its command behind a lag of first order, the specimen's stroke solves
-``stroke + F / k = position`` with the forces of a spring model times a factor, and sensors add what they add. So
-a campaign of a minute takes some hundredths of a second, and a study of hundreds is possible.
+No simulated stand is in it: the piston is its command behind a lag of first order, the specimen's stroke
+solves ``stroke + F / k = position`` with the forces of a spring model times a factor, and sensors add what
+they add. So a campaign of a minute takes some hundredths of a second, and a study of hundreds is possible.
 """
 
 from __future__ import annotations
@@ -151,7 +151,10 @@ def signals_of(case: Case) -> Signals:
     force = np.where(position > 0.0, np.minimum(force, case.frame_kN_per_mm * np.maximum(position, 0.0)), 0.0)
     shift = 0.0 if case.counted else case.contact_mm
     zeros = (0.0, 0.0) if case.counted else case.wire_zero_mm
-    noise = lambda size, count=len(time): size * random.standard_normal(count)  # noqa: E731
+
+    def noise(size: float, count: int | None = None) -> Floats:
+        return np.asarray(size * random.standard_normal(len(time) if count is None else count))
+
     values = {
         "command": command + shift,
         "position": position + shift + noise(case.stroke_noise_mm),
@@ -200,7 +203,9 @@ def curve_of(case: Case, planned_C: float = 21.0) -> ForceCurve | None:
         return None
     model = model_named(case.model)
     stroke = np.linspace(0.0, 105.0 if "category" in case.model else 45.0, 43)
-    cold, warm = (tuple(predict_forces(model, stroke / 5.0, stroke, t)) for t in (planned_C, planned_C + 20.0))
+    cold, warm = (
+        tuple(predict_forces(model, stroke / 5.0, stroke, t)) for t in (planned_C, planned_C + 20.0)
+    )
     return ForceCurve(tuple(stroke), cold, warm, planned_C, planned_C + 20.0, 1.1, "spring model")
 
 
@@ -220,7 +225,7 @@ def guard_of(signals: Signals) -> WiringGuard:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The first doubt, and where the specimen was then: as a share of the first full stroke, and its force."""
+    """The first doubt, and where the specimen was: as a share of the first full stroke, and its force."""
 
     trip: Trip | None
     at_s: float
@@ -266,7 +271,9 @@ def judge(signals: Signals) -> Verdict:
                 trips += watch.observe(guard, one, true_C, controller=False, device_clock=True)
         if trips:
             mm = float(signals.true_mm[: first + count].max())
-            return Verdict(trips[0], at_s, mm / signals.first_full_mm, float(signals.values["force"][rows][-1]))
+            return Verdict(
+                trips[0], at_s, mm / signals.first_full_mm, float(signals.values["force"][rows][-1])
+            )
     return Verdict(None, float(signals.time_s[-1]), 0.0, 0.0)
 
 
