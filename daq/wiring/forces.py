@@ -32,6 +32,8 @@ GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
 """… where the force changes by this in the window."""
+FLAT = 0.03
+"""One that changes by less than this share of the other stands still."""
 JUMPED = 1.15
 """An offset while the force changes is that of a zero from so many times this on."""
 UNLIKE_KN, UNLIKE_SHARE = 0.6, 0.03
@@ -47,14 +49,17 @@ BETTER = 0.4
 """The best of them leaves less than this of what no delay leaves."""
 OFFSET_WINDOW = 50
 """The clocks are compared by the least delay of so many newest blocks."""
-LOOKS = 2
+LOOKS, LONG_LOOKS = 3, 6
+"""So many looks in a row must say it; more where the one is no multiple of the other."""
+TELLS_MM = 1.5
+"""Before this stroke the expected curve does not tell which of both is right: a preload is met."""
 
 
 class TwoForcesJudge:
     """Holds force and force_2 against each other."""
 
     def __init__(self) -> None:
-        self._lasting = Lasting(LOOKS)
+        self._lasting, self._unlike = Lasting(LOOKS), Lasting(LONG_LOOKS)
         self._delays: deque[float] = deque(maxlen=OFFSET_WINDOW)
         self._first: deque[Floats] = deque()
         self._second: deque[Floats] = deque()
@@ -111,10 +116,16 @@ class TwoForcesJudge:
         off = taken_kN > GAIN_KN and not (1.0 / (1.0 + GAIN_OFF) <= gain <= 1.0 + GAIN_OFF)
         late = abs(lag_s) > LATE_S and left < BETTER * left_now
         jumped = not (off or late) and abs(apart_kN) > JUMPED * zero_kN
-        if not self._lasting.sure("moving", off or late or jumped):
+        unlike = off and (left > UNLIKE_KN + UNLIKE_SHARE * taken_kN or not FLAT < abs(gain) < 1.0 / FLAT)
+        if _just_met(scene):
+            return None
+        sure = self._lasting.sure("moving", (off and not unlike) or late or jumped)
+        if self._unlike.sure("moving", unlike):
+            return self._scale(scene, gain, first, second, unlike=True)
+        if not sure:
             return None
         if off:
-            return self._scale(scene, gain, first, second, unlike=left > UNLIKE_KN + UNLIKE_SHARE * taken_kN)
+            return self._scale(scene, gain, first, second, unlike=False)
         if late:
             return _late(lag_s, scene.guard.delays_s)
         return self._zero(scene, float(first[-1]), float(second[-1]), zero_kN)
@@ -135,8 +146,8 @@ class TwoForcesJudge:
         expected = _expected_kN(scene)
         name = _farther(float(first[-1]), float(second[-1]), expected, by_ratio=True)
         ratio = gain if name == "force_2" else 1.0 / gain if gain else float("inf")
-        if abs(gain) < 0.03 or abs(gain) > 30.0:
-            still = "force_2" if abs(gain) < 0.03 else "force"
+        if not FLAT < abs(gain) < 1.0 / FLAT:
+            still = "force_2" if abs(gain) <= FLAT else "force"
             other = "force" if still == "force_2" else "force_2"
             text = (
                 f"{still} stands still while {other} changes by "
@@ -218,6 +229,14 @@ def _expected_kN(scene: Scene) -> float | None:  # noqa: N802 - the unit keeps i
     if curve is None or stroke_mm is None:
         return None
     return curve.at(stroke_mm, scene.specimen_C)
+
+
+def _just_met(scene: Scene) -> bool:
+    """Return whether the specimen is being met: how its preload comes about nobody says."""
+    stroke_mm = scene.stroke_mm()
+    way_mm = scene.now(scene.way) if scene.way is not None and scene.counted else None
+    strokes = [one for one in (stroke_mm, way_mm) if one is not None]
+    return scene.guard.curve is not None and bool(strokes) and max(strokes) < TELLS_MM
 
 
 def _farther(first_kN: float, second_kN: float, right_kN: float | None, *, by_ratio: bool = False) -> str:

@@ -85,7 +85,7 @@ def test_thermometers_of_light_and_heavy_springs(name: str, capacity: float) -> 
 
 
 def test_right_campaigns_are_not_doubted() -> None:
-    assert false_alarms(range(6)) == []
+    assert false_alarms(range(4)) == []
     assert judge(warm()).trip is None
 
 
@@ -192,7 +192,7 @@ def test_a_touch_shows_sign_scale_and_delay_of_the_force(how: dict[str, float], 
 
 
 @pytest.mark.parametrize(
-    ("ratio", "word"), [(0.1, "tenth"), (9.9, "ten times"), (0.102, "tonnes"), (25.4, "inches"), (1.3, "")]
+    ("ratio", "word"), [(0.1, "tenth"), (10.1, "ten times"), (0.102, "tonnes"), (25.4, "inches"), (1.3, "")]
 )
 def test_a_wrong_factor_is_told_by_what_it_looks_like(ratio: float, word: str) -> None:
     assert word in likeness(ratio)

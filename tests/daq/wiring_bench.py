@@ -67,6 +67,7 @@ class Case:
     friction_kN: float = 0.0
     knows_model: bool = True
     seed: int = 1
+    block_s: float = BLOCK_S
 
 
 @dataclass(frozen=True)
@@ -240,7 +241,7 @@ def judge(signals: Signals) -> Verdict:
     if case.counted:
         watch.rebase(counted=True)
     true_C: dict[str, float] = {}
-    count = round(BLOCK_S * RATE_HZ)
+    count = round(case.block_s * RATE_HZ)
     for first in range(0, len(signals.time_s), count):
         rows = slice(first, first + count)
         time = signals.time_s[rows]

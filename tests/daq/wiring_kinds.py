@@ -91,7 +91,7 @@ WIRED: Mapping[str, Kind] = {
 def _falls(tau_s: float) -> Wrong:
     def hung(signals: Signals) -> Floats:
         value = signals.readings_C["temperature_1"].copy()
-        at = int(np.argmax(signals.reading_s > 150.0))
+        at = int(np.argmax(signals.reading_s > 90.0))
         passed_s = signals.reading_s[at:] - signals.reading_s[at]
         air_C = signals.case.air_C
         value[at:] = np.round((air_C + (value[at] - air_C) * np.exp(-passed_s / tau_s)) * 16.0) / 16.0
@@ -116,8 +116,8 @@ LATER: Mapping[str, Kind] = {
         both(slips("stroke_1", 5.0), slips("stroke_2", 5.0)), ("stroke_1, stroke_2",), ("slipped",)
     ),
 }
-WARM = Case(sines=((50.0, 25.0, 0.5, 100),), static_first=False)
-"""A campaign with much heat: 520 W."""
+WARM = Case(sines=((50.0, 25.0, 1.0, 120),), static_first=False, static_mm=1.0, block_s=0.2)
+"""A campaign with much heat: 1 kW."""
 THERMAL: Mapping[str, Kind] = {
     "thermometers swapped": Kind(
         thermometers(
