@@ -135,4 +135,4 @@ class Points:
 
 
 def _kept(table: Floats, span_s: float) -> Floats:
-    return table[int(np.searchsorted(table[:, 0], table[-1, 0] - span_s)) :]
+    return np.asarray(table[int(np.searchsorted(table[:, 0], table[-1, 0] - span_s)) :])

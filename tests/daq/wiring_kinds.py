@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -196,7 +196,7 @@ def plain_case(seed: int) -> Case:
     )  # fmt: skip
 
 
-def false_alarms(seeds: range) -> list[str]:
+def false_alarms(seeds: Iterable[int]) -> list[str]:
     """Return what was doubted of right campaigns."""
     found = []
     for seed in seeds:
@@ -206,7 +206,7 @@ def false_alarms(seeds: range) -> list[str]:
     return found
 
 
-def warm_alarms(seeds: range) -> list[str]:
+def warm_alarms(seeds: Iterable[int]) -> list[str]:
     """Return what was doubted of right campaigns of much heat, with slow and quick sensors."""
     found = []
     for seed in seeds:
