@@ -223,7 +223,7 @@ class Acquisition:
         self.zero = zero
         own = (self.stand.controller.facts, *(sensor.facts for sensor in self.stand.sensors))
         self._facts = {facts.name: zeroed(facts, zero) for facts in own}
-        self.panel.rebase()
+        self.panel.rebase(counted=zero is not None)
 
     @property
     def facts(self) -> Mapping[str, StreamFacts]:

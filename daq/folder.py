@@ -99,6 +99,8 @@ class CampaignRecord:
     status: CampaignStatus = "running"
     reason: str = ""
     stopped_by: str = ""
+    trip: dict[str, Any] = field(default_factory=dict)
+    """What stopped it, as data (:meth:`daq.guards.Trip.facts`); empty where nothing did."""
     started_utc: str = ""
     updated_utc: str = field(default="")
     starts: tuple[dict[str, Any], ...] = ()

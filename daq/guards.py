@@ -56,6 +56,9 @@ class Trip:
         Its time stamp [µs].
     device_fault : bool
         True if a device or its wire failed (exit status 4), False for a limit or an operator (3).
+    sensor, setting, doubt : str
+        Of a signal that does not fit the others: its channel, where in the stand file to look, and what is
+        wrong with it; empty for any other trip.
     """
 
     guard: str
@@ -69,6 +72,9 @@ class Trip:
     sequence: int | None = None
     time_us: int | None = None
     device_fault: bool = False
+    sensor: str = ""
+    setting: str = ""
+    doubt: str = ""
 
     def facts(self) -> dict[str, object]:
         """Return the trip as data of a run's event (only what is known)."""
@@ -79,8 +85,9 @@ class Trip:
                 content[name] = number
         if self.unit:
             content["unit"] = self.unit
-        if self.stream:
-            content["stream"] = self.stream
+        for name in ("stream", "sensor", "setting", "doubt"):
+            if getattr(self, name):
+                content[name] = getattr(self, name)
         return content
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from daq.before_start import (
 from daq.driving import Driver, Halt
 from daq.guards import Action, Trip
 from daq.kept_zero import keep_zero, zero_to_take
-from daq.limits import DEFAULT_TILT_MM, guards_for
+from daq.limits import ACTIONS, DEFAULT_TILT_MM, guards_for
 from daq.metadata import CampaignFacts
 from daq.panel import GuardPanel, GuardSet
 from daq.passes import Passes
@@ -37,6 +37,8 @@ from daq.stand_use import await_free, use_trouble
 from daq.start_band import begins_with_a_wait
 from daq.stop_eyes import StopEyes
 from daq.validity import expired_calibrations
+from daq.wiring import WiringGuard
+from daq.wiring.expected import nothing_expected, wiring_guard
 from daq.zero_limits import ZeroLimits
 from daq.zeroing import Zeroing
 from drivers.interfaces import Stand
@@ -44,6 +46,7 @@ from foundation.clock import Clock
 from foundation.zero import Zero
 from protocols.guard_table import GuardTable
 from protocols.plan import Plan
+from protocols.prediction import Predictor
 from protocols.steps import PlannedStep
 from protocols.temperature_limits import limits_of
 
@@ -90,6 +93,8 @@ class Opening:
         Serves what is put together.
     watcher : Watcher or None
         Who sees every block.
+    predictor : Predictor or None
+        What the plan expects of the specimen, against which its signals are held.
     """
 
     plan: Plan
@@ -103,6 +108,7 @@ class Opening:
     showing: Showing
     passes: Passes
     watcher: Watcher | None
+    predictor: Predictor | None = None
 
     def assemble(self, steps: Sequence[PlannedStep]) -> Alive:
         """Connect, and put together what works on the stand; guards judge the first of ``steps``.
@@ -135,6 +141,7 @@ class Opening:
             table=self.table,
             stand_tilt_mm=self._stand_table().get("tilt_max_mm"),
         )
+        base = replace(base, wiring=self._wiring())
         guards = guards_of(self.plan, steps[0], base, waiting=begins_with_a_wait(steps[0])) if steps else base
         panel = GuardPanel(guards.first_look(), wall_s=self.clock.wall_s())
         acquisition = Acquisition(
@@ -265,6 +272,20 @@ class Opening:
             raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
         if why:
             self.showing.message(f"WARNING: {why}")
+
+    def _wiring(self) -> WiringGuard:
+        """Return what the signals are held against; where that is little, say it."""
+        wiring = wiring_guard(
+            self.plan,
+            self.stand,
+            self.predictor,
+            action=ACTIONS[self.table.action.wiring],
+            force_factor=self.table.force_against_model_factor,
+            ambient=self.facts.ambient(),
+        )
+        if why := nothing_expected(wiring.curve):
+            self.showing.message(f"note: {why}")
+        return wiring
 
     def _zeroing(self, acquisition: Acquisition, driver: Driver) -> Zeroing:
         content = self.plan.campaign.content

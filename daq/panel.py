@@ -44,6 +44,7 @@ from daq.temperature_guard import (
     evaluate_reading,
     evaluate_silence,
 )
+from daq.wiring import Compared, WiringGuard, WiringWatch
 from drivers.interfaces import ControllerStatus, SensorFault
 
 CONTROLLER_STREAM = "controller"
@@ -71,6 +72,7 @@ class GuardSet:
     lag: LagGuard | None = None
     missed: MissedGuard | None = None
     disk_stop_s: float = 10.0
+    wiring: WiringGuard | None = None
 
     def cooling(self) -> GuardSet:
         """Return the set for waiting at zero force: a warm specimen does not trip, a silent sensor does."""
@@ -88,7 +90,12 @@ class GuardSet:
     def valve_off(self) -> GuardSet:
         """Return the set for a stand that is not switched on: nothing follows a command."""
         kept = tuple(guard for guard in self.channels if guard.signal != "following_error")
-        return replace(self, channels=kept, frozen=())
+        return replace(self, channels=kept, frozen=()).comparing("none")
+
+    def comparing(self, motion: Compared) -> GuardSet:
+        """Return the set in which so much of force, strokes and position is held against each other."""
+        wiring = None if self.wiring is None else replace(self.wiring, motion=motion)
+        return replace(self, wiring=wiring)
 
     def first_look(self) -> GuardSet:
         """Return the set for the look before anything moves.
@@ -105,8 +112,8 @@ class GuardSet:
         listed = (
             content[name] for name in ("channels", "temperatures", "speeds", "heating", "silences", "frozen")
         )
-        agreement = [content["agreement"]] if content["agreement"] else []
-        for guard in (*(one for guards in listed for one in guards), *agreement):
+        single = [content[name] for name in ("agreement", "wiring") if content[name]]
+        for guard in (*(one for guards in listed for one in guards), *single):
             for key in {"action", "silence_action"} & guard.keys():
                 guard[key] = Action(guard[key]).name.lower()
         return content
@@ -148,6 +155,7 @@ class GuardPanel:
         self._missed: MissedMemory = ()
         self.cut_off = False
         """Whether an outage is being ridden out, which has its own end: no silence of the controller then."""
+        self._wiring = WiringWatch()
 
     @property
     def trip(self) -> Trip | None:
@@ -189,8 +197,15 @@ class GuardPanel:
         """Replace the guards (limits of another step); what was seen of the sensors is kept."""
         self.guards = guards
 
-    def rebase(self) -> None:
-        """Forget the values of the controller's channels seen so far: they count from another zero now."""
+    def rebase(self, *, counted: bool = False) -> None:
+        """Forget the values of the controller's channels seen so far: they count from another zero now.
+
+        Parameters
+        ----------
+        counted : bool
+            Whether that zero is first contact; else channels are as their calibrations say.
+        """
+        self._wiring.rebase(counted=counted)
         self._memories.speeds.clear()
         self._memories.frozen.clear()
         self._memories.channels.clear()
@@ -199,6 +214,7 @@ class GuardPanel:
     def observe(self, block: ScaledBlock, wall_s: float) -> None:
         """Judge every sample of a block of any stream."""
         if block.stream == CONTROLLER_STREAM:
+            self._observe_wiring(block)  # first: it says more of a wrong sign than the limit that it breaks
             self._observe_controller(block, wall_s)
         for guard in self.guards.temperatures:
             if guard.stream == block.stream:
@@ -206,6 +222,8 @@ class GuardPanel:
                 self._memories.temperatures[guard.stream] = memory
                 self._take(trip)
         self._observe_heating(block)
+        if block.stream != CONTROLLER_STREAM:
+            self._observe_wiring(block)  # after its thermometer has said whether the reading is true
         for silence in self.guards.silences:
             if silence.stream == block.stream and len(block):
                 self._memories.silences[silence.stream] = SilenceMemory(wall_s)
@@ -242,6 +260,18 @@ class GuardPanel:
             rate_Hz = self.guards.controller.rate_Hz
             self._memories.clock, trip = evaluate_device_clock(self._memories.clock, block, rate_Hz)
             self._take(trip)
+
+    def _observe_wiring(self, block: ScaledBlock) -> None:
+        if self.guards.wiring is None:
+            return
+        for trip in self._wiring.observe(
+            self.guards.wiring,
+            block,
+            self.latest_temperatures(),
+            controller=block.stream == CONTROLLER_STREAM,
+            device_clock=self.guards.controller.own_clock,
+        ):
+            self.latch(trip)
 
     def _observe_heating(self, block: ScaledBlock) -> None:
         for guard in self.guards.heating:

@@ -166,6 +166,7 @@ def run_campaign(
             recorder,
             folder.path,
             publisher,
+            predictor,
         )
         outcome = _Campaign(
             plan, folder, record, session, request, agenda, Acquaintance(plan, predictor)
@@ -220,7 +221,11 @@ class _Campaign:
         if trip is None and exit_status:
             reason = "" if report is None else report.line
         self._record = replace(
-            self._record, status=status, reason=reason, stopped_by="" if trip is None else trip.guard
+            self._record,
+            status=status,
+            reason=reason,
+            stopped_by="" if trip is None else trip.guard,
+            trip={} if trip is None else trip.facts(),
         )
         self._save()
         self._session.take_notes()

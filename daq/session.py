@@ -38,6 +38,7 @@ from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
 from foundation.errors import BadInput, DeviceFault, NotInCharge
 from protocols.plan import Plan
+from protocols.prediction import Predictor
 from protocols.steps import Motion, PlannedStep, TouchOff
 
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
@@ -69,6 +70,8 @@ class Session:
         The campaign's folder, where the operator's notes go.
     watcher : Watcher, optional
         Who sees every block and every pass (the live monitor).
+    predictor : Predictor, optional
+        What the plan expects of the specimen.
     """
 
     def __init__(
@@ -84,6 +87,7 @@ class Session:
         recorder: RecorderMaker,
         notes: Path,
         watcher: Watcher | None = None,
+        predictor: Predictor | None = None,
     ) -> None:
         self._plan = plan
         self._stand = stand
@@ -106,6 +110,7 @@ class Session:
             self._showing,
             self._passes,
             watcher,
+            predictor,
         )
         self._alive: Alive | None = None
         self._polled: PolledPeriods | None = None

@@ -24,6 +24,8 @@ from daq.panel import GuardSet
 from daq.scaling import STROKE_WIRES
 from daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
 from daq.touch_peak import SLOW_SHARE
+from daq.wiring import doubt_trip
+from daq.wiring.touch import doubt_of_touch
 from daq.zero_limits import ZeroLimits, wires_apart, zero_refusal
 from drivers.interfaces import EndReason
 from foundation.channel import Channel
@@ -152,7 +154,7 @@ class Zeroing:
         self.use(None)
         clear = self._go_to_piston_zero(asked.force_kN)
         self.arrived()
-        samples = Collected()
+        samples, force_kN = Collected(), self._table.touch_force_kN or TOUCH_FORCE_MIN_KN
         self._acquisition.observers.append(samples.take)
         try:
             own_rest_kN = self._look_at_rest()
@@ -167,13 +169,17 @@ class Zeroing:
                 speed *= SLOW_SHARE
                 self._creep_from_behind(float(np.mean(rest)) + force_kN, speed)
             self._catch_up()
+        except Halt as halt:
+            raise self._explained(halt, samples, force_kN) from None
         finally:
             self._acquisition.observers.remove(samples.take)
         taken = _touch_samples(samples, self._channels())
         try:
             contact = self._driver.meanwhile(lambda: find_contact(taken))
         except NoContactError as none:
+            self._doubt(samples, force_kN)
             raise self._refusal(f"first contact was not found: {none}; touch off again") from None
+        self._doubt(samples, force_kN)
         zero = self._zero_of(contact, at_rest, speed, force_kN)
         self._judge(zero)
         self.use(zero)
@@ -264,7 +270,7 @@ class Zeroing:
             for guard in guards.channels
         )
         # A wire on the specimen stands still while the piston comes nearer: that is no frozen transducer.
-        return replace(guards, channels=narrow, frozen=())
+        return replace(guards, channels=narrow, frozen=()).comparing("piston")
 
     def _look_at_rest(self) -> float:
         """Stand still for a while; return the mean of the force as the controller itself has it [kN]."""
@@ -295,8 +301,9 @@ class Zeroing:
             more = f", or raise {self._limits.names.touch_force} (at most {TOUCH_FORCE_MAX_KN:g} kN)"
             raise self._refusal(
                 f"the force at rest scatters by {noise_kN:.2f} kN (standard deviation): a touch at "
-                f"{given:g} kN would not be told from it; mend its cable or filter"
-                + (more if given < TOUCH_FORCE_MAX_KN else "")
+                f"{given:g} kN would not be told from it; mend its cable or filter, or its "
+                "calibration ([[controller.channel]] "
+                "name = “force”) if that is too large" + (more if given < TOUCH_FORCE_MAX_KN else "")
             )
         return float(given)
 
@@ -365,6 +372,51 @@ class Zeroing:
             channel=tuple(found),
             touch=touch,
         )
+
+    def _doubt(self, samples: Collected, force_kN: float) -> None:
+        """Stop where the touch speaks against the force's own channel.
+
+        Raises
+        ------
+        Halt
+            Then.
+        """
+        trip = self._doubted(samples, force_kN)
+        if trip is None:
+            return
+        if trip.action is not Action.NOTE:
+            raise Halt(trip)
+        self._say(f"WARNING: {trip.reason}")
+
+    def _doubted(self, samples: Collected, force_kN: float) -> Trip | None:
+        """Return the trip of what the touch says against the force's own channel, None if nothing."""
+        guard = self._acquisition.panel.guards.wiring
+        force, position = samples.column("force"), samples.column("position")
+        if guard is None or not force.size or force.size != position.size:
+            return None
+        status, time_s = self._acquisition.latest.status, samples.time_s()
+        late_s = guard.delays_s.get("force", 0.0) - guard.delays_s.get("position", 0.0)
+        doubt = doubt_of_touch(
+            time_s,
+            force,
+            np.interp(time_s - late_s, time_s, position),
+            guard,
+            asked_kN=force_kN,
+            turned=status is not None and status.end_reason is EndReason.FORCE_LIMIT,
+            own_kN=None if status is None else status.force_kN,
+        )
+        now_s = self._acquisition.clock.now_s()
+        return None if doubt is None else doubt_trip(doubt, guard.action, now_s)
+
+    def _explained(self, halt: Halt, samples: Collected, force_kN: float) -> Halt:
+        """Return what stopped a touch, with what it says of the force where that is why."""
+        if halt.trip.guard not in ("force", "zero"):
+            return halt
+        doubted = self._doubted(samples, force_kN)
+        if doubted is None:
+            return halt
+        action = max(halt.trip.action, doubted.action)
+        return Halt(replace(doubted, action=action, reason=f"{doubted.reason}; {halt.trip.reason}"))
 
     def _judge(self, zero: Zero) -> None:
         """Refuse a zero that is too far off to be one; say a difference of the wires.

@@ -30,6 +30,7 @@ class GuardActions(Settings):
     heating: TripAction = "stop"
     frozen: TripAction = "stop"
     agreement: TripAction = "note"
+    wiring: TripAction = "stop"
     ambient_silence: TripAction = "note"
     amplifier_silence: TripAction = "note"
 
@@ -108,4 +109,7 @@ class GuardTable(Settings):
     """What was written may wait for the disk so long [s]; a fifth of it is noted."""
     agreement_kN: Positive = 6.0
     """Tolerance between the force and its second way."""
+    force_against_model_factor: float = Field(default=1.8, ge=1.25, le=5.0)
+    """The specimen's force may differ from that of its model by this factor, either way: right ones are up to
+    40 % softer or stiffer; more than 5 would not see a decimal place."""
     action: GuardActions = GuardActions()

@@ -184,6 +184,11 @@ def _watched(guards: Mapping[str, Any]) -> Iterator[Margin]:
     if agreement := guards.get("agreement"):
         text = f"mean difference of both forces at most {agreement['tolerance_kN']:g} kN"
         yield Margin("agreement", "agreement of both forces", text, None, agreement["action"])
+    if wiring := guards.get("wiring"):
+        text = (
+            f"signals must fit each other and the plan (force within a factor of {wiring['force_factor']:g})"
+        )
+        yield Margin("wiring", "wiring of every signal", text, None, wiring["action"])
     for guard in guards.get("frozen") or []:
         text = f"must move when the piston moves {guard['travel_mm']:g} mm"
         yield Margin(f"frozen {guard['signal']}", f"frozen {guard['signal']}", text, None, guard["action"])

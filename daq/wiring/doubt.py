@@ -1,0 +1,88 @@
+"""A doubt: which signal does not measure what it should, how that looks, and which setting to look at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from daq.guards import Action, Trip
+
+Kind = Literal[
+    "sign", "scale", "zero", "delay", "still", "slipped", "disagrees", "no heat", "fallen off", "swapped",
+    "follows the specimen",
+]  # fmt: skip
+"""What is wrong with a signal, as data."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A signal that cannot be true beside the others.
+
+    Parameters
+    ----------
+    kind : str
+        What is wrong with it.
+    sensor : str
+        Its channel; several are joined by commas where the others do not tell which.
+    stream : str
+        The stream that it comes in.
+    setting : str
+        Where to look in the stand file.
+    text : str
+        One sentence: what was seen, with figures and units.
+    value, limit : float or None
+        What was seen and what may be, in ``unit``.
+    unit : str
+    """
+
+    kind: Kind
+    sensor: str
+    stream: str
+    setting: str
+    text: str
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+
+
+def doubt_trip(doubt: Doubt, action: Action, at_s: float, time_us: int | None = None) -> Trip:
+    """Return the trip of a doubt: a device's fault, whatever it is that is wired or stated wrongly.
+
+    Parameters
+    ----------
+    doubt : Doubt
+    action : Action
+        What it leads to.
+    at_s : float
+        Host stand time [s].
+    time_us : int, optional
+        Time stamp of the newest sample that was looked at [µs].
+    """
+    where = f"look at its wiring and at {doubt.setting} in the stand file (stream {doubt.stream})"
+    return Trip(
+        f"wiring of {doubt.sensor}",
+        action,
+        f"{doubt.text}: {where}",
+        at_s,
+        value=doubt.value,
+        limit=doubt.limit,
+        unit=doubt.unit,
+        stream=doubt.stream,
+        time_us=time_us,
+        device_fault=True,
+        sensor=doubt.sensor,
+        setting=doubt.setting,
+        doubt=doubt.kind,
+    )
+
+
+def channel_setting(name: str, key: str) -> str:
+    """Return where a channel's setting stands in the stand file, e.g. ``calibration`` of ``stroke_1``."""
+    if name == "force_2":
+        return f"[amplifier.channel] {key}"
+    return f"[[controller.channel]] name = “{name}”, {key}"
+
+
+def stream_of(name: str) -> str:
+    """Return the stream of a channel of force, stroke or position."""
+    return "amplifier" if name == "force_2" else "controller"

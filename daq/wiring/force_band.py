@@ -1,0 +1,175 @@
+"""The force against what is expected of the specimen at a stroke, and against nothing where nothing is met.
+
+Upper side, all the time: no specimen gives more than its loading curve, times the factor, and what speed
+adds. Lower side, on a first compression only: on the way back a specimen may give anything down to nothing.
+Right specimens are up to 40 % softer or stiffer than their models, and begin some tenths of a millimetre
+elsewhere; a small stroke shows little, so that nothing is judged before some millimetres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from daq.scaling import ScaledBlock
+from daq.wiring.doubt import Doubt, Kind, channel_setting
+from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene
+from foundation.likeness import likeness
+
+FROM_MM, UNCOUNTED_MM = 2.5, 2.5
+"""Judged from this stroke on; so much later where no contact was touched off."""
+FIRST_MM, FIRST_SHARE, FIRST_TIMES, FIRST_KN = 8.0, 0.15, 1.6, 3.0
+"""Up to this stroke, or share of the curve, it is judged with so much more of the factor, and this: what a
+preload is, and how it is met, nobody knows well."""
+PLACE_MM, UNCOUNTED_PLACE_MM = 0.6, 1.2
+"""The curve may lie so far beside the stroke."""
+BESIDE_KN = 1.0
+"""What friction of the guides and zeros add."""
+TURNED_MM, RISES_KN, RISES_SHARE = 0.8, 2.5, 0.02
+"""A specimen that goes back by this pushes no more than at the turn: more force than that is a late one."""
+TURN_WINDOW_S = 3.0
+FAST_MM, FAST_S = 1.0, 0.02
+"""While it moves fast stroke and force need not be of one instant: so much of the way, and this time of the
+speed."""
+PULLS_KN = 3.0
+"""A buffer that is pressed does not pull: more of that in the first compression is a wrong sign."""
+PULLED_SAMPLES = 3
+FREE_MM, FREE_KN = 0.4, 3.5
+"""So far before first contact the force is none, to within this: its zero was set a moment ago."""
+LOOKS, FREE_LOOKS = 3, 5
+
+
+class ForceJudge:
+    """Holds the force against the plan."""
+
+    def __init__(self) -> None:
+        self._lasting, self._freely = Lasting(LOOKS), Lasting(FREE_LOOKS)
+        self._farthest_mm = 0.0
+        self._pressed = False
+
+    def pulls(self, block: ScaledBlock) -> Doubt | None:
+        """Return a doubt of the sign, at once: the guard of tension says that it pulls, which it does not."""
+        force = block.values.get("force")
+        if self._pressed or force is None or len(force) < PULLED_SAMPLES:
+            return None
+        least_kN = float(sorted(force)[PULLED_SAMPLES - 1]) if float(force.min()) < -PULLS_KN else 0.0
+        if least_kN >= -PULLS_KN:
+            return None
+        text = f"force reads {least_kN:+.1f} kN as the piston first presses the specimen: its sign is turned"
+        return _doubt("sign", text, least_kN, -PULLS_KN)
+
+    def look(self, scene: Scene) -> Doubt | None:
+        """Return what is wrong with the force, None if nothing is."""
+        force_kN, way = scene.now("force"), scene.way
+        if force_kN is None or way is None:
+            return None
+        low_mm, high_mm = _strokes(scene)
+        self._pressed = self._pressed or force_kN > 2.0 * PULLS_KN
+        if scene.counted and (doubt := self._free(scene, force_kN)) is not None:
+            return doubt
+        return self._late(scene) or self._beside_curve(scene, force_kN, low_mm, high_mm)
+
+    def _late(self, scene: Scene) -> Doubt | None:
+        """Return a doubt where the force still rises after the specimen has turned back."""
+        rows, force = scene.points.last(TURN_WINDOW_S), scene.points.column("force")
+        wires = [column for name in scene.points.wires if (column := scene.points.column(name)) is not None]
+        way = scene.points.column(scene.way or "")
+        if force is None or way is None or len(rows) < 20:
+            return None
+        stroke = rows[:, wires].mean(axis=1) if wires else rows[:, way]
+        turn = int(np.argmax(stroke))
+        new = scene.points.new
+        gone = float(np.mean(stroke[-new:])) < float(stroke[turn]) - TURNED_MM and turn > 10
+        turned = gone and float(np.mean(rows[-new:, way])) < float(rows[turn, way]) - 0.5 * TURNED_MM
+        at_kN = float(np.max(rows[max(0, turn - 3) : turn + 4, force]))
+        now_kN = float(np.mean(rows[-new:, force]))
+        most_kN = at_kN + RISES_KN + RISES_SHARE * abs(at_kN)
+        if not self._lasting.sure("late", turned and now_kN > most_kN):
+            return None
+        late_s = float(rows[-1, 0] - rows[turn, 0])
+        text = (
+            f"force still rises {late_s:.2f} s after the specimen has turned back ({at_kN:.1f} "
+            "kN at the turn, "
+            f"{now_kN:.1f} kN now): it is late"
+        )
+        return replace(
+            _doubt("delay", text, late_s, 0.0), setting=channel_setting("force", "delay_s"), unit="s"
+        )
+
+    def _free(self, scene: Scene, force_kN: float) -> Doubt | None:
+        """Return a doubt where a force is read before first contact, and nothing is there to make it."""
+        position_mm = scene.now("position")
+        speed = 0.0 if scene.way is None else scene.speed_mm_per_s(scene.way)
+        still = abs(speed) < 20.0
+        free = position_mm is not None and position_mm < -FREE_MM and still and self._farthest_mm < 1.0
+        if not self._freely.sure("free", free and abs(force_kN) > FREE_KN):
+            return None
+        text = (
+            f"force reads {force_kN:+.1f} kN while the piston stands {-(position_mm or 0.0):.1f} "
+            "mm before first "
+            "contact: its zero is off, or has changed since it was found"
+        )
+        return _doubt("zero", text, force_kN, FREE_KN)
+
+    def _beside_curve(self, scene: Scene, force_kN: float, low_mm: float, high_mm: float) -> Doubt | None:
+        curve, guard = scene.guard.curve, scene.guard
+        speed = scene.speed_mm_per_s(scene.way or "")
+        first = low_mm > self._farthest_mm - 0.3 and 0.2 < speed < SLOW_MM_PER_S
+        self._farthest_mm = max(self._farthest_mm, low_mm)
+        if curve is None:
+            return None
+        from_mm = max(curve.from_mm, FROM_MM + (0.0 if scene.counted else UNCOUNTED_MM))
+        if low_mm < from_mm or high_mm > curve.end_mm:
+            self._lasting.sure("above", False)
+            self._lasting.sure("below", False)
+            return None
+        place_mm = PLACE_MM if scene.counted else UNCOUNTED_PLACE_MM
+        warm_C = scene.specimen_C
+        beyond_mm = place_mm if abs(speed) < SLOW_MM_PER_S else place_mm + FAST_MM + FAST_S * abs(speed)
+        fast = 1.0 if abs(speed) < SLOW_MM_PER_S else curve.fast
+        begins = high_mm < min(FIRST_MM, FIRST_SHARE * curve.end_mm) + (
+            0.0 if scene.counted else UNCOUNTED_MM
+        )
+        factor, beside_kN = guard.factor, BESIDE_KN
+        if begins:
+            factor, beside_kN = FIRST_TIMES * factor, FIRST_KN
+        most_kN = factor * fast * curve.at(high_mm + beyond_mm, warm_C) + beside_kN
+        least_kN = curve.at(low_mm - place_mm, warm_C) / factor - beside_kN
+        usual_kN = curve.at(0.5 * (low_mm + high_mm), warm_C)
+        above = self._lasting.sure("above", force_kN > most_kN)
+        below = self._lasting.sure("below", first and force_kN < least_kN)
+        if not (above or below):
+            return None
+        ratio = force_kN / usual_kN if usual_kN > 0.0 else 0.0
+        look = likeness(ratio)
+        text = (
+            f"force reads {force_kN:.1f} kN at a stroke of {0.5 * (low_mm + high_mm):.1f} mm, where "
+            f"{usual_kN:.1f} kN are expected ({curve.source}), {ratio:.2f} times as much"
+            + (f" ({look})" if look else "")
+            + f"; within a factor of {factor:.3g} ([guards] force_against_model_factor) is right. "
+            + "Is it the specimen that the campaign names?"
+        )
+        kind: Kind = "sign" if ratio < -0.3 else "still" if abs(ratio) < 0.03 else "scale"
+        return _doubt(kind, text, force_kN, most_kN if above else least_kN)
+
+
+def _strokes(scene: Scene) -> tuple[float, float]:
+    """Return the least and the greatest stroke that wires and piston allow now [mm]: one of them may be
+    wrong.
+
+    Where strokes do not count from a contact, the piston's zero is nobody's: the wires alone say it.
+    """
+    wires = [value for name in scene.points.wires if (value := scene.now(name)) is not None]
+    strokes = [sum(wires) / len(wires)] if wires else []
+    way_mm = None if scene.way is None else scene.now(scene.way)
+    if way_mm is not None and (scene.counted or not strokes):
+        force_kN = scene.guard.believable_kN(scene.now("force") or 0.0, way_mm, scene.specimen_C)
+        _, most_mm = scene.guard.given_way_mm(force_kN)
+        strokes += [way_mm - most_mm, way_mm]
+    return (min(strokes), max(strokes)) if strokes else (0.0, 0.0)
+
+
+def _doubt(kind: Kind, text: str, value: float, limit: float) -> Doubt:
+    setting = channel_setting("force", "calibration")
+    return Doubt(kind, "force", "controller", setting, text, value, limit, "kN")

@@ -1,0 +1,114 @@
+"""The piston against its command: it goes where it is told, by as much, and stands there.
+
+What is allowed: it follows late (an actuator of some hertz, a valve's overlap), which at constant speed is a
+constant distance, so that the slope of position against command shows the scale whatever the lag. A valve
+that gives no more flow under force is slower than its command: near the stand's force the slope is not
+looked at.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from daq.wiring.doubt import Doubt, Kind, channel_setting
+from daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene, slope_of
+from foundation.likeness import likeness
+
+LATE_S = 0.4
+"""The piston is where its command was within so long before [s]: 0.2 s of overlap, 0.1 s of servo lag and an
+actuator of 3 Hz."""
+APART_MM, APART_SHARE = 0.6, 0.04
+"""… to within this, and this share of the way: zero and linearity of its encoder are 0.1 mm."""
+SLOPE_OFF = 0.05
+"""Position against command at constant speed: 1 to within this."""
+TRAVEL_MM = 3.0
+"""The slope is taken over so much of a constant motion at least."""
+EVEN = 0.06
+"""A speed is constant within this share."""
+SETTLED_S = 0.4
+"""What a motion begins with is left out of its slope [s]."""
+LOADED = 0.3
+"""Above this share of the stand's force a valve may fall behind."""
+LOOKS = 2
+
+
+class PistonJudge:
+    """Holds the position against the command."""
+
+    def __init__(self) -> None:
+        self._lasting = Lasting(LOOKS)
+
+    def look(self, scene: Scene) -> Doubt | None:
+        """Return what is wrong with the position, None if nothing is."""
+        command, position = scene.points.column("command"), scene.points.column("position")
+        if command is None or position is None:
+            return None
+        rows = scene.points.last(LATE_S + 0.1)
+        if len(rows) < 2 or rows[-1, 0] - rows[0, 0] < LATE_S:
+            return None
+        return self._apart(scene, rows, command, position) or self._slope(scene, command, position)
+
+    def _apart(self, scene: Scene, rows: Floats, command: int, position: int) -> Doubt | None:
+        """Return a doubt where the position is nowhere that its command has been."""
+        told = rows[:, command]
+        fastest = float(np.max(np.abs(np.diff(told)) / np.diff(rows[:, 0])))
+        if fastest > SLOW_MM_PER_S:
+            self._lasting.sure("apart", False)
+            return None
+        low, high = float(told.min()), float(told.max())
+        at_mm = float(np.mean(rows[-scene.points.new :, position]))
+        beyond_mm = max(low - at_mm, at_mm - high)
+        most_mm = APART_MM + APART_SHARE * max(abs(low), abs(high))
+        if not self._lasting.sure("apart", beyond_mm > most_mm):
+            return None
+        now_mm = float(told[-1])
+        ratio = at_mm / now_mm if abs(now_mm) > 1.0 else 0.0
+        turned = ratio < -0.3
+        look = likeness(ratio) if abs(now_mm) > 3.0 else ""
+        text = f"the piston's position reads {at_mm:.2f} mm where it was told {now_mm:.2f} mm" + (
+            ": its sign is turned" if turned else f" ({look})" if look else ""
+        )
+        kind: Kind = "sign" if turned else "scale" if abs(now_mm) > 3.0 else "zero"
+        return _doubt(kind, text, beyond_mm, most_mm)
+
+    def _slope(self, scene: Scene, command: int, position: int) -> Doubt | None:
+        rows = _even_stretch(scene.points.last(6.0), command)
+        force = scene.now("force")
+        if rows is None or (force is not None and abs(force) > LOADED * scene.guard.force_max_kN):
+            self._lasting.sure("slope", False)
+            return None
+        slope = slope_of(rows, position, command)
+        if not self._lasting.sure("slope", abs(slope - 1.0) > SLOPE_OFF):
+            return None
+        look = likeness(slope)
+        text = (
+            f"the piston's position goes {slope:.3f} times the way that it is told "
+            f"(over {np.ptp(rows[:, command]):.1f} mm)" + (f", {look}" if look else "")
+        )
+        return _doubt("scale", text, slope, 1.0 + SLOPE_OFF)
+
+
+def _doubt(kind: Kind, text: str, value: float, limit: float) -> Doubt:
+    setting = channel_setting("position", "calibration")
+    return Doubt(kind, "position", "controller", setting, text, value, limit, "mm")
+
+
+def _even_stretch(rows: Floats, command: int) -> Floats | None:
+    """Return the last part of some rows over which the command has moved evenly, if it is long enough."""
+    if len(rows) < 20:
+        return None
+    lag = 10
+    speeds = (rows[lag:, command] - rows[:-lag, command]) / (rows[lag:, 0] - rows[:-lag, 0])
+    last = float(speeds[-1])
+    if not 0.2 <= abs(last) <= SLOW_MM_PER_S:
+        return None
+    uneven = np.flatnonzero(np.abs(speeds - last) > max(EVEN * abs(last), 0.12))
+    first = int(uneven[-1]) + 1 + lag if len(uneven) else 0
+    even = rows[first:]
+    if len(even) < 2:
+        return None
+    if first:
+        even = even[even[:, 0] > even[0, 0] + SETTLED_S]
+    if len(even) < 10 or abs(float(even[-1, command] - even[0, command])) < TRAVEL_MM:
+        return None
+    return even

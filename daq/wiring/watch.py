@@ -1,0 +1,122 @@
+"""All judges of the wiring, and what they remember: a part of the guard panel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from daq.guards import Trip
+from daq.scaling import ScaledBlock
+from daq.wiring.doubt import Doubt, doubt_trip
+from daq.wiring.facts import WiringGuard
+from daq.wiring.force_band import ForceJudge
+from daq.wiring.forces import TwoForcesJudge
+from daq.wiring.heat import HeatJudge
+from daq.wiring.piston import PistonJudge
+from daq.wiring.points import Points
+from daq.wiring.scene import Scene
+from daq.wiring.wires import WireJudge
+
+LEAST_SPAN_S = 0.6
+"""Force and wires are held against the piston once that was held against its command for so long [s]."""
+
+
+class WiringWatch:
+    """Hands what comes in to the judges; each doubt is said once.
+
+    What they have seen of motion is forgotten with every zero (:meth:`rebase`) and while nothing is to be
+    judged (``motion`` of :class:`daq.wiring.facts.WiringGuard`); what thermometers showed is kept.
+    """
+
+    def __init__(self) -> None:
+        self._counted = False
+        self._heat = HeatJudge()
+        self._said: set[tuple[str, str]] = set()
+        self._points: Points | None = None
+        self._judging = False
+        self._begin()
+
+    def _begin(self) -> None:
+        self._piston, self._wires = PistonJudge(), WireJudge()
+        self._force, self._forces = ForceJudge(), TwoForcesJudge()
+
+    def rebase(self, *, counted: bool) -> None:
+        """Begin anew: strokes and forces count from another zero, found at first contact or not."""
+        self._counted = counted
+        self._heat.rebase()
+        self._points = None
+        self._begin()
+
+    def observe(
+        self,
+        guard: WiringGuard,
+        block: ScaledBlock,
+        temperatures_C: Mapping[str, float],
+        *,
+        controller: bool,
+        device_clock: bool,
+    ) -> list[Trip]:
+        """Judge a block of any stream.
+
+        Parameters
+        ----------
+        guard : WiringGuard
+        block : ScaledBlock
+        temperatures_C : mapping of str to float
+            Last true reading of every thermometer.
+        controller : bool
+            Whether it is a block of the controller.
+        device_clock : bool
+            Whether the controller stamps its samples by its own clock.
+
+        Returns
+        -------
+        list of Trip
+            What is doubted now and was not before.
+        """
+        doubts: Iterable[Doubt | None]
+        if block.stream in guard.specimen or block.stream in guard.ambient:
+            doubts = [self._heat.take(guard, block, temperatures_C.get(block.stream))]
+        elif not controller:
+            self._forces.take_second(block, guard.delays_s.get("force_2", 0.0))
+            return []
+        else:
+            doubts = self._motion(guard, block, temperatures_C, device_clock=device_clock)
+        time_us = int(block.time_us[-1]) if len(block) else None
+        trips = []
+        for doubt in doubts:
+            if doubt is not None and (doubt.sensor, doubt.kind) not in self._said:
+                self._said.add((doubt.sensor, doubt.kind))
+                trips.append(doubt_trip(doubt, guard.action, block.received_s, time_us))
+        return trips
+
+    def _motion(
+        self,
+        guard: WiringGuard,
+        block: ScaledBlock,
+        temperatures_C: Mapping[str, float],
+        *,
+        device_clock: bool,
+    ) -> Iterable[Doubt | None]:
+        if self._points is None:
+            self._points = Points(guard.delays_s)
+        if guard.motion == "none" and self._judging:
+            self._begin()  # the judges, not the points: at the next motion these show what was at rest
+        self._judging = guard.motion != "none"
+        if self._judging:
+            yield self._force.pulls(block)
+        self._forces.take_first(block, guard.delays_s.get("force", 0.0), device_clock=device_clock)
+        if not self._points.take(block):
+            return
+        self._heat.work(self._points)
+        if not self._judging:
+            return
+        own = [temperatures_C[name] for name in guard.specimen if name in temperatures_C]
+        scene = Scene(self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
+        if guard.motion == "all":
+            yield self._forces.look(scene)
+        yield self._piston.look(scene)
+        if (
+            guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S
+        ):  # the piston's own judge needs so long: it is looked at first
+            yield self._force.look(scene)
+            yield self._wires.look(scene)

@@ -1,0 +1,359 @@
+"""The draw wires against the piston: they go as far as it does, less what the machine gives way.
+
+In contact ``position − F / k − wire`` is a constant: 0 from a first contact that was touched off, unknown
+without. What is allowed: a machine that gives way by 0.4 to 2 times what is stated, some tenths for seating
+and the wires' own linearity, and 20 ms of the speed for delays that nobody states. Before contact the wires
+hang on the specimen and stand, or follow the plate; after a compression the specimen comes back late. So
+only what is in contact is looked at: the first compression, and later what carries force.
+
+A delay shows where the speed changes: there ``position − F / k − wire`` has a part that goes with the speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.wiring.doubt import Doubt, Kind, channel_setting
+from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
+from foundation.likeness import likeness
+
+BEFORE_MM = 1.2
+"""A wire reads no more than this before first contact, where strokes count from it; an elastomer that was
+compressed hours ago has crept by less."""
+CLOSE_MM, UNCOUNTED_MM, SHARE, DELAY_S = 0.8, 0.8, 0.05, 0.02
+"""In contact wire and piston agree within these: a constant, as much more where no contact was touched off, a
+share of the way (drum, tilt of the plate), and a time of the speed."""
+LOADED_KN = 5.0
+"""In contact, after the first compression [kN]."""
+MET_MM, MET_KN = 0.7, 3.0
+"""Where no contact was touched off, it is where a wire has moved by this, or a force has risen by this."""
+AGAINST_MM = 0.6
+"""A wire does not go back by so much as the first contact is passed."""
+REST_S = 0.3
+"""What the wires read at rest is taken over so long [s]."""
+LATE_S, LATE_MM = 0.045, 0.4
+"""A wire is late from this on [s], where that makes so much of the way [mm]."""
+STEADY_LATE_S, STEADY_LATE_MM, STEADY_GIVE = 0.06, 0.42, 1.4
+"""At constant speed in the first compression, with what the machine gives way by times the stated."""
+LEAST_SPEED = 4.0
+"""Speeds must differ by this for a delay to show [mm/s]."""
+DELAY_WINDOW_S, DELAY_EVERY_S = 4.0, 0.5
+FINE_MM = 6.0
+"""A wire that was right over so much of the way has no wrong scale [mm]."""
+SLOPE_MM, SLOPE_FROM_MM, SLOPE_OFF = 5.0, 1.0, 0.045
+"""Wire against piston over so much of the first compression, from so far behind the contact on: 1, less what
+the machine gives way, to within this."""
+LOOKS = 2
+
+
+@dataclass
+class _Contact:
+    """Where the first contact was: the piston, and each wire there [mm]."""
+
+    position_mm: float
+    wires_mm: Mapping[str, float]
+
+
+class WireJudge:
+    """Holds each draw wire against the piston."""
+
+    def __init__(self) -> None:
+        self._lasting = Lasting(LOOKS)
+        self._contact: _Contact | None = None
+        self._rest: dict[str, float] | None = None
+        self._farthest_mm = 0.0
+        self._delay_due_s = -np.inf
+        self._fine_mm: dict[str, float] = {}
+
+    def look(self, scene: Scene) -> Doubt | None:
+        """Return what is wrong with a wire, None if nothing is."""
+        way, wires = scene.way, scene.points.wires
+        if way is None or not wires:
+            return None
+        now = {name: value for name in (way, *wires, "force") if (value := scene.now(name)) is not None}
+        contact = self._met(scene, now, way)
+        if contact is None:
+            return None
+        at_mm = now[way] - contact.position_mm
+        speed = scene.speed_mm_per_s(way)
+        first = at_mm > self._farthest_mm - 0.3 and speed > -0.1
+        self._farthest_mm = max(self._farthest_mm, at_mm)
+        against: dict[str, float] = {}
+        if not scene.counted and at_mm < MET_MM + 3.0 and speed > 0.3:
+            against = self._against(scene, now)
+        if at_mm <= 0.3 and not against:
+            return self._before(scene, now, at_mm) if scene.counted else None
+        if not first and not self._loaded(scene, now):
+            self._lasting.sure("apart", False)
+            return None
+        off = self._off(scene, now, contact, at_mm, speed) | against
+        if at_mm > FINE_MM / 2.0:
+            self._fine_mm.update({name: at_mm for name in wires if name not in off})
+        doubt = self._apart(scene, off, now, contact, at_mm)
+        if doubt is None and first:
+            doubt = self._slope(scene, contact, at_mm, speed)
+            doubt = doubt or self._late_in_steps(scene, now, contact, at_mm, speed)
+        return doubt or self._late(scene, contact, at_mm)
+
+    # --- where it is met ----------------------------------------------------------------------------
+
+    def _met(self, scene: Scene, now: Mapping[str, float], way: str) -> _Contact | None:
+        if self._contact is not None:
+            return self._contact
+        wires = scene.points.wires
+        if scene.counted:
+            self._contact = _Contact(0.0, dict.fromkeys(wires, 0.0))
+            return self._contact
+        if self._rest is None:
+            rows = scene.points.last(REST_S)
+            if scene.points.span_s >= REST_S and len(rows):
+                self._rest = {name: float(rows[:, 1 + i].mean()) for i, name in enumerate(scene.points.names)}
+            return None
+        moved_mm = max(abs(now[name] - self._rest[name]) for name in wires)
+        risen_kN = abs(now.get("force", 0.0) - self._rest.get("force", 0.0))
+        if moved_mm < MET_MM and risen_kN < MET_KN:
+            if scene.speed_mm_per_s(way) == 0.0:  # it stands: what it reads at rest is that of now
+                self._rest = None
+            return None
+        self._contact = _Contact(now[way], {name: now[name] for name in wires})
+        return self._contact
+
+    def _before(self, scene: Scene, now: Mapping[str, float], at_mm: float) -> Doubt | None:
+        """Return a doubt where a wire does not read its zero before the first compression."""
+        if self._farthest_mm > 1.0:
+            return None
+        beyond = {
+            name: now[name]
+            for name in scene.points.wires
+            if not min(at_mm, 0.0) - BEFORE_MM <= now[name] <= BEFORE_MM
+        }
+        if not self._lasting.sure("before", bool(beyond)):
+            return None
+        names = ", ".join(beyond)
+        reads = " and ".join(f"{name} {value:+.2f} mm" for name, value in beyond.items())
+        text = f"before first contact {reads}, where the zero that was found says 0"
+        value = max(beyond.values(), key=abs)
+        return _doubt("zero", names, "calibration (hooked in anew since the zero?)", text, value, BEFORE_MM)
+
+    @staticmethod
+    def _loaded(scene: Scene, now: Mapping[str, float]) -> bool:
+        forces = [now["force"]] if "force" in now else []
+        forces += [scene.force_2_kN] if scene.force_2_kN is not None else []
+        return bool(forces) and min(forces) > LOADED_KN
+
+    # --- how far it goes ----------------------------------------------------------------------------
+
+    @staticmethod
+    def _given_mm(scene: Scene, now: Mapping[str, float], at_mm: float) -> tuple[float, float]:
+        """Return the least and the most that the machine gives way now [mm]."""
+        force_kN = scene.guard.believable_kN(now.get("force", 0.0), at_mm, scene.specimen_C)
+        return scene.guard.given_way_mm(force_kN)
+
+    def _off(
+        self, scene: Scene, now: Mapping[str, float], contact: _Contact, at_mm: float, speed: float
+    ) -> dict[str, float]:
+        """Return by how much each wire is off that is off by too much; positive: it lags behind [mm]."""
+        least_mm, most_mm = self._given_mm(scene, now, at_mm)
+        close_mm = CLOSE_MM + SHARE * at_mm + DELAY_S * abs(speed)
+        close_mm += 0.0 if scene.counted else UNCOUNTED_MM
+        off: dict[str, float] = {}
+        for name in scene.points.wires:
+            behind_mm = at_mm - (now[name] - contact.wires_mm[name])
+            beyond_mm = max(behind_mm - most_mm, 0.0) + min(behind_mm - least_mm, 0.0)
+            if abs(beyond_mm) > close_mm:
+                off[name] = beyond_mm
+        return off
+
+    def _against(self, scene: Scene, now: Mapping[str, float]) -> dict[str, float]:
+        """Return the wires that go back as the piston goes forward: the tilt that this makes is none."""
+        rest = self._rest or {}
+        gone = {name: now[name] - rest.get(name, now[name]) for name in scene.points.wires}
+        return {name: -moved_mm for name, moved_mm in gone.items() if moved_mm < -AGAINST_MM}
+
+    def _apart(
+        self,
+        scene: Scene,
+        off: Mapping[str, float],
+        now: Mapping[str, float],
+        contact: _Contact,
+        at_mm: float,
+    ) -> Doubt | None:
+        if not self._lasting.sure("apart", bool(off)):
+            return None
+        wires = scene.points.wires
+        name = max(off, key=lambda one: abs(off[one]))
+        went_mm = now[name] - contact.wires_mm[name]
+        if scene.exchanged(name, at_mm):
+            text = (
+                f"force reads {now['force']:.1f} kN where the piston goes {at_mm:.1f} mm, and {name} "
+                f"{went_mm:.1f} mm"
+            )
+            setting = f"{channel_setting('force', 'registers')} and {channel_setting(name, 'registers')}"
+            return _doubt(
+                "swapped", f"force, {name}", setting, f"{text}: they are exchanged", off[name], CLOSE_MM
+            )
+        both = len(wires) == 2 and len(off) == 2 and abs(off[wires[0]] - off[wires[1]]) < 0.3 * abs(off[name])
+        sensor = ", ".join(wires) if both else name
+        expected_mm = at_mm - sum(self._given_mm(scene, now, at_mm)) / 2.0
+        who = "both draw wires go" if both else f"{name} goes"
+        if not scene.counted and at_mm < MET_MM + 3.0 and name in (against := self._against(scene, now)):
+            went_mm = -against[name]
+            expected_mm = at_mm = max(at_mm, abs(went_mm))
+        shown = f"{who} {went_mm:.2f} mm where the piston goes {at_mm:.2f} mm"
+        slope = self._lately(scene, contact, name)
+        kind, how = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
+        return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, both=both)
+
+    def _lately(self, scene: Scene, contact: _Contact, name: str) -> float:
+        """Return how far a wire went lately per way of the piston; not a number where that stood."""
+        column, way = scene.points.column(name), scene.points.column(scene.way or "")
+        rows = scene.points.last(0.2)
+        if column is None or way is None or not len(rows):
+            return float("nan")
+        pressed = rows[rows[:, way] > contact.position_mm + 0.4]
+        return (
+            slope_of(pressed, column, way)
+            if len(pressed) > 5 and np.ptp(pressed[:, way]) > 0.3
+            else float("nan")
+        )
+
+    def _slope(self, scene: Scene, contact: _Contact, at_mm: float, speed: float) -> Doubt | None:
+        """Return a doubt where the first compression shows another scale, whatever the zeros are."""
+        way, force = scene.points.column(scene.way or ""), scene.points.column("force")
+        rows = scene.points.last(6.0)
+        if way is None or not len(rows) or not 1.0 < speed < SLOW_MM_PER_S:
+            self._lasting.sure("slope", False)
+            return None
+        back = np.flatnonzero(np.diff(rows[:, way]) < -0.1)
+        rows = rows[int(back[-1]) + 1 if len(back) else 0 :]
+        rows = rows[rows[:, way] > contact.position_mm + SLOPE_FROM_MM]
+        travel_mm = float(np.ptp(rows[:, way])) if len(rows) else 0.0
+        if travel_mm < SLOPE_MM:
+            self._lasting.sure("slope", False)
+            return None
+        stiff = 0.0 if force is None else max(0.0, slope_of(rows, force, way)) * travel_mm
+        stiff = scene.guard.believable_kN(stiff, at_mm, scene.specimen_C) / travel_mm
+        least, most = scene.guard.given_way_mm(stiff)
+        found = {}
+        for name in scene.points.wires:
+            column = scene.points.column(name)
+            slope = 1.0 if column is None else slope_of(rows, column, way)
+            if not 1.0 - most - SLOPE_OFF < slope < 1.0 - least + SLOPE_OFF:
+                found[name] = slope / (1.0 - 0.5 * (least + most))
+        if not self._lasting.sure("slope", bool(found)):
+            return None
+        both = len(found) == 2
+        ratio = max(found.values(), key=lambda one: abs(one - 1.0))
+        look = likeness(ratio)
+        sensor = ", ".join(found)
+        text = (
+            f"{sensor} {'go' if both else 'goes'} {ratio:.3f} times the way of the piston over "
+            f"{travel_mm:.1f} mm"
+        )
+        return _scaled_doubt(
+            "scale", sensor, text + (f", {look}" if look else ""), ratio, 1.0 + SLOPE_OFF, both=both
+        )
+
+    # --- how late it is -----------------------------------------------------------------------------
+
+    def _late_in_steps(
+        self, scene: Scene, now: Mapping[str, float], contact: _Contact, at_mm: float, speed: float
+    ) -> Doubt | None:
+        """Return a doubt where a wire stays behind by what a delay makes at constant speed."""
+        rows, way = scene.points.last(0.3), scene.points.column(scene.way or "")
+        if not scene.counted or way is None or len(rows) < 10 or at_mm < 1.5 or speed < LEAST_SPEED:
+            self._lasting.sure("steady", False)
+            return None
+        early, late = rows[: len(rows) // 2], rows[len(rows) // 2 :]
+        speeds = [float(np.ptp(part[:, way]) / np.ptp(part[:, 0])) for part in (early, late)]
+        even = abs(speeds[0] - speeds[1]) < 0.1 * speed and speed < SLOW_MM_PER_S
+        _, most_mm = self._given_mm(scene, now, at_mm)
+        most_mm *= STEADY_GIVE / 2.0 if scene.guard.frame_kN_per_mm is not None else 1.0
+        late_s: dict[str, float] = {}
+        for name in scene.points.wires:
+            behind_mm = at_mm - (now[name] - contact.wires_mm[name]) - most_mm - 0.01 * at_mm
+            column = scene.points.column(name)
+            goes = even and column is not None and 0.93 < slope_of(rows, column, way) < 1.05
+            if goes and behind_mm > STEADY_LATE_MM and behind_mm / speed > STEADY_LATE_S:
+                late_s[name] = behind_mm / speed
+        if not self._lasting.sure("steady", bool(late_s)):
+            return None
+        return _late_doubt(", ".join(late_s), max(late_s.values()))
+
+    def _late(self, scene: Scene, contact: _Contact, at_mm: float) -> Doubt | None:
+        """Return a doubt where a wire is behind the piston by a part that goes with the speed."""
+        now_s = float(scene.points.table[-1, 0])
+        if now_s < self._delay_due_s or at_mm < 1.0:
+            return None
+        self._delay_due_s = now_s + DELAY_EVERY_S
+        rows, column = scene.points.last(DELAY_WINDOW_S), scene.points.column(scene.way or "")
+        force = scene.points.column("force")
+        if column is None or len(rows) < 50:
+            return None
+        time = rows[:, 0]
+        speed = np.gradient(rows[:, column], time)
+        carries = rows[:, column] > contact.position_mm + 0.5
+        if force is not None:
+            carries &= rows[:, force] > LOADED_KN
+        if np.count_nonzero(carries) < 50 or np.ptp(speed[carries]) < LEAST_SPEED:
+            return None
+        loads = [rows[carries, force]] if force is not None else []
+        system = np.stack([np.ones(np.count_nonzero(carries)), speed[carries], *loads], axis=1)
+        late: dict[str, float] = {}
+        for name in scene.points.wires:
+            own = scene.points.column(name)
+            if own is None:
+                continue
+            behind = rows[carries, column] - rows[carries, own]
+            found = np.linalg.lstsq(system, behind, rcond=None)[0]
+            late_s = float(found[1])
+            so = abs(late_s) > LATE_S and 0.5 * abs(late_s) * float(np.ptp(speed[carries])) > LATE_MM
+            if self._lasting.sure(f"late {name}", so):
+                late[name] = late_s
+        if not late:
+            return None
+        return _late_doubt(", ".join(late), max(late.values(), key=abs))
+
+
+def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str]:
+    """Return what is wrong with a wire that goes ``ratio`` of its way, and ``lately`` this.
+
+    One that was right over some way before has no wrong scale: it has come off, or slipped.
+    """
+    if abs(ratio) < 0.15 or abs(lately) < 0.15:
+        return "still", ": it stands still, it may have come off or its drum sticks"
+    if right_before:
+        return "slipped", ": it was right before, and has slipped or come off"
+    if ratio < -0.3:
+        return "sign", ": its sign is turned"
+    if abs(lately - 1.0) < 0.12:
+        return "zero", ": its zero is off, or it slipped or was hooked in anew"
+    known = ratio if np.isnan(lately) else lately
+    look = likeness(known)
+    return "scale", f", {known:.2f} times as far" + (f", {look}" if look else "")
+
+
+def _scaled_doubt(kind: Kind, sensor: str, text: str, value: float, limit: float, *, both: bool) -> Doubt:
+    """Return a doubt of how far wires go; where both are alike, it may be the piston's own scale."""
+    setting = channel_setting(sensor, "calibration")
+    if both and kind == "scale":
+        text += "; or the piston's own scale is wrong, in position and command alike"
+        setting += f", or {channel_setting('position', 'calibration')}"
+    return _doubt(kind, sensor, setting, text, value, limit)
+
+
+def _late_doubt(sensor: str, late_s: float) -> Doubt:
+    how = "behind" if late_s > 0.0 else "ahead of"
+    text = f"{sensor} is {abs(late_s) * 1e3:.0f} ms {how} the piston"
+    return _doubt("delay", sensor, channel_setting(sensor, "delay_s"), text, late_s, LATE_S, "s")
+
+
+def _doubt(
+    kind: Kind, sensor: str, setting: str, text: str, value: float, limit: float, unit: str = "mm"
+) -> Doubt:
+    if not setting.startswith("["):
+        setting = channel_setting(sensor, setting)
+    return Doubt(kind, sensor, "controller", setting, text, value, limit, unit)
