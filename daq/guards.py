@@ -80,6 +80,8 @@ class Trip:
             content["unit"] = self.unit
         if self.stream:
             content["stream"] = self.stream
+        if self.device_fault:
+            content["device_fault"] = True
         return content
 
 

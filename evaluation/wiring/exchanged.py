@@ -1,0 +1,40 @@
+"""Two channels that show one and the same signal: a wire on the wrong input, a register read twice."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evaluation.plausibility.finding import Finding
+from evaluation.plausibility.look import Look
+from evaluation.channels.signals import PISTON, Signals
+from evaluation.wiring.words import SETTING, doubt
+
+SAME = 0.005
+"""The force differs from a stroke in figures by less than this share of its range: it is that stroke."""
+LEAST = 5.0
+
+
+def force_is_a_stroke(look: Look, signals: Signals) -> list[Finding]:
+    """Return whether force and one of the strokes show the same figures, kN for mm.
+
+    Parameters
+    ----------
+    look : Look
+    signals : Signals
+    """
+    force = signals.by_name["force"]
+    span = float(np.ptp(force))
+    if span < LEAST:
+        return []
+    for name in (*signals.strokes, *PISTON):
+        other = signals.get(name)
+        if other is None or float(np.std(force - other)) > SAME * span:
+            continue
+        if abs(float(np.mean(force - other))) > 0.05 * span:
+            continue
+        text = (
+            f"force shows the same figures as {name}, kN for mm: one of them is on the input of the other; look at "
+            f"the plugs, and at both channels in {SETTING} and the register profile"
+        )
+        return [doubt(look, "exchanged", "force", None, "", text)]
+    return []

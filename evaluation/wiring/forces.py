@@ -1,0 +1,128 @@
+"""The force against the second force: one load cell, two amplifiers."""
+
+from __future__ import annotations
+
+from math import inf, log
+
+import numpy as np
+
+from evaluation.plausibility.finding import Finding
+from evaluation.plausibility.look import Look
+from evaluation.record import FloatArray
+from evaluation.wiring.fit import Fit, fitted, lateness, shown
+from evaluation.channels.signals import Signals
+from evaluation.wiring.words import SECOND, SETTING, doubt
+
+FACTOR = 0.05
+"""The forces may differ by this share: ten times what accuracies of 0.5 % and what wires do explain."""
+ZERO_SHARE = 0.01
+"""Their zeros may differ by this share of the stand's force (or, unknown, of the run's greatest) …"""
+ZERO_STATED = 3.0
+"""… and by so many times the zeros that both state."""
+LEAST_KN, LEAST_SHARE = 5.0, 0.01
+"""A force that moves less, and less than this share of the stand's range, tells nothing."""
+FOLLOWS, AT_ALL = 0.05, 0.3
+"""Left of a force by a line through the other: less says that it follows, more that it does not at all."""
+BETTER = 0.5
+LEAST_LATE_S = 0.02
+"""The amplifier's own delay is known to some ms."""
+
+
+def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Finding]:
+    """Return how the second force belies the first.
+
+    Parameters
+    ----------
+    look : Look
+    signals : Signals
+    expected : float, optional
+        The run's greatest force as a multiple of what the plan expected, where that is known: says which of
+        two forces is the wrong one.
+    """
+    one, two = signals.get("force"), signals.get("force_2")
+    if one is None or two is None:
+        return []
+    stand_kN = look.facts.force_limit_kN
+    least = max(LEAST_KN, LEAST_SHARE * (stand_kN or 0.0))
+    moved = [float(np.ptp(force)) for force in (one, two)]
+    if max(moved) < least:
+        return []
+    for number, name in ((0, "force"), (1, "force_2")):
+        if moved[number] < 0.02 * moved[1 - number]:
+            other = ("force_2", "force")[number]
+            text = (
+                f"{name} stands still ({moved[number]:.3g} kN) while {other} moves by {moved[1 - number]:.4g} kN: "
+                f"cut off, frozen or scaled to nothing; {_where(name)}"
+            )
+            return [_doubt(look, "frozen", name, moved[1 - number], "kN", text)]
+    fit = fitted(one, two)
+    if fit is None:
+        return []
+    late = lateness(signals.time_s, one, two) if fit.left > FOLLOWS else None
+    found = []
+    if late is not None and abs(late[0]) > LEAST_LATE_S and late[1].left < BETTER * fit.left:
+        found.append(_late(look, late[0]))
+        fit = late[1]
+    if fit.left > AT_ALL:
+        text = (
+            f"force and force_2 do not follow each other ({fit.left:.0%} of force_2 is not in force): one of "
+            f"them measures something else; look at both cables and at the channels of the stand file"
+        )
+        return [*found, _doubt(look, "not-following", "force", fit.left, "", text)]
+    return found + _scale_or_zero(look, fit, one, expected)
+
+
+def _late(look: Look, late_s: float) -> Finding:
+    name, other = ("force_2", "force") if late_s > 0.0 else ("force", "force_2")
+    text = (
+        f"{name} comes {abs(late_s):.3g} s later than {other}: look at the filter of its amplifier and at its "
+        f"delay_s ({SECOND if name == 'force_2' else SETTING})"
+    )
+    return _doubt(look, "delay", name, abs(late_s), "s", text)
+
+
+def _scale_or_zero(look: Look, fit: Fit, one: FloatArray, expected: float | None) -> list[Finding]:
+    """Return a factor other than 1, else a zero other than 0."""
+    if abs(fit.factor - 1.0) > FACTOR:
+        name = _wrong_one(fit.factor, expected)
+        text = (
+            f"force_2 is {shown(fit.factor)} of force" if fit.factor > 0.0 else "force_2 falls as force rises"
+        )
+        if fit.factor < 0.0 and abs(fit.factor + 1.0) > FACTOR:
+            text += f", by {shown(fit.factor)}"
+        kind = "scale" if fit.factor > 0.0 else "sign"
+        which = (
+            "by what the plan expected it is " + name if expected is not None and name else "one of them is"
+        )
+        text += f": {which} scaled wrong; {_where(name)}"
+        return [_doubt(look, kind, name or "force", fit.factor, "", text)]
+    stated = look.facts.force_uncertainty
+    limit_kN = ZERO_SHARE * (look.facts.force_limit_kN or float(np.max(np.abs(one))))
+    limit_kN = max(limit_kN, 2.0 * ZERO_STATED * ((stated.zero if stated else None) or 0.0))
+    if abs(fit.zero) <= limit_kN:
+        return []
+    text = (
+        f"force_2 less force is {fit.zero:+.3g} kN throughout: the zero of one of them is off; unload the "
+        f"specimen and set both zeros ({SETTING}, {SECOND})"
+    )
+    return [_doubt(look, "zero", "force", fit.zero, "kN", text)]
+
+
+def _wrong_one(factor: float, expected: float | None) -> str:
+    """Return which force is the wrong one by the plan's expectation; empty where it cannot be told."""
+    if expected is None:
+        return ""
+    own, second = (abs(log(ratio)) if ratio > 0.0 else inf for ratio in (expected, expected * factor))
+    if own == second or abs(own - second) < log(2.0):
+        return ""
+    return "force" if own > second else "force_2"
+
+
+def _where(name: str) -> str:
+    places = {"force": SETTING, "force_2": SECOND}
+    return f"look at the calibration in {places.get(name, f'{SETTING} and {SECOND}')}, and at the cell's plug"
+
+
+def _doubt(look: Look, kind: str, channel: str, size: float | None, unit: str, text: str) -> Finding:
+    effect = "noted" if channel == "force_2" else "spoils"
+    return doubt(look, kind, channel, size, unit, text, effect=effect)  # type: ignore[arg-type]
