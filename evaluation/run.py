@@ -100,8 +100,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
 
     draws = _drawn_errors(facts, options, found)
     look = Look(samples, record, results, facts, wires, seen, coded)
-    implausible = look_for_implausible(look)
-    spoiled = Spoiled((*implausible, *doubted_signals(look, implausible)))
+    spoiled = Spoiled(tuple(doubted_signals(look, look_for_implausible(look))))
     division = division_without(facts.kind, results, _numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
     tallies = [MeanOfDraws() for _ in stand_for]

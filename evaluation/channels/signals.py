@@ -16,8 +16,8 @@ from foundation.errors import BadInput
 from foundation.units import to_inside
 from recording.run import STROKES, Run
 
-MOST = 20_000
-"""Samples that are held of each signal: of two minutes at 1 kHz one in 6 ms."""
+MOST = 8_000
+"""Samples that are held of each signal: of two minutes at 1 kHz one in 15 ms."""
 FloatArray = NDArray[np.float64]
 
 FORCES = ("force", "force_2")

@@ -11,6 +11,8 @@ from evaluation.wiring.words import SETTING, doubt
 
 SAME = 0.005
 """The force differs from a stroke in figures by less than this share of its range: it is that stroke."""
+ALIEN = 0.1
+"""A wire that is off the piston by this share of its way is the one that shows the force."""
 LEAST = 5.0
 
 
@@ -36,5 +38,9 @@ def force_is_a_stroke(look: Look, signals: Signals) -> list[Finding]:
             f"force shows the same figures as {name}, kN for mm: one of them is on the input of the other; look at "
             f"the plugs, and at both channels in {SETTING} and the register profile"
         )
+        position = signals.get("position")
+        alien = name in signals.strokes and position is not None
+        if alien and float(np.std(other - position)) > ALIEN * float(np.ptp(position)):
+            return [doubt(look, "exchanged", name, None, "", text)]
         return [doubt(look, "exchanged", "force", None, "", text)]
     return []

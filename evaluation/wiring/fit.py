@@ -13,6 +13,7 @@ MOST_LATE_S = 2.0
 """No filter and no bus makes a signal later than this."""
 _COARSE_S = 0.02
 _LOOKED_AT = 4000
+_FEWEST, _MOVES_ON = 20, 0.2
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,22 @@ def lateness(time_s: FloatArray, x: FloatArray, y: FloatArray) -> tuple[float, F
     if near is None:
         return None
     return best(near[0] + np.linspace(-_COARSE_S, _COARSE_S, 21))
+
+
+def still_from(time_s: FloatArray, value: FloatArray, other: FloatArray) -> float | None:
+    """Return since when a signal stands still to the last digit while another one moves on [s]; None: it does not.
+
+    Parameters
+    ----------
+    time_s, value, other : arrays, shape (N,)
+        The other one must move by a fifth of its range meanwhile.
+    """
+    changes = np.flatnonzero(np.diff(value) != 0.0)
+    first = int(changes[-1]) + 1 if changes.size else 0
+    rest = other[first:]
+    if rest.size < _FEWEST or float(np.ptp(rest)) < _MOVES_ON * float(np.ptp(other)):
+        return None
+    return float(time_s[first])
 
 
 def shown(factor: float) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray
-from evaluation.wiring.fit import Fit, fitted, lateness, shown
+from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
 from evaluation.channels.signals import Signals
 from evaluation.wiring.words import SECOND, SETTING, doubt
 
@@ -21,11 +21,31 @@ ZERO_STATED = 3.0
 """… and by so many times the zeros that both state."""
 LEAST_KN, LEAST_SHARE = 5.0, 0.01
 """A force that moves less, and less than this share of the stand's range, tells nothing."""
+LEAST_STROKE_MM = 2.0
+ROUNDING_KN = 1e-9
+"""What interpolating one and the same value leaves."""
 FOLLOWS, AT_ALL = 0.05, 0.3
 """Left of a force by a line through the other: less says that it follows, more that it does not at all."""
 BETTER = 0.5
 LEAST_LATE_S = 0.02
 """The amplifier's own delay is known to some ms."""
+
+
+def dead_force(look: Look) -> list[Finding]:
+    """Return whether the force stands still from the first to the last sample though the specimen is moved.
+
+    Parameters
+    ----------
+    look : Look
+    """
+    force, stroke = look.samples.force_kN, look.samples.stroke_mm
+    if force.size < 2 or float(np.ptp(force)) > ROUNDING_KN or float(np.ptp(stroke)) < LEAST_STROKE_MM:
+        return []
+    text = (
+        f"force stands still at {float(force[0]):.4g} kN from the first to the last sample while the stroke moves by "
+        f"{float(np.ptp(stroke)):.3g} mm: cut off or frozen; {_where('force')}"
+    )
+    return [doubt(look, "frozen", "force", float(np.ptp(stroke)), "mm", text)]
 
 
 def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Finding]:
@@ -55,6 +75,14 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
                 f"cut off, frozen or scaled to nothing; {_where(name)}"
             )
             return [_doubt(look, "frozen", name, moved[1 - number], "kN", text)]
+    for name, own, other in (("force", one, two), ("force_2", two, one)):
+        since_s = still_from(signals.time_s, own, other)
+        if since_s is not None:
+            text = (
+                f"{name} stands still from {since_s:.4g} s on while the other force moves: cut off or frozen; "
+                f"{_where(name)}"
+            )
+            return [_doubt(look, "frozen", name, since_s, "s", text)]
     fit = fitted(one, two)
     if fit is None:
         return []
@@ -62,7 +90,8 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
     found = []
     if late is not None and abs(late[0]) > LEAST_LATE_S and late[1].left < BETTER * fit.left:
         found.append(_late(look, late[0]))
-        fit = late[1]
+        if late[1].left <= AT_ALL:
+            return found  # what delays smooths as well, and so takes from the factor
     if fit.left > AT_ALL:
         text = (
             f"force and force_2 do not follow each other ({fit.left:.0%} of force_2 is not in force): one of "

@@ -6,6 +6,8 @@ after the stroke has turned. What does is late: a filter, or a wrong ``delay_s``
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from evaluation.plausibility.finding import Finding
@@ -17,14 +19,17 @@ from evaluation.wiring.words import SETTING, doubt
 
 KINDS = ("static", "harmonic")
 """An impact has a mass behind it, whose force is not the specimen's alone."""
-RISE = 0.03
+RISE = 0.02
 """After the turn the force rises by more than this share of the cycle's range …"""
 MOST = 0.6
 """… in so many of the cycles."""
 LEAST_LATE_S, LEAST_STEPS = 0.02, 2.0
 """A force that is late by less, or by fewer steps of the sampling, is not told."""
+UPPER = 0.5
+"""At the upper turn the force is in the upper part of its range."""
 BETTER, PROPER = 0.4, 0.5
-"""Shifted, the force follows the stroke so much better, and by this at least."""
+"""Shifted, the force follows the stroke so much better, where it follows it badly as it is."""
+_FEWEST, _LOOKED_AT = 100, 8000
 
 
 def late_force(look: Look) -> list[Finding]:
@@ -36,30 +41,45 @@ def late_force(look: Look) -> list[Finding]:
         Of an impact, and of a record without cycles, nothing can be told.
     """
     record = look.record
-    if look.facts.kind not in KINDS or record.time_s.size < 100:
+    if look.facts.kind not in KINDS or record.time_s.size < _FEWEST:
         return []
-    complete = [result for result in look.results if result.cycle.complete]
-    rises = [rise for result in complete if (rise := _rise(record, result)) is not None]
-    by_turns = bool(rises) and float(np.mean([rise > RISE for rise in rises])) >= MOST
-    now = fitted(record.stroke_mm, record.force_kN)
-    if now is None or not (by_turns or now.left > PROPER):
-        return []
-    late = lateness(record.time_s, record.stroke_mm, record.force_kN)
     least_s = max(LEAST_LATE_S, LEAST_STEPS * float(np.median(np.diff(record.time_s))))
-    if late is None or late[0] < least_s or late[1].factor <= 0.0:
-        return []
-    if not by_turns and late[1].left > BETTER * now.left:
+    complete = [result for result in look.results if result.cycle.complete]
+    turns = [turn for result in complete if (turn := _after_turn(record, result)) is not None]
+    late = [turn.late_s for turn in turns if turn.rise > RISE and turn.late_s > least_s]
+    size_s = float(np.median(late)) if late and len(late) >= MOST * len(turns) else _by_shift(record, least_s)
+    if size_s is None:
         return []
     text = (
-        f"the force comes about {late[0]:.2g} s later than the stroke that makes it: it goes on rising when the "
-        f"specimen is let go already; look at delay_s of the channel “force” in {SETTING} and at the filter of its "
-        "amplifier"
+        f"the force comes about {size_s:.2g} s later than the stroke that makes it: it goes on rising when the "
+        f"specimen is let go already; look at delay_s of the channel “force” in {SETTING} and at the filter of "
+        "its amplifier"
     )
-    return [doubt(look, "delay", "force", late[0], "s", text)]
+    return [doubt(look, "delay", "force", size_s, "s", text)]
 
 
-def _rise(record: Record, result: CycleResult) -> float | None:
-    """Return by how much of its range in the cycle the force rises after the upper turn; None: not known."""
+def _by_shift(record: Record, least_s: float) -> float | None:
+    """Return by how much the force must be earlier to follow the stroke as it should [s]; None: it does."""
+    every = -(-record.time_s.size // _LOOKED_AT)
+    time_s, stroke, force = (column[::every] for column in (record.time_s, record.stroke_mm, record.force_kN))
+    now = fitted(stroke, force)
+    if now is None or now.left <= PROPER:
+        return None
+    late = lateness(time_s, stroke, force)
+    if late is None or late[0] < least_s or late[1].factor <= 0.0 or late[1].left > BETTER * now.left:
+        return None
+    return late[0]
+
+
+class _Turn(NamedTuple):
+    """By how much of its range the force rises after an upper turn, and for how long [s]."""
+
+    rise: float
+    late_s: float
+
+
+def _after_turn(record: Record, result: CycleResult) -> _Turn | None:
+    """Return what the force does after a cycle's upper turn; None where that says nothing of its lateness."""
     cycle, own = result.cycle, result.quantities
     if own.force_max_kN is None or own.force_min_kN is None:
         return None
@@ -70,4 +90,8 @@ def _rise(record: Record, result: CycleResult) -> float | None:
     if range_kN <= 0.0 or last - first < 5:
         return None
     at_turn = float(np.interp(leave_s, record.time_s, record.force_kN))
-    return (float(np.max(record.force_kN[first:last])) - at_turn) / range_kN
+    if at_turn - own.force_min_kN < UPPER * range_kN:
+        return None  # of the other sign, or by more than a quarter of the cycle
+    peak = first + int(np.argmax(record.force_kN[first:last]))
+    rise = (float(record.force_kN[peak]) - at_turn) / range_kN
+    return _Turn(rise, float(record.time_s[peak]) - leave_s)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray
-from evaluation.wiring.fit import Fit, fitted, lateness, shown
+from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
 from evaluation.channels.signals import Signals
 from evaluation.wiring.words import SETTING, doubt
 
@@ -32,14 +32,20 @@ CONTACT_SHARE, CONTACT_FORCE = 0.15, 0.03
 """In contact is what is beyond this share of the piston's way and of the greatest force."""
 ZERO_MM = 3.0
 """Where stroke 0 was set, on piston and wires alike, they may differ by this and what the machine gives way."""
+FREE_KN, FREE_SHARE = 1.0, 0.01
+"""No force is on the specimen below this, and below this share of the run's range."""
+FREE_MM, FREE_OF_LENGTH = 10.0, 0.1
+"""An unloaded specimen does not stay behind by more than this, and this share of the stroke that it has …"""
+APART_MM = 3.0
+"""… and its two wires read the same within this."""
 SLIP_MM, SLIP_SHARE = 1.0, 0.02
 """A wire that slips leaves the piston by this, and this share of its way, …"""
 SLIP_ALONE = 2.0
 """… and so many times as far as the other wire does."""
 FOLLOWS, AT_ALL, BETTER = 0.05, 0.3, 0.5
 LEAST_LATE_S = 0.02
-STILL = 0.05
-_FEWEST = 100
+STILL = 0.02
+_FEWEST, _FEWEST_FREE = 100, 10
 _STRETCHES = 20
 
 
@@ -55,10 +61,10 @@ def strokes_and_piston(look: Look, signals: Signals, stiffness: float | None) ->
     """
     position = signals.get("position")
     if position is None or float(np.ptp(position)) < LEAST_MM:
-        return _command_moves(look, signals) + _wires_alone(look, signals)
+        return _command_moves(look, signals) + (_wires_alone(look, signals) or _zeros(look, signals))
     found = _piston(look, signals, position)
     if any(finding.channel == "position" for finding in found):
-        return found + _wires_alone(look, signals)
+        return found + (_wires_alone(look, signals) or _zeros(look, signals))
     rows = _in_contact(look, signals, position)
     if np.count_nonzero(rows) < _FEWEST:
         return found
@@ -68,8 +74,9 @@ def strokes_and_piston(look: Look, signals: Signals, stiffness: float | None) ->
         for name in signals.strokes
         if name not in look.out
     }
-    found += _together(look, judged) or _slipped(look, signals, rows, expected)
-    return found
+    return found + (
+        _together(look, judged) or _zeros(look, signals) or _slipped(look, signals, rows, expected)
+    )
 
 
 def _piston(look: Look, signals: Signals, position: FloatArray) -> list[Finding]:
@@ -150,6 +157,10 @@ def _wire(
         return [
             doubt(look, "frozen", name, span_mm, "mm", f"{text}; look at the wire, its hook and its plug")
         ]
+    since_s = still_from(signals.time_s, own, reference)
+    if since_s is not None:
+        text = f"{name} stands still from {since_s:.4g} s on while the piston moves: unhooked, cut off or frozen"
+        return [doubt(look, "frozen", name, since_s, "s", f"{text}; look at the wire, its hook and its plug")]
     fit = fitted(reference[rows], own[rows])
     if fit is None:
         return []
@@ -227,6 +238,38 @@ def _wires_alone(look: Look, signals: Signals) -> list[Finding]:
         f"calibrations of both in {SETTING}"
     )
     return [doubt(look, kind, "stroke", fit.factor, "", text)]
+
+
+def _zeros(look: Look, signals: Signals) -> list[Finding]:
+    """Return which wires read a stroke where no force is on the specimen yet."""
+    force = signals.by_name["force"]
+    pressed = np.abs(force) >= max(FREE_KN, FREE_SHARE * float(np.ptp(force)))
+    first = int(np.argmax(pressed)) if np.any(pressed) else 0
+    if first < _FEWEST_FREE:
+        return []
+    length_mm = look.facts.specimen.get("max_stroke_mm")
+    limit_mm = FREE_MM
+    if isinstance(length_mm, int | float):
+        limit_mm = max(FREE_MM, FREE_OF_LENGTH * float(length_mm))
+    read = {
+        name: float(np.median(signals.by_name[name][:first]))
+        for name in signals.strokes
+        if name not in look.out
+    }
+    off = {name: mm for name, mm in read.items() if mm > limit_mm}
+    if len(read) == 2 and len(off) < 2:
+        (one, mm), (two, other_mm) = read.items()
+        name = one if abs(mm) > abs(other_mm) else two
+        off = {name: read[name]} if abs(mm - other_mm) > APART_MM else {}
+    if not off:
+        return []
+    channel = next(iter(off)) if len(off) < len(read) else "stroke"
+    size = max(off.values(), key=abs)
+    text = (
+        f"{channel} reads {size:+.3g} mm before any force is on the specimen: its zero is off; look at the "
+        f"calibration in {SETTING} and at the wire's hook, set the zero and repeat the test"
+    )
+    return [doubt(look, "zero", channel, size, "mm", text)]
 
 
 def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: FloatArray) -> list[Finding]:

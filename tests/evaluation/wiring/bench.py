@@ -7,8 +7,10 @@ first to the last sample, whatever a campaign's guards would have done about it.
 
 from __future__ import annotations
 
+import json
+import random
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,12 +21,15 @@ from daq.limits import guards_for
 from daq.metadata import run_document
 from drivers.interfaces import EndReason, SampleBlock
 from drivers.simulated.inprocess import InProcessStand, open_in_process
+from drivers.simulated.miswired.settings import Miswired
+from drivers.simulated.miswired.signal import WrongSignal
 from drivers.stand_file import StandFile
 from evaluation.document import evaluate_file
 from evaluation.results import Options, RunEvaluation
+from foundation.channel import Channel
 from protocols.plan import Plan
 from protocols.steps.motions import Harmonic, Hold, RampTo, Release, StaticCycles
-from recording.content import Anchor, StreamContent
+from recording.content import Anchor, Event, StreamContent
 from recording.runfile import write_run
 from tests.daq.run_in_process import facts_of, sample_plan
 
@@ -41,6 +46,23 @@ SINE = "kind = 'harmonic'\nprestress_mm = 40.0\namplitude_mm = 20.0\nfrequency_H
 FAST = "kind = 'harmonic'\nprestress_mm = 50.0\namplitude_mm = 5.0\nfrequency_Hz = 2.5\ncycles = 12"
 WARM = "kind = 'harmonic'\nprestress_mm = 50.0\namplitude_mm = 30.0\nfrequency_Hz = 0.85\ncycles = 45"
 _TICK_S = 0.05
+
+
+def a_step(draw: random.Random) -> str:
+    """Return a step as laboratories drive them, that also a specimen 40 % stiffer lets through."""
+    if draw.random() < 0.3:
+        return (
+            f"kind = 'static'\nspeed_mm_per_s = {draw.uniform(5.0, 40.0):.1f}\n"
+            f"force_limit_kN = {draw.uniform(100.0, 400.0):.0f}.0\ncycles = {draw.choice((1, 2))}\npause_s = 1.0"
+        )
+    top_mm = draw.uniform(20.0, 75.0)
+    amplitude_mm = draw.uniform(3.0, min(30.0, 0.5 * top_mm))
+    speed = draw.uniform(20.0, 250.0)
+    frequency = min(2.5, max(0.1, speed / (6.2832 * amplitude_mm)))
+    return (
+        f"kind = 'harmonic'\nprestress_mm = {top_mm - amplitude_mm:.1f}\namplitude_mm = {amplitude_mm:.1f}\n"
+        f"frequency_Hz = {frequency:.3f}\ncycles = {draw.randint(2, 6)}"
+    )
 
 
 @dataclass
@@ -73,10 +95,70 @@ def planned(folder: Path, step: str) -> tuple[Plan, StandFile]:
     return sample_plan(path)
 
 
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """One step as it was recorded: the run file's document and what its streams delivered."""
+
+    document: Mapping[str, Any]
+    streams: Mapping[str, StreamContent]
+    anchors: Sequence[Anchor]
+
+    def written(self, folder: Path, events: Sequence[Event] = (), **document: Any) -> Path:
+        """Write it as a run file; further keys replace those of its document."""
+        path = folder / "bench-1.h5"
+        return write_run(path, {**self.document, **document}, self.streams, events, self.anchors)
+
+    def rewired(self, miswired: Miswired) -> Recorded:
+        """Return what would have been recorded of the same motion over other wires.
+
+        The controller acts on what it acted on; thermometers stay as they are.
+        """
+        streams = dict(self.streams)
+        wires = {
+            "controller": {name: getattr(miswired, name) for name in ("force", "stroke_1", "stroke_2", "position")},
+            "amplifier": {"force_2": miswired.amplifier},
+        }
+        for stream, of_stream in wires.items():
+            content = streams[stream]
+            time_s = content.time * 1e-6
+            counts = dict(content.counts)
+            right = {name: self._value(stream, name) for name in counts}
+            for name, facts in of_stream.items():
+                own = right[getattr(facts, "reads", None) or name]
+                arrived = WrongSignal(facts).arrive(time_s, own)
+                counts[name] = self._counts(stream, name, arrived)
+            streams[stream] = StreamContent(content.time, counts, content.segments)
+        return replace(self, streams=streams)
+
+    def with_thermometers(self, shown_C: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]]) -> Recorded:
+        """Return it with thermometers that show something else, given time [s] and what they showed [°C]."""
+        streams = dict(self.streams)
+        for name, change in shown_C.items():
+            content = streams[name]
+            changed = change(content.time * 1e-6, self._value(name, name))
+            streams[name] = StreamContent(content.time, {name: self._counts(name, name, changed)}, content.segments)
+        return replace(self, streams=streams)
+
+    def _channel(self, stream: str, name: str) -> Channel:
+        channels = self.document["streams"][stream]["channels"]
+        return next(Channel.model_validate_json(json.dumps(c)) for c in channels if c["name"] == name)
+
+    def _value(self, stream: str, name: str) -> np.ndarray:
+        counts = self.streams[stream].counts[name]
+        return np.asarray(self._channel(stream, name).calibration.apply(counts.astype(float)))
+
+    def _counts(self, stream: str, name: str, value: np.ndarray) -> np.ndarray:
+        dtype = self.streams[stream].counts[name].dtype
+        counts = np.rint(self._channel(stream, name).calibration.counts_of(value))
+        if dtype.kind in "iu":
+            counts = np.clip(counts, np.iinfo(dtype).min, np.iinfo(dtype).max)
+        return counts.astype(dtype)
+
+
 def recorded(
     folder: Path, step: str, miswired: Mapping[str, Any] | None = None, *, status: str = "complete", **settings: Any
-) -> Path:
-    """Record one step; return its run file.
+) -> Recorded:
+    """Record one step.
 
     Parameters
     ----------
@@ -109,7 +191,7 @@ def recorded(
     )
     document["run"] |= {"status": status, "ended_utc": document["run"]["started_utc"]}
     streams = {name: one.content() for name, one in taken.items()}
-    return write_run(folder / "bench-1.h5", document, streams, (), anchors)
+    return Recorded(document, streams, anchors)
 
 
 def evaluated(path: Path) -> RunEvaluation:
@@ -182,5 +264,3 @@ def _started(opened: InProcessStand, motion: Any) -> int:
             return controller.start_release(speed_mm_per_s=motion.speed_mm_per_s)
     raise AssertionError(motion)
 
-
-__all__ = ["FAST", "SINE", "SLOW", "WARM", "evaluated", "found", "recorded", "replace"]
