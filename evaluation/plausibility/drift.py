@@ -49,7 +49,9 @@ def drift_of_loops(look: Look) -> list[Finding]:
     """
     if look.facts.kind != "harmonic":
         return []
-    paces = [_pace(series) for series in series_of(look) if series.index.size >= _FEWEST and _has_loops(series)]
+    paces = [
+        _pace(series) for series in series_of(look) if series.index.size >= _FEWEST and _has_loops(series)
+    ]
     if not paces:
         return []
     start_s, end_s = float(look.force.time_s[0]), float(look.force.time_s[-1])

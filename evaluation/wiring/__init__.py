@@ -68,7 +68,8 @@ def _side_by_side(look: Look, signals: Signals | None, outlook: Outlook | None) 
 def _explains_signs(findings: Iterable[Finding]) -> bool:
     """Say whether loops that run backwards or fall are explained by something else than the force's sign."""
     return any(
-        one.kind in _EXPLAIN and one.effect == "spoils" and one.quantity in ("force", "stroke") for one in findings
+        one.kind in _EXPLAIN and one.effect == "spoils" and one.quantity in ("force", "stroke")
+        for one in findings
     )
 
 

@@ -159,7 +159,9 @@ def _wire(
         ]
     since_s = still_from(signals.time_s, own, reference)
     if since_s is not None:
-        text = f"{name} stands still from {since_s:.4g} s on while the piston moves: unhooked, cut off or frozen"
+        text = (
+            f"{name} stands still from {since_s:.4g} s on while the piston moves: unhooked, cut off or frozen"
+        )
         return [doubt(look, "frozen", name, since_s, "s", f"{text}; look at the wire, its hook and its plug")]
     fit = fitted(reference[rows], own[rows])
     if fit is None:

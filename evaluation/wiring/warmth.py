@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding
+from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray, Temperature
 from evaluation.wiring.words import SENSOR, doubt
@@ -26,6 +26,7 @@ FOLLOWS = 0.2
 AS_MUCH = 0.5
 """The room's rises by this share of it: it sits on the specimen."""
 _FEWEST = 4
+_BEGUN = 0.1
 
 
 def thermometers(look: Look) -> list[Finding]:
@@ -51,18 +52,16 @@ def _falls(look: Look, sensor: Temperature, in_air: Sequence[Temperature]) -> Fi
     air_C = float(np.median(np.concatenate([s.temperature_C for s in in_air]))) if in_air else float("-inf")
     after = np.clip(np.searchsorted(time_s, time_s + FALL_S, side="right") - 1, 0, time_s.size - 1)
     falls = shown_C - shown_C[after]
-    limit = np.full(falls.size, FALL_K)
-    if in_air:
-        limit = np.maximum(limit, FALL_SHARE * (shown_C - air_C))
-    else:
-        limit = np.full(falls.size, 2.0 * FALL_K)
+    above_K = shown_C - air_C if in_air else np.full(falls.size, FALL_K / FALL_SHARE)
+    limit = np.maximum(FALL_K if in_air else 2.0 * FALL_K, FALL_SHARE * above_K)
     if not np.any(falls > limit):
         return None
     at = int(np.argmax(falls > limit))
     size = float(falls[at])
+    at += int(np.argmax(shown_C[at:] < shown_C[at] - _BEGUN * size)) - 1
     text = (
-        f"{_called(sensor)} falls by {size:.3g} K within {float(time_s[after[at]] - time_s[at]):.3g} s at "
-        f"{float(time_s[at]):.5g} s, as no specimen cools: it has come off; fasten it again, and take the specimen "
+        f"{_called(sensor)} falls by {size:.3g} K within {FALL_S:.0f} s from "
+        f"{float(time_s[at]):.5g} s on, as no specimen cools: it has come off; fasten it again, and take the specimen "
         "for as warm as it was before, or warmer"
     )
     return doubt(look, "detached", sensor.name, size, "K", text)
@@ -115,7 +114,7 @@ def _does_not_follow(
             f"{_called(sensor)}, the room's, rose by {rises[sensor.name]:.2g} K as the specimen did: it sits on the "
             f"specimen; look at where it sits, and at its ROM and role in {SENSOR}"
         )
-        kind = "swapped" if cold else "not-following"
+        kind: FindingKind = "swapped" if cold else "not-following"
         found.append(doubt(look, kind, sensor.name, rises[sensor.name], "K", text, effect="noted"))
     return found
 
@@ -133,12 +132,11 @@ def _planned_K(look: Look) -> float:  # noqa: N802
     start, end, heat = (
         step.get(name) for name in ("start_temperature_C", "sensor_end_temperature_C", "expected_heat_J")
     )
-    known = all(isinstance(value, int | float) and np.isfinite(value) for value in (start, end, heat))
-    if not known or heat <= 0.0:  # type: ignore[operator]
+    numbers = [float(value) for value in (start, end, heat) if isinstance(value, int | float)]
+    if len(numbers) < 3 or not np.all(np.isfinite(numbers)) or numbers[2] <= 0.0:
         return 0.0
     absorbed_J = sum(result.quantities.absorbed_energy_J or 0.0 for result in look.results)
-    share = min(1.0, max(0.0, absorbed_J / float(heat)))  # type: ignore[arg-type]
-    return share * (float(end) - float(start))  # type: ignore[arg-type]
+    return min(1.0, max(0.0, absorbed_J / numbers[2])) * (numbers[1] - numbers[0])
 
 
 def _called(sensor: Temperature) -> str:

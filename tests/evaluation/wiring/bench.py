@@ -115,7 +115,9 @@ class Recorded:
         """
         streams = dict(self.streams)
         wires = {
-            "controller": {name: getattr(miswired, name) for name in ("force", "stroke_1", "stroke_2", "position")},
+            "controller": {
+                name: getattr(miswired, name) for name in ("force", "stroke_1", "stroke_2", "position")
+            },
             "amplifier": {"force_2": miswired.amplifier},
         }
         for stream, of_stream in wires.items():
@@ -130,13 +132,17 @@ class Recorded:
             streams[stream] = StreamContent(content.time, counts, content.segments)
         return replace(self, streams=streams)
 
-    def with_thermometers(self, shown_C: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]]) -> Recorded:
+    def with_thermometers(
+        self, shown_C: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]]
+    ) -> Recorded:
         """Return it with thermometers that show something else, given time [s] and what they showed [°C]."""
         streams = dict(self.streams)
         for name, change in shown_C.items():
             content = streams[name]
             changed = change(content.time * 1e-6, self._value(name, name))
-            streams[name] = StreamContent(content.time, {name: self._counts(name, name, changed)}, content.segments)
+            streams[name] = StreamContent(
+                content.time, {name: self._counts(name, name, changed)}, content.segments
+            )
         return replace(self, streams=streams)
 
     def _channel(self, stream: str, name: str) -> Channel:
@@ -156,7 +162,12 @@ class Recorded:
 
 
 def recorded(
-    folder: Path, step: str, miswired: Mapping[str, Any] | None = None, *, status: str = "complete", **settings: Any
+    folder: Path,
+    step: str,
+    miswired: Mapping[str, Any] | None = None,
+    *,
+    status: str = "complete",
+    **settings: Any,
 ) -> Recorded:
     """Record one step.
 
@@ -179,7 +190,9 @@ def recorded(
     opened = open_in_process(wired, model=SAMPLES / "models/category-a-elastomer.toml", log_truth=False)
     (planned_step,) = (one for one in plan.steps if one.run_kind is not None)
     taken, anchors = _performed(opened, planned_step.motions)
-    guards = guards_for(plan.campaign.limits, plan.limits, opened.stand, ambient=facts_of(stand_file).ambient())
+    guards = guards_for(
+        plan.campaign.limits, plan.limits, opened.stand, ambient=facts_of(stand_file).ambient()
+    )
     document = run_document(
         "bench-1",
         planned_step,
@@ -263,4 +276,3 @@ def _started(opened: InProcessStand, motion: Any) -> int:
         case Release():
             return controller.start_release(speed_mm_per_s=motion.speed_mm_per_s)
     raise AssertionError(motion)
-
