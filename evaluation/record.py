@@ -106,7 +106,7 @@ class Record:
         Time and value of channels whose samples here are brought to other instants, or are means of two draw
         wires: as they were read (``force``, ``stroke_1``, ``stroke_2``), all numbers at rising times.
     signals : Signals, or None
-        All signals of a run that a stand recorded, side by side and thinned (:mod:`evaluation.channels.signals`).
+        All signals of a run that a stand recorded, side by side and thinned.
     """
 
     time_s: FloatArray

@@ -1,6 +1,6 @@
 """All signals of a run side by side: what the stand measured of one motion in several ways.
 
-Some thousands of samples tell which of them is scaled, turned, late or slipped; a long run is thinned to that.
+Some thousands of samples tell which of them is scaled, turned, late or slipped: a long run is thinned.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-
 from numpy.typing import NDArray
+
 from foundation.errors import BadInput
 from foundation.units import to_inside
 from recording.run import STROKES, Run

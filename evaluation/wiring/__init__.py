@@ -1,6 +1,6 @@
 """Does the record measure what was moved? Signals of one motion held against each other and the plan.
 
-Each check is a pure function from a :class:`evaluation.plausibility.Look` to findings, in a module of its own.
+Each check is a pure function from a :class:`evaluation.plausibility.Look` to findings, in its own module.
 What is found joins the findings of the run (:mod:`evaluation.plausibility`) and has their effects.
 """
 
@@ -34,8 +34,8 @@ def doubted_signals(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     ----------
     look : Look
     known : iterable of Finding
-        What was found in the channels one by one. A sign that is doubted there by the shape of the loops alone
-        gives way to what a second signal says.
+        What was found in the channels one by one. A sign that is doubted there by the shape of the loops
+        alone gives way to what a second signal says.
 
     Returns
     -------

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from evaluation.channels.signals import PISTON, Signals
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
-from evaluation.channels.signals import PISTON, Signals
+from evaluation.record import FloatArray
 from evaluation.wiring.words import SETTING, doubt
 
 SAME = 0.005
@@ -35,12 +36,16 @@ def force_is_a_stroke(look: Look, signals: Signals) -> list[Finding]:
         if abs(float(np.mean(force - other))) > 0.05 * span:
             continue
         text = (
-            f"force shows the same figures as {name}, kN for mm: one of them is on the input of the other; look at "
-            f"the plugs, and at both channels in {SETTING} and the register profile"
+            f"force shows the same figures as {name}, kN for mm: one of them is on the input of the "
+            f"other; look at the plugs, and at both channels in {SETTING} and the register profile"
         )
         position = signals.get("position")
-        alien = name in signals.strokes and position is not None
-        if alien and float(np.std(other - position)) > ALIEN * float(np.ptp(position)):
+        if name in signals.strokes and position is not None and _is_alien(other, position):
             return [doubt(look, "exchanged", name, None, "", text)]
         return [doubt(look, "exchanged", "force", None, "", text)]
     return []
+
+
+def _is_alien(stroke: FloatArray, position: FloatArray) -> bool:
+    """Say whether a wire does not follow the piston, and so is the one that shows the force."""
+    return float(np.std(stroke - position)) > ALIEN * float(np.ptp(position))

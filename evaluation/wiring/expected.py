@@ -1,7 +1,7 @@
 """The force against what the plan expected of the specimen at the stroke that was reached.
 
-A specimen may be 40 % softer or stiffer than its model, and a plan is no measurement: only what is off by more
-than twice that is doubted. A tenth, ten times, tonnes and pounds taken for kN are.
+A specimen may be 40 % softer or stiffer than its model, and a plan is no measurement: only what is off by
+more than twice that is doubted. A tenth, ten times, tonnes and pounds taken for kN are.
 """
 
 from __future__ import annotations
@@ -86,8 +86,9 @@ def force_and_plan(look: Look, outlook: Outlook | None) -> list[Finding]:
     if not small and not large:
         return []
     text = (
-        f"the greatest force is {shown(outlook.ratio)} of what the plan expected, at {outlook.reached_mm:.3g} mm "
-        f"of {outlook.expected_mm:.3g} mm: another specimen than was planned for, or the force's factor is wrong; "
+        f"the greatest force is {shown(outlook.ratio)} of what the plan expected, at "
+        f"{outlook.reached_mm:.3g} mm of {outlook.expected_mm:.3g} mm: another specimen than was "
+        "planned for, or the force's factor is wrong; "
         f"look at the specimen and at the calibration of the channel “force” in {SETTING}"
     )
     return [doubt(look, "scale", "force", outlook.ratio, "", text)]

@@ -70,7 +70,7 @@ def lateness(time_s: FloatArray, x: FloatArray, y: FloatArray) -> tuple[float, F
 
 
 def still_from(time_s: FloatArray, value: FloatArray, other: FloatArray) -> float | None:
-    """Return since when a signal stands still to the last digit while another one moves on [s]; None: it does not.
+    """Return since when a signal stands still to the last digit while another one moves on [s], or None.
 
     Parameters
     ----------

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf, log
 
 import numpy as np
 
+from evaluation.channels.signals import Signals
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray
 from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
-from evaluation.channels.signals import Signals
 from evaluation.wiring.words import SECOND, SETTING, doubt
 
 FACTOR = 0.05
@@ -24,6 +25,8 @@ LEAST_KN, LEAST_SHARE = 5.0, 0.01
 LEAST_STROKE_MM = 2.0
 ROUNDING_KN = 1e-9
 """What interpolating one and the same value leaves."""
+STILL = 0.02
+"""A force that moves by less than this share of the other one stands still."""
 FOLLOWS, AT_ALL = 0.05, 0.3
 """Left of a force by a line through the other: less says that it follows, more that it does not at all."""
 BETTER = 0.5
@@ -42,8 +45,8 @@ def dead_force(look: Look) -> list[Finding]:
     if force.size < 2 or float(np.ptp(force)) > ROUNDING_KN or float(np.ptp(stroke)) < LEAST_STROKE_MM:
         return []
     text = (
-        f"force stands still at {float(force[0]):.4g} kN from the first to the last sample while the stroke moves by "
-        f"{float(np.ptp(stroke)):.3g} mm: cut off or frozen; {_where('force')}"
+        f"force stands still at {float(force[0]):.4g} kN from the first to the last sample while the "
+        f"stroke moves by {float(np.ptp(stroke)):.3g} mm: cut off or frozen; {_where('force')}"
     )
     return [doubt(look, "frozen", "force", float(np.ptp(stroke)), "mm", text)]
 
@@ -64,29 +67,43 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
         return []
     stand_kN = look.facts.force_limit_kN
     least = max(LEAST_KN, LEAST_SHARE * (stand_kN or 0.0))
-    moved = [float(np.ptp(force)) for force in (one, two)]
-    if max(moved) < least:
+    if max(float(np.ptp(one)), float(np.ptp(two))) < least:
         return []
-    for number, name in ((0, "force"), (1, "force_2")):
-        if moved[number] < 0.02 * moved[1 - number]:
-            other = ("force_2", "force")[number]
+    still = _still(look, signals.time_s, {"force": one, "force_2": two})
+    return still or _followed(look, signals.time_s, one, two, expected)
+
+
+def _still(look: Look, time_s: FloatArray, forces: Mapping[str, FloatArray]) -> list[Finding]:
+    """Return the force that stands still, always or from a time on, while the other one moves."""
+    for (name, own), (other_name, other) in (
+        tuple(forces.items()),
+        tuple(reversed(tuple(forces.items()))),
+    ):
+        moved, moved_other = float(np.ptp(own)), float(np.ptp(other))
+        if moved < STILL * moved_other:
             text = (
-                f"{name} stands still ({moved[number]:.3g} kN) while {other} moves by {moved[1 - number]:.4g} kN: "
-                f"cut off, frozen or scaled to nothing; {_where(name)}"
+                f"{name} stands still ({moved:.3g} kN) while {other_name} moves by {moved_other:.4g} "
+                f"kN: cut off, frozen or scaled to nothing; {_where(name)}"
             )
-            return [_doubt(look, "frozen", name, moved[1 - number], "kN", text)]
-    for name, own, other in (("force", one, two), ("force_2", two, one)):
-        since_s = still_from(signals.time_s, own, other)
+            return [_doubt(look, "frozen", name, moved_other, "kN", text)]
+        since_s = still_from(time_s, own, other)
         if since_s is not None:
             text = (
-                f"{name} stands still from {since_s:.4g} s on while the other force moves: cut off or frozen; "
+                f"{name} stands still from {since_s:.4g} s on while {other_name} moves: cut off or frozen; "
                 f"{_where(name)}"
             )
             return [_doubt(look, "frozen", name, since_s, "s", text)]
+    return []
+
+
+def _followed(
+    look: Look, time_s: FloatArray, one: FloatArray, two: FloatArray, expected: float | None
+) -> list[Finding]:
+    """Return how the second force follows the first: late, not at all, by a factor, with a zero."""
     fit = fitted(one, two)
     if fit is None:
         return []
-    late = lateness(signals.time_s, one, two) if fit.left > FOLLOWS else None
+    late = lateness(time_s, one, two) if fit.left > FOLLOWS else None
     found = []
     if late is not None and abs(late[0]) > LEAST_LATE_S and late[1].left < BETTER * fit.left:
         found.append(_late(look, late[0]))
@@ -104,8 +121,8 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
 def _late(look: Look, late_s: float) -> Finding:
     name, other = ("force_2", "force") if late_s > 0.0 else ("force", "force_2")
     text = (
-        f"{name} comes {abs(late_s):.3g} s later than {other}: look at the filter of its amplifier and at its "
-        f"delay_s ({SECOND if name == 'force_2' else SETTING})"
+        f"{name} comes {abs(late_s):.3g} s later than {other}: look at the filter of its amplifier and at "
+        f"its delay_s ({SECOND if name == 'force_2' else SETTING})"
     )
     return _doubt(look, "delay", name, abs(late_s), "s", text)
 

@@ -51,9 +51,9 @@ def late_force(look: Look) -> list[Finding]:
     if size_s is None:
         return []
     text = (
-        f"the force comes about {size_s:.2g} s later than the stroke that makes it: it goes on rising when the "
-        f"specimen is let go already; look at delay_s of the channel “force” in {SETTING} and at the filter of "
-        "its amplifier"
+        f"the force comes about {size_s:.2g} s later than the stroke that makes it: it goes on rising when "
+        f"the specimen is let go already; look at delay_s of the channel “force” in {SETTING} and at "
+        "the filter of its amplifier"
     )
     return [doubt(look, "delay", "force", size_s, "s", text)]
 

@@ -12,11 +12,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.channels.signals import Signals
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray
 from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
-from evaluation.channels.signals import Signals
 from evaluation.wiring.words import SETTING, doubt
 
 STIFFNESS = 150.0
@@ -31,7 +31,7 @@ LEAST_MM = 5.0
 CONTACT_SHARE, CONTACT_FORCE = 0.15, 0.03
 """In contact is what is beyond this share of the piston's way and of the greatest force."""
 ZERO_MM = 3.0
-"""Where stroke 0 was set, on piston and wires alike, they may differ by this and what the machine gives way."""
+"""Where stroke 0 was set, on piston and wires alike, they may differ by this and what the frame gives."""
 FREE_KN, FREE_SHARE = 1.0, 0.01
 """No force is on the specimen below this, and below this share of the run's range."""
 FREE_MM, FREE_OF_LENGTH = 10.0, 0.1
@@ -65,7 +65,7 @@ def strokes_and_piston(look: Look, signals: Signals, stiffness: float | None) ->
     found = _piston(look, signals, position)
     if any(finding.channel == "position" for finding in found):
         return found + (_wires_alone(look, signals) or _zeros(look, signals))
-    rows = _in_contact(look, signals, position)
+    rows = _in_contact(signals, position)
     if np.count_nonzero(rows) < _FEWEST:
         return found
     expected, slack_mm = _expected(look, signals, position, stiffness)
@@ -119,7 +119,7 @@ def _command_moves(look: Look, signals: Signals) -> list[Finding]:
     return [doubt(look, "frozen", "position", commanded, "mm", text, effect="noted")]
 
 
-def _in_contact(look: Look, signals: Signals, position: FloatArray) -> NDArray[np.bool_]:
+def _in_contact(signals: Signals, position: FloatArray) -> NDArray[np.bool_]:
     """Say in which samples the specimen is in contact, shape (N,); a force that says nothing is not asked."""
     low = float(np.min(position))
     rows = position > low + CONTACT_SHARE * float(np.ptp(position))
@@ -132,7 +132,7 @@ def _in_contact(look: Look, signals: Signals, position: FloatArray) -> NDArray[n
 def _expected(
     look: Look, signals: Signals, position: FloatArray, stiffness: float | None
 ) -> tuple[FloatArray, float]:
-    """Return the stroke by the piston [mm], shape (N,), and by how much the machine may give way more [mm]."""
+    """Return the stroke by the piston [mm], shape (N,), and how much more the machine may give way [mm]."""
     stated = stiffness or STIFFNESS
     most_kN = look.facts.force_limit_kN or 600.0
     force = np.clip(signals.by_name["force"], 0.0, most_kN)
@@ -180,8 +180,8 @@ def _wire(
             fit = fitted(moved[rows], own[rows]) or fit
     if fit.left > AT_ALL:
         text = (
-            f"{name} does not follow the piston ({fit.left:.0%} of it is something else): look at which input "
-            f"it is on and at the channel in {SETTING}"
+            f"{name} does not follow the piston ({fit.left:.0%} of it is something else): look at which "
+            f"input it is on and at the channel in {SETTING}"
         )
         return [*found, doubt(look, "not-following", name, fit.left, "", text)]
     return found + _factor_or_zero(look, name, fit, span_mm, slack_mm)
@@ -198,8 +198,8 @@ def _factor_or_zero(look: Look, name: str, fit: Fit, span_mm: float, slack_mm: f
     if not look.facts.zero or abs(fit.zero) <= ZERO_MM + slack_mm:
         return []
     text = (
-        f"{name} is {fit.zero:+.3g} mm off the piston though both were set to 0 at first contact: its zero is "
-        f"off, or it has slipped since; {where}, and set the zero anew"
+        f"{name} is {fit.zero:+.3g} mm off the piston though both were set to 0 at first contact: its zero "
+        f"is off, or it has slipped since; {where}, and set the zero anew"
     )
     return [doubt(look, "zero", name, fit.zero, "mm", text)]
 
@@ -288,8 +288,8 @@ def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: Fl
     if abs(size) <= SLIP_MM + SLIP_SHARE * span_mm or abs(size) <= SLIP_ALONE * abs(other):
         return []
     text = (
-        f"{one} slips by {size:+.3g} mm about {at_s:.4g} s, and the other wire does not: look at its hook and "
-        "drum, set the zero anew and repeat the test"
+        f"{one} slips by {size:+.3g} mm about {at_s:.4g} s, and the other wire does not: look at its hook "
+        "and drum, set the zero anew and repeat the test"
     )
     return [doubt(look, "slip", one, size, "mm", text)]
 

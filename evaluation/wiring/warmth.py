@@ -1,7 +1,7 @@
 """Thermometers: the specimen's follow the heat that it takes up and do not fall like air; the room's do not.
 
-Rubber and elastomer cool over hours (a buffer of tens of kilograms: time constants beyond half an hour), a bare
-DS18B20 in air within a quarter of a minute.
+Rubber and elastomer cool over hours (a buffer of tens of kilograms: time constants beyond half an hour), a
+bare DS18B20 in air within a quarter of a minute.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from evaluation.wiring.words import SENSOR, doubt
 FALL_S = 45.0
 """A sensor that falls off comes down in so long …"""
 FALL_SHARE, FALL_K = 0.3, 2.0
-"""… by this share of what it was above the air (a time constant of two minutes), and by at least so much [K]."""
+"""… by this share of what it was above the air (a time constant of two minutes), and at least so much [K]."""
 LEAST_RISE_K = 4.0
 """Less than this that should have come tells nothing [K]."""
 FOLLOWS = 0.2
@@ -61,8 +61,8 @@ def _falls(look: Look, sensor: Temperature, in_air: Sequence[Temperature]) -> Fi
     at += int(np.argmax(shown_C[at:] < shown_C[at] - _BEGUN * size)) - 1
     text = (
         f"{_called(sensor)} falls by {size:.3g} K within {FALL_S:.0f} s from "
-        f"{float(time_s[at]):.5g} s on, as no specimen cools: it has come off; fasten it again, and take the specimen "
-        "for as warm as it was before, or warmer"
+        f"{float(time_s[at]):.5g} s on, as no specimen cools: it has come off; fasten it again, and take the "
+        "specimen for as warm as it was before, or warmer"
     )
     return doubt(look, "detached", sensor.name, size, "K", text)
 
@@ -105,14 +105,14 @@ def _does_not_follow(
             found.append(doubt(look, "swapped", sensor.name, rose, "K", text))
             continue
         text = (
-            f"{_called(sensor)} rose by {rose:.2g} K, and {why}: it does not touch the specimen, or hangs; look at "
-            f"where it sits, and at its ROM and role in {SENSOR}"
+            f"{_called(sensor)} rose by {rose:.2g} K, and {why}: it does not touch the specimen, or "
+            f"hangs; look at where it sits, and at its ROM and role in {SENSOR}"
         )
         found.append(doubt(look, "not-following", sensor.name, rose, "K", text))
     for sensor in warm_air:
         text = (
-            f"{_called(sensor)}, the room's, rose by {rises[sensor.name]:.2g} K as the specimen did: it sits on the "
-            f"specimen; look at where it sits, and at its ROM and role in {SENSOR}"
+            f"{_called(sensor)}, the room's, rose by {rises[sensor.name]:.2g} K as the specimen did: it "
+            f"sits on the specimen; look at where it sits, and at its ROM and role in {SENSOR}"
         )
         kind: FindingKind = "swapped" if cold else "not-following"
         found.append(doubt(look, kind, sensor.name, rises[sensor.name], "K", text, effect="noted"))
@@ -127,7 +127,7 @@ def _rise_K(sensor: Temperature) -> float:  # noqa: N802 - the unit keeps its ca
 
 
 def _planned_K(look: Look) -> float:  # noqa: N802
-    """Return by how much the plan expected the sensors to rise for the energy that was taken up [K]; 0: unknown."""
+    """Return by how much the plan expected the sensors to rise for the energy taken up [K]; 0: unknown."""
     step = look.facts.step
     start, end, heat = (
         step.get(name) for name in ("start_temperature_C", "sensor_end_temperature_C", "expected_heat_J")

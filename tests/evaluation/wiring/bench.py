@@ -1,8 +1,8 @@
 """Runs of the imperfect sample stand, wired right or wrong, as run files: no guard looks on.
 
-The motions of a planned step are given to the stand in virtual time as they are, one after the other, and what
-its devices deliver is written down as the campaign's runner would. So a wrong wire is in the record from the
-first to the last sample, whatever a campaign's guards would have done about it.
+The motions of a planned step are given to the stand in virtual time as they are, one after the other, and
+what its devices deliver is written down as the campaign's runner would. So a wrong wire is in the record
+from the first to the last sample, whatever a campaign's guards would have done about it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ def a_step(draw: random.Random) -> str:
     if draw.random() < 0.3:
         return (
             f"kind = 'static'\nspeed_mm_per_s = {draw.uniform(5.0, 40.0):.1f}\n"
-            f"force_limit_kN = {draw.uniform(100.0, 400.0):.0f}.0\ncycles = {draw.choice((1, 2))}\npause_s = 1.0"
+            f"force_limit_kN = {draw.uniform(100.0, 400.0):.0f}.0\n"
+            f"cycles = {draw.choice((1, 2))}\npause_s = 1.0"
         )
     top_mm = draw.uniform(20.0, 75.0)
     amplitude_mm = draw.uniform(3.0, min(30.0, 0.5 * top_mm))

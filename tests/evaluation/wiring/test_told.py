@@ -47,7 +47,6 @@ def test_a_doubt_about_the_wiring_takes_the_figures_of_its_channel(run: Recorded
 @pytest.mark.parametrize(
     "data",
     [
-        {"guard": "controller", "action": "emergency"},
         {"guard": "frozen stroke_1", "action": "stop"},
         {"guard": "any device of tomorrow", "action": "stop", "device_fault": True},
         {"guard": "wiring of force_2", "action": "note", "sensor": "force_2", "doubt": "zero"},
@@ -62,7 +61,7 @@ def test_any_fault_of_a_device_is_noted_and_listed(
     assert not made.unfit
 
 
-@pytest.mark.parametrize("guard", ["force", "stroke", "temperature_1", "operator", "following error"])
+@pytest.mark.parametrize("guard", ["temperature_1", "following error"])
 def test_a_limit_or_an_operator_is_no_fault_of_a_device(run: Recorded, tmp_path: Path, guard: str) -> None:
     event = Event(5.0, "trip", "it said so", {"guard": guard, "action": "stop", "value": 40.1})
     assert evaluated(run.written(tmp_path, [event])).findings == ()

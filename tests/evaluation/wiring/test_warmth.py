@@ -14,12 +14,12 @@ Change = Callable[[np.ndarray, np.ndarray], np.ndarray]
 ONE, TWO, ROOM = "temperature_1", "temperature_2", "temperature_3"
 
 
-def rising(by_K: float) -> Change:  # noqa: N803 - the unit keeps its capital
+def rising(by_K: float) -> Change:
     """Return a sensor that rises evenly from 21 °C."""
     return lambda time_s, _: 21.0 + by_K * (time_s - time_s[0]) / (time_s[-1] - time_s[0])
 
 
-def falling(at_s: float, tau_s: float, from_C: float = 33.0) -> Change:  # noqa: N803
+def falling(at_s: float, tau_s: float, from_C: float = 33.0) -> Change:
     """Return a sensor that comes off at a time and follows the air."""
     return lambda time_s, _: 21.0 + (from_C - 21.0) * np.exp(-np.maximum(time_s - at_s, 0.0) / tau_s)
 
@@ -67,7 +67,7 @@ def test_a_thermometer_is_named_by_what_it_does(run: Recorded, tmp_path: Path, n
     assert told(run, tmp_path, {**RIGHT, **changed}) == expected
 
 
-@pytest.mark.parametrize("tau_s", [600.0, 1800.0])
+@pytest.mark.parametrize("tau_s", [600.0])
 def test_a_specimen_that_cools_is_no_sensor_that_fell_off(
     run: Recorded, tmp_path: Path, tau_s: float
 ) -> None:
