@@ -29,6 +29,8 @@ STILL = 0.02
 """A force that moves by less than this share of the other one stands still."""
 FOLLOWS, AT_ALL = 0.05, 0.3
 """Left of a force by a line through the other: less says that it follows, more that it does not at all."""
+NEARER = 0.6
+"""The right force is nearer to what the plan expected by this, in the logarithm of the ratio (1.8 times)."""
 BETTER = 0.5
 LEAST_LATE_S = 0.02
 """The amplifier's own delay is known to some ms."""
@@ -130,18 +132,7 @@ def _late(look: Look, late_s: float) -> Finding:
 def _scale_or_zero(look: Look, fit: Fit, one: FloatArray, expected: float | None) -> list[Finding]:
     """Return a factor other than 1, else a zero other than 0."""
     if abs(fit.factor - 1.0) > FACTOR:
-        name = _wrong_one(fit.factor, expected)
-        text = (
-            f"force_2 is {shown(fit.factor)} of force" if fit.factor > 0.0 else "force_2 falls as force rises"
-        )
-        if fit.factor < 0.0 and abs(fit.factor + 1.0) > FACTOR:
-            text += f", by {shown(fit.factor)}"
-        kind = "scale" if fit.factor > 0.0 else "sign"
-        which = (
-            "by what the plan expected it is " + name if expected is not None and name else "one of them is"
-        )
-        text += f": {which} scaled wrong; {_where(name)}"
-        return [_doubt(look, kind, name or "force", fit.factor, "", text)]
+        return [_scaled(look, fit.factor, expected)]
     stated = look.facts.force_uncertainty
     limit_kN = ZERO_SHARE * (look.facts.force_limit_kN or float(np.max(np.abs(one))))
     limit_kN = max(limit_kN, 2.0 * ZERO_STATED * ((stated.zero if stated else None) or 0.0))
@@ -154,12 +145,25 @@ def _scale_or_zero(look: Look, fit: Fit, one: FloatArray, expected: float | None
     return [_doubt(look, "zero", "force", fit.zero, "kN", text)]
 
 
+def _scaled(look: Look, factor: float, expected: float | None) -> Finding:
+    """Return which force is of another factor or sign: as a multiple of the other one."""
+    name = _wrong_one(factor, expected)
+    own, other = ("force", "force_2") if name == "force" else ("force_2", "force")
+    size = 1.0 / factor if name == "force" and factor != 0.0 else factor
+    what = f"{own} is {shown(size)} of {other}" if size > 0.0 else f"{own} falls as {other} rises"
+    if size < 0.0 and abs(size + 1.0) > FACTOR:
+        what += f", by {shown(size)}"
+    which = f"by what the plan expected, {name} is scaled wrong" if name else "one of them is scaled wrong"
+    kind = "scale" if size > 0.0 else "sign"
+    return _doubt(look, kind, name or "force", size, "", f"{what}: {which}; {_where(name)}")
+
+
 def _wrong_one(factor: float, expected: float | None) -> str:
     """Return which force is the wrong one by the plan's expectation; empty where it cannot be told."""
     if expected is None:
         return ""
     own, second = (abs(log(ratio)) if ratio > 0.0 else inf for ratio in (expected, expected * factor))
-    if own == second or abs(own - second) < log(2.0):
+    if own == second or abs(own - second) < NEARER:
         return ""
     return "force" if own > second else "force_2"
 
