@@ -9,7 +9,7 @@ import pytest
 
 from tests.evaluation.wiring.bench import a_step, evaluated, recorded
 
-ALWAYS, STUDY = 3, 200
+ALWAYS, STUDY = 2, 200
 
 
 @pytest.mark.parametrize(
