@@ -88,6 +88,8 @@ class Trip:
         for name in ("stream", "sensor", "setting", "doubt"):
             if getattr(self, name):
                 content[name] = getattr(self, name)
+        if self.device_fault:
+            content["device_fault"] = True
         return content
 
 

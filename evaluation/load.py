@@ -15,12 +15,14 @@ from evaluation.channels.bring import same_instants, usable
 from evaluation.channels.joined import are_apart, joined
 from evaluation.channels.rows import is_stamped
 from evaluation.channels.sensors import said, true_readings
+from evaluation.channels.signals import signals_of
 from evaluation.choices import ForceCell
 from evaluation.extremes import peaks_of
 from evaluation.long_runs import Bounds, long_record, on_time, thinned
 from evaluation.record import Ends, FloatArray, Record, Temperature, make_record
 from evaluation.results import RunFacts
 from evaluation.steps.corrections import EVENT
+from evaluation.told import guard_doubts
 from foundation.channel import Channel, ChannelUncertainty
 from foundation.errors import BadInput
 from foundation.kind import Kind
@@ -69,6 +71,7 @@ def _read(run: Run, bounds: Bounds) -> tuple[Record, RunFacts]:
             raise _explained(run, error, bounds) from None
         problem = f"nothing to evaluate: the run holds no samples (status {run.status}) {run.reason}".rstrip()
         record, problems = Record(_EMPTY, _EMPTY, _EMPTY), (problem,)
+    record = replace(record, signals=signals_of(run, wires, bounds.whole_rows, bounds.piece_rows))
     faults = [text for sensor in record.temperatures for text in _faults_of(sensor)]
     return record, replace(facts, problems=(*facts.problems, *problems, *faults))
 
@@ -288,6 +291,8 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         force_limit_kN=_stand_limit(run, "force_max_kN"),
         stroke_limit_mm=_stand_limit(run, "stroke_max_mm"),
+        machine_stiffness_kN_per_mm=_machine_stiffness(run),
+        guard_doubts=guard_doubts(run.events),
         moving_mass_kg=moving_mass_kg(run.metadata),
         moving_mass_accuracy_percent=_stand_number(run.metadata, "moving_mass_accuracy_percent"),
         force_cell=_force_cell(run),
@@ -332,6 +337,11 @@ def _stated_number(run: Run, key: str) -> float | None:
 
 def _stand_limit(run: Run, key: str) -> float | None:
     value = ((run.metadata.get("limits") or {}).get("stand") or {}).get(key)
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _machine_stiffness(run: Run) -> float | None:
+    value = ((run.metadata.get("stand") or {}).get("limits") or {}).get("machine_stiffness_kN_per_mm")
     return float(value) if isinstance(value, int | float) else None
 
 

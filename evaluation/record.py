@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from evaluation.channels.between import Between
 from evaluation.channels.sensors import SensorFault
+from evaluation.channels.signals import Signals
 from evaluation.defects import Cleaner, Defect, gap
 from evaluation.gaps.clock import understand
 from evaluation.gaps.even import even_stamps
@@ -104,6 +105,8 @@ class Record:
     as_recorded : mapping of str to (array, array)
         Time and value of channels whose samples here are brought to other instants, or are means of two draw
         wires: as they were read (``force``, ``stroke_1``, ``stroke_2``), all numbers at rising times.
+    signals : Signals, or None
+        All signals of a run that a stand recorded, side by side and thinned.
     """
 
     time_s: FloatArray
@@ -123,6 +126,7 @@ class Record:
     by_event: bool = False
     drift_kN: float = 0.0
     as_recorded: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+    signals: Signals | None = None
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""

@@ -37,6 +37,36 @@ Verdict = Literal[
 
 
 @dataclass(frozen=True)
+class GuardDoubt:
+    """What a guard of the stand said of a device while a run was recorded.
+
+    Attributes
+    ----------
+    guard : str
+        Its name.
+    time_s : float or None
+        When, on the run's time; None where that is not on record.
+    text : str
+        What it said.
+    channel : str
+        Which channel it doubts; empty where it names none that is recorded.
+    wiring : bool
+        Whether it doubts that the channel measures what it should, and not only one reading of it.
+    value : float or None
+        What it saw, in ``unit``.
+    unit : str
+    """
+
+    guard: str
+    time_s: float | None
+    text: str
+    channel: str = ""
+    wiring: bool = False
+    value: float | None = None
+    unit: str = ""
+
+
+@dataclass(frozen=True)
 class RunFacts:
     """What is known of a run besides its samples.
 
@@ -66,6 +96,10 @@ class RunFacts:
     """Largest force of the stand, as its file states it [kN]; None where the record names no stand."""
     stroke_limit_mm: float | None = None
     """Largest stroke of the stand, as its file states it [mm]."""
+    machine_stiffness_kN_per_mm: float | None = None
+    """Of frame, load cell and fixture, as the stand file states it."""
+    guard_doubts: tuple[GuardDoubt, ...] = ()
+    """What guards of the stand said of its devices while it was recorded."""
     speed_uncertainty: ChannelUncertainty | None = None
     """Of a measured speed channel, where there is one and it states any."""
     force_delay_s: float = 0.0

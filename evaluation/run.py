@@ -34,6 +34,7 @@ from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
 from evaluation.summary import MeanOfDraws
 from evaluation.uncertain_results import with_uncertainty
 from evaluation.wires import DrawWires, check_wires
+from evaluation.wiring import doubted_signals
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
@@ -99,7 +100,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
 
     draws = _drawn_errors(facts, options, found)
     look = Look(samples, record, results, facts, wires, seen, coded)
-    spoiled = Spoiled(look_for_implausible(look))
+    spoiled = Spoiled(tuple(doubted_signals(look, look_for_implausible(look))))
     division = division_without(facts.kind, results, _numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
     tallies = [MeanOfDraws() for _ in stand_for]
@@ -206,7 +207,7 @@ def _looked_at(seen: Channels, facts: RunFacts) -> tuple[Channels, Record, RunFa
 
 def _without_readings(record: Record) -> Record:
     """Return a record without the readings as recorded, which must not stay in memory with every result."""
-    return replace(record, as_recorded={}) if record.as_recorded else record
+    return replace(record, as_recorded={}, signals=None) if record.as_recorded or record.signals else record
 
 
 def _all_complete(results: Sequence[CycleResult], spoiled: Spoiled) -> tuple[int, ...]:

@@ -18,6 +18,7 @@ from drivers.simulated.imperfections.drift import Drift
 from drivers.simulated.imperfections.latency import Latency
 from drivers.simulated.imperfections.missed import MissedCycles
 from drivers.simulated.imperfections.wander import Wander
+from drivers.simulated.miswired.stand import MiswiredStand
 from drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
 from drivers.simulated.ring import SampleRing
 from drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
@@ -120,7 +121,10 @@ class SimulatedDevice:
         self.controller.position_mm = self.controller.command_mm = settings.piston_start_mm
         self.contact = Contact(spring, settings.frame_stiffness_kN_per_mm, self.period_s)
         self._delay = Delay(settings.force_delay_s, self.period_s, settings.force_low_pass_Hz)
+        self._miswired = MiswiredStand(stand_file, settings.miswired, self.period_s)
+        self._cell_force_kN = 0.0
         self.measured_force_kN = 0.0
+        """What the controller takes for the force; that of its cell, where it is wired right."""
         self.measured_stroke_mm = 0.0
         self.time_s = 0.0
         self.ring = SampleRing()
@@ -169,7 +173,7 @@ class SimulatedDevice:
                 Converters((converter,), seeds[1]),
             )
         self.thermometers = tuple(
-            Thermometer(sensor, settings.temperature_noise_C, seed)
+            Thermometer(sensor, settings.temperature_noise_C, seed, self._miswired.place_of(sensor))
             for sensor, seed in zip(sensors, seeds[2:-1], strict=True)
         )
         self._look_at_thermometers()
@@ -285,10 +289,15 @@ class SimulatedDevice:
     def _look_at_thermometers(self) -> None:
         for thermometer in self.thermometers:
             specimen = thermometer.settings.role == "specimen"
-            felt_C = self.spring.sensor_temperature_C if specimen else self.settings.ambient_C
+            specimen_C, ambient_C = self.spring.sensor_temperature_C, self.settings.ambient_C
+            felt_C = specimen_C if specimen else ambient_C
+            if thermometer.place is not None:
+                felt_C = thermometer.place.feel(self.time_s, specimen_C, ambient_C)
             thermometer.look(self.time_s, felt_C)
 
     def _still_samples(self) -> int:
+        if self._miswired.acted_on is not None and self._miswired.acted_on.has_memory:
+            return 0  # what the controller feels can change while nothing moves
         if not self.controller.valve_on:
             return DWELL if self.contact.force_kN == 0.0 and self.measured_force_kN == 0.0 else 0
         still = self.controller.still_samples()
@@ -300,19 +309,22 @@ class SimulatedDevice:
         """Advance sample by sample."""
         controller, actuator, contact, delay = self.controller, self.actuator, self.contact, self._delay
         spring, gap_mm = self.spring, self.settings.gap_mm
-        force_kN, position_mm = self.measured_force_kN, actuator.position_mm
+        cell_kN, position_mm = self._cell_force_kN, actuator.position_mm
+        force_kN, miswired = self.measured_force_kN, self._miswired.acted_on is not None
         rows: list[tuple[float, ...]] = []
-        for _ in range(count):
+        for number in range(count):
             command_mm = controller.step(force_kN, position_mm)
             if controller.valve_on:
                 position_mm = actuator.follow(command_mm, contact.force_kN)
             else:
                 position_mm = actuator.leak(contact.force_kN)
             true_kN = contact.push(position_mm - gap_mm)
-            force_kN = delay.push(true_kN)
+            cell_kN = force_kN = delay.push(true_kN)
+            if miswired:
+                force_kN = self._felt(number + 1, cell_kN, position_mm)
             rows.append(
                 (
-                    force_kN,
+                    cell_kN,
                     contact.stroke_mm,
                     position_mm,
                     command_mm,
@@ -322,8 +334,20 @@ class SimulatedDevice:
                     spring.heat_J,
                 )
             )
-        self.measured_force_kN = force_kN
+        self._cell_force_kN, self.measured_force_kN = cell_kN, force_kN
         self._publish(np.array(rows))
+
+    def _felt(self, periods: int, cell_kN: float, position_mm: float) -> float:
+        """Return what the controller takes for the force, so many periods after the last slice."""
+        wrong = self._miswired.acted_on
+        if wrong is None:
+            return cell_kN
+        instead = {
+            None: None,
+            "position": position_mm,
+            "command": self.controller.command_mm,
+        }.get(self._miswired.force_reads, self.contact.stroke_mm)
+        return wrong.feel((self.ring.periods + periods) * self.period_s, cell_kN, instead=instead)
 
     def _miss_cycle(self) -> None:
         """Let a period pass in which the controller does nothing: no sample, the command stays as it is."""
@@ -332,7 +356,8 @@ class SimulatedDevice:
             position_mm = actuator.follow(controller.command_mm, contact.force_kN)
         else:
             position_mm = actuator.leak(contact.force_kN)
-        self.measured_force_kN = self._delay.push(contact.push(position_mm - self.settings.gap_mm))
+        self._cell_force_kN = self._delay.push(contact.push(position_mm - self.settings.gap_mm))
+        self.measured_force_kN = self._felt(1, self._cell_force_kN, position_mm)
         self.ring.missed += 1
         self._gaps.append(self.ring.total)
         self._missed.draw()
@@ -342,7 +367,7 @@ class SimulatedDevice:
         contact, spring, controller = self.contact, self.spring, self.controller
         before = np.array(
             (
-                self.measured_force_kN,
+                self._cell_force_kN,
                 contact.stroke_mm,
                 self.actuator.position_mm,
                 controller.command_mm,
@@ -355,8 +380,9 @@ class SimulatedDevice:
         true_kN = contact.push(self.actuator.position_mm - self.settings.gap_mm, count)
         self._delay.settle(true_kN)
         controller.skip(count - 1)
-        self.measured_force_kN = true_kN
-        controller.step(true_kN, self.actuator.position_mm)
+        self._cell_force_kN = true_kN
+        self.measured_force_kN = self._felt(count, true_kN, self.actuator.position_mm)
+        controller.step(self.measured_force_kN, self.actuator.position_mm)
         after = np.array(
             (
                 true_kN,
@@ -388,6 +414,7 @@ class SimulatedDevice:
         self._drift.feel(made_s, felt[:, :3])
         self._wander.add(made_s, felt[:, :3])
         samples[:, 1:] = self._converters.counts(felt)
+        self._miswired.samples(made_s, samples[:, 1:], self._converters)
         if self.faults.faults:
             self._break_transducers(samples[:, 1:])
         self.ring.append(samples)
@@ -400,6 +427,7 @@ class SimulatedDevice:
             due_s, value = resampler.take(made_s, second[:, 0])
             if due_s.size:
                 counts = converters.counts(value[:, np.newaxis])[:, 0]
+                counts = self._miswired.second_force(due_s, counts, converters)
                 whole = self.amplifier_form is None or self.amplifier_form.whole
                 self.frames.append(Frames(due_s, counts.astype(np.int64) if whole else counts))
         if self.truth is not None:

@@ -142,6 +142,16 @@ class Converters:
         np.minimum(raw, self._high, out=raw)
         return raw
 
+    def counts_of(self, column: int, value: FloatArray) -> FloatArray:
+        """Return the counts of one channel's values, shape (n,) each, without noise."""
+        if column in self._curved:
+            raw = np.asarray(self._calibrations[column].counts_of(value), dtype=np.float64)
+        else:
+            raw = (value - self._zero[column]) / self._slope[column]
+        if column not in self._fractional:
+            raw = np.rint(raw)
+        return np.clip(raw, self._low[column], self._high[column])
+
     def ends(self, column: int) -> tuple[float, float]:
         """Return the lowest and highest counts of a channel."""
         return float(self._low[column]), float(self._high[column])

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
+from drivers.simulated.miswired.settings import Miswired
 from drivers.stand_file import StandFile
 from foundation.errors import BadInput
 from foundation.force_speed import curve_problem
@@ -112,6 +113,8 @@ class SimulationSettings(Settings):
     """How much faster than the stand's time the controller's clock runs."""
     tick_start_us: int = Field(default=0, ge=0, lt=1 << 32)
     """Reading of the controller's clock when it is switched on [µs]; near 2**32 it soon wraps."""
+    miswired: Miswired = Miswired()
+    """What a person got wrong between the specimen and the computer; nothing if left out."""
 
 
 def simulation_settings(stand_file: StandFile) -> SimulationSettings:

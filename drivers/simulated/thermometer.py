@@ -6,6 +6,7 @@ from collections import deque
 
 import numpy as np
 
+from drivers.simulated.miswired.thermometer import WrongPlace
 from drivers.stand_file import SensorSettings
 
 CONVERSION_S = 0.75
@@ -22,10 +23,19 @@ class Thermometer:
     noise_C : float
         Standard deviation [°C].
     seed : numpy.random.SeedSequence
+    place : WrongPlace, optional
+        Where it sits in truth, if not where its settings say.
     """
 
-    def __init__(self, settings: SensorSettings, noise_C: float, seed: np.random.SeedSequence) -> None:
+    def __init__(
+        self,
+        settings: SensorSettings,
+        noise_C: float,
+        seed: np.random.SeedSequence,
+        place: WrongPlace | None = None,
+    ) -> None:
         self.settings = settings
+        self.place = place
         self._noise_C = noise_C
         self._random = np.random.Generator(np.random.PCG64(seed))
         self._next_s = 0.0

@@ -49,7 +49,9 @@ def drift_of_loops(look: Look) -> list[Finding]:
     """
     if look.facts.kind != "harmonic":
         return []
-    paces = [_pace(series) for series in series_of(look) if series.index.size >= _FEWEST]
+    paces = [
+        _pace(series) for series in series_of(look) if series.index.size >= _FEWEST and _has_loops(series)
+    ]
     if not paces:
         return []
     start_s, end_s = float(look.force.time_s[0]), float(look.force.time_s[-1])
@@ -69,6 +71,11 @@ def drift_of_loops(look: Look) -> list[Finding]:
     )
     cycles = look.all_cycles
     return [Finding("drift", "force", start_s, end_s, cycles, size, "kN", text, "spoils", whole_record=True)]
+
+
+def _has_loops(series: Series) -> bool:
+    """Say whether the force moves in every cycle: one that stands still drifts nowhere."""
+    return bool(np.all(series.force_range > 0.0))
 
 
 def _pace(series: Series) -> _Pace:

@@ -22,6 +22,14 @@ FindingKind = Literal[
     "sign",
     "zero",
     "unlike",
+    "scale",
+    "delay",
+    "slip",
+    "exchanged",
+    "not-following",
+    "detached",
+    "swapped",
+    "guard",
 ]
 
 

@@ -38,6 +38,11 @@ def turned_signs(look: Look) -> list[Finding]:
     if backwards or (falls and look.facts.specimen.get("kind") == "buffer"):
         name = negative[0] if len(negative) == 1 else "force"
         why = "the loops run the wrong way round (the specimen gives off energy)"
+        if not falls and name == "force":
+            why += (
+                "; as loading raises the force, it may come later than the stroke that makes it: look at the "
+                "delay_s of both"
+            )
         return [_finding(look, name, why if backwards else "loading makes the force fall")]
     if len(negative) == 2 and not falls and look.facts.specimen.get("kind") == "buffer":
         why = "force and stroke are mostly negative, and a buffer takes no tension"

@@ -178,6 +178,12 @@ def _derived_deviations(source: Source) -> list[str]:
         for (limit, by), numbers in limited.items()
     ]
     items += [_not_reached(run, row) for run in source.runs for row in run.strokes if row.get("not_reached")]
+    items += [
+        f"Run {run.number}: {finding['text']}."
+        for run in source.runs
+        for finding in run.evaluated.get("plausibility") or ()
+        if finding["kind"] == "guard"
+    ]
     items += [f"Results of external providers: {text}" for text in source.fields.external_results]
     imported = [run.number for run in source.runs if run.status == "imported"]
     if imported:

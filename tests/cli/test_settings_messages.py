@@ -15,6 +15,7 @@ import pytest
 from pydantic import BaseModel, ValidationError
 
 from drivers.simulated.faults_file import FaultFile
+from drivers.simulated.miswired.settings import MiswiredThermometer
 from drivers.simulated.settings import SimulationSettings
 from drivers.stand_file import StandFile
 from foundation.errors import BadInput
@@ -298,16 +299,27 @@ def test_every_table_of_the_schemas_is_among_those_that_are_tried() -> None:
 
 def test_the_simulated_stand_s_own_table_is_held_to_the_same() -> None:
     schema = SimulationSettings.model_json_schema()
-    for key, node in schema["properties"].items():
-        for value in wrong_values(node, {}):
-            text = "\n".join(written({"simulation": {key: value}})) + "\n"
-            try:
-                SimulationSettings.model_validate(tomllib.loads(text)["simulation"])
-            except ValidationError as error:
-                found = refusal(error, SimulationSettings, Path("lab/file.toml"), text, ("simulation",))
-                check(found, text, ("simulation", key))
-            else:
-                pytest.fail(f"{key} = {value} was accepted")
+    defs = schema["$defs"]
+    wires = ("force", "amplifier", "stroke_1", "stroke_2", "position")
+    document: Document = {"miswired": {name: {} for name in wires}}
+    places = [*tables(schema, document, defs)]
+    assert len(places) == 2 + len(wires)
+    place = ("miswired", "thermometer", "temperature_1")
+    places.append((place, MiswiredThermometer.model_json_schema()))
+    for at, table in places:
+        for key, node in table["properties"].items():
+            for value in wrong_values(node, defs):
+                content: dict[str, Any] = {key: value}
+                for part in reversed(("simulation", *at)):
+                    content = {str(part): content}
+                text = "\n".join(written(content)) + "\n"
+                try:
+                    SimulationSettings.model_validate(tomllib.loads(text)["simulation"])
+                except ValidationError as error:
+                    found = refusal(error, SimulationSettings, Path("lab/file.toml"), text, ("simulation",))
+                    check(found, text, ("simulation", *at, key))
+                else:
+                    pytest.fail(f"{at} {key} = {value} was accepted")
 
 
 CAMPAIGN_SCHEMA = CampaignFile.model_json_schema()

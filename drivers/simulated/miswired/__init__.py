@@ -1,0 +1,1 @@
+"""What a person gets wrong between the specimen and the computer: wires, scales, thermometers."""

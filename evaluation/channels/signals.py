@@ -1,0 +1,98 @@
+"""All signals of a run side by side: what the stand measured of one motion in several ways.
+
+Some thousands of samples tell which of them is scaled, turned, late or slipped: a long run is thinned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foundation.errors import BadInput
+from foundation.units import to_inside
+from recording.run import STROKES, Run
+
+MOST = 8_000
+"""Samples that are held of each signal: of two minutes at 1 kHz one in 15 ms."""
+FloatArray = NDArray[np.float64]
+
+FORCES = ("force", "force_2")
+PISTON = ("position", "command")
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """Signals at common instants: ``time_s`` (N,), and by name each one's values (N,), all numbers.
+
+    Names are those of the stand's channels: ``force``, ``force_2``, ``stroke_1``, ``stroke_2`` (``stroke`` of
+    a stand with one), ``position``, ``command``.
+    """
+
+    time_s: FloatArray
+    by_name: Mapping[str, FloatArray]
+
+    @property
+    def strokes(self) -> tuple[str, ...]:
+        """Names of those that measure the specimen's stroke."""
+        return tuple(name for name in ("stroke", *STROKES) if name in self.by_name)
+
+    def get(self, name: str) -> FloatArray | None:
+        """Return a signal, None where the run has none of that name."""
+        return self.by_name.get(name)
+
+
+def signals_of(run: Run, wires: Sequence[str], whole_rows: int, piece_rows: int) -> Signals | None:
+    """Return the signals of a run that a stand recorded; None where there is nothing to compare.
+
+    A signal that no figure comes from and that cannot be read is none.
+
+    Parameters
+    ----------
+    run : Run
+    wires : sequence of str
+        Stroke channels that hold numbers.
+    whole_rows : int
+        A stream with more rows is read in pieces of ``piece_rows``.
+    piece_rows : int
+
+    Raises
+    ------
+    BadInput
+        If counts or stamps of force or stroke are damaged.
+    """
+    others = [name for name in (*FORCES[1:], *PISTON) if run.has(name)]
+    if not wires or not run.has("force") or not (others or len(wires) > 1):
+        return None
+    read = {name: _thinned(run, name, whole_rows, piece_rows) for name in ("force", *wires)}
+    for name in others:
+        with suppress(BadInput):
+            read[name] = _thinned(run, name, whole_rows, piece_rows)
+    time_s = read[wires[0]][0]
+    usable = {name: pair for name, pair in read.items() if pair[0].size > 1}
+    if time_s.size < 2 or "force" not in usable or np.any(np.diff(time_s) <= 0.0):
+        return None
+    by_name = {name: np.interp(time_s, *pair) for name, pair in usable.items()}
+    return Signals(time_s, by_name)
+
+
+def _thinned(run: Run, name: str, whole_rows: int, piece_rows: int) -> tuple[FloatArray, FloatArray]:
+    """Return time and value of about ``MOST`` samples of a channel, evenly picked, all numbers."""
+    stream = run.stream_of(name)
+    every = -(-stream.rows // MOST)
+    quantity, unit = stream.channels[name].quantity, stream.channels[name].unit
+    if stream.rows <= whole_rows:
+        series = run.series(name)
+        time_s, value = series.time_s[::every], series.value[::every]
+    else:
+        parts = [
+            (block[name].time_s[::every], block[name].value[::every])
+            for block in run.blocks([name], max(piece_rows, every))
+        ]
+        time_s, value = (np.concatenate(column) for column in zip(*parts, strict=True))
+    there = np.isfinite(time_s) & np.isfinite(value)
+    shown = to_inside(value[there], "stroke" if quantity in PISTON else quantity, unit)
+    return time_s[there], np.asarray(shown, dtype=np.float64)

@@ -1,0 +1,91 @@
+"""How one signal follows another that measures the same: factor, zero, lateness, and what is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.record import FloatArray
+from foundation.likeness import likeness
+
+MOST_LATE_S = 2.0
+"""No filter and no bus makes a signal later than this."""
+_COARSE_S = 0.02
+_LOOKED_AT = 4000
+_FEWEST, _MOVES_ON = 20, 0.2
+
+
+@dataclass(frozen=True)
+class Fit:
+    """``y = zero + factor · x``, least squares.
+
+    Attributes
+    ----------
+    factor, zero : float
+    left : float
+        Standard deviation of what the line leaves of y, as a share of y's own.
+    """
+
+    factor: float
+    zero: float
+    left: float
+
+
+def fitted(x: FloatArray, y: FloatArray) -> Fit | None:
+    """Return how y follows x, shape (N,) each; None where x does not move."""
+    mean_x, mean_y = float(np.mean(x)), float(np.mean(y))
+    x, y = x - mean_x, y - mean_y
+    spread, own = float(np.dot(x, x)), float(np.dot(y, y))
+    if spread <= 0.0:
+        return None
+    factor = float(np.dot(x, y)) / spread
+    rest = y - factor * x
+    left = float(np.sqrt(np.dot(rest, rest) / own)) if own > 0.0 else 0.0
+    return Fit(factor, mean_y - factor * mean_x, left)
+
+
+def lateness(time_s: FloatArray, x: FloatArray, y: FloatArray) -> tuple[float, Fit] | None:
+    """Return by how much later than x the signal y is [s], at which it follows best, and that fit.
+
+    Parameters
+    ----------
+    time_s, x, y : arrays, shape (N,)
+        Negative: y is earlier. Looked for within :data:`MOST_LATE_S`, and a third of the record.
+    """
+    every = -(-time_s.size // _LOOKED_AT)
+    at_s, later = time_s[::every], y[::every]
+    most_s = min(MOST_LATE_S, (float(time_s[-1]) - float(time_s[0])) / 3.0)
+
+    def best(candidates: FloatArray) -> tuple[float, Fit] | None:
+        found = [
+            (float(s), fit) for s in candidates if (fit := fitted(np.interp(at_s - s, time_s, x), later))
+        ]
+        return min(found, key=lambda pair: pair[1].left, default=None)
+
+    near = best(np.arange(-most_s, most_s + 0.5 * _COARSE_S, _COARSE_S))
+    if near is None:
+        return None
+    return best(near[0] + np.linspace(-_COARSE_S, _COARSE_S, 21))
+
+
+def still_from(time_s: FloatArray, value: FloatArray, other: FloatArray) -> float | None:
+    """Return since when a signal stands still to the last digit while another one moves on [s], or None.
+
+    Parameters
+    ----------
+    time_s, value, other : arrays, shape (N,)
+        The other one must move by a fifth of its range meanwhile.
+    """
+    changes = np.flatnonzero(np.diff(value) != 0.0)
+    first = int(changes[-1]) + 1 if changes.size else 0
+    rest = other[first:]
+    if rest.size < _FEWEST or float(np.ptp(rest)) < _MOVES_ON * float(np.ptp(other)):
+        return None
+    return float(time_s[first])
+
+
+def shown(factor: float) -> str:
+    """Return a factor with what it looks like, for a person."""
+    like = likeness(factor)
+    return f"{factor:.3g} ({like})" if like else f"{factor:.3g}"
