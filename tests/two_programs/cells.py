@@ -1,4 +1,4 @@
-"""One cell of the matrix: a first program is brought into a phase, a second one comes, both are seen to their end."""
+"""One cell of the matrix: a first program is brought into a phase, a second one comes, both are seen off."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.two_programs import registers
-from tests.two_programs.bench import COOL_DOWN, HOLD, SINE, SPECIMEN_ID, STAND_ID, Bench, bench
+from tests.two_programs.bench import COOL_DOWN, HOLD, SINE, SPECIMEN_ID, STAND_ID, TIMEOUT_S, Bench, bench
 from tests.two_programs.programs import ROOT, Launcher, Program
 from tests.two_programs.rules import COMPLETE, FAULT, STOPPED, commands_of, complaints, look_at, stated_s
-from tests.two_programs.witness import Look
+from tests.two_programs.witness import Look, ZERO_FORCE_kN
 
 LOADED_kN = 50.0
 TOUCHED_kN = 5.0
 PHASE_PATIENCE_S = 90.0
+SETTLED_S = 1.5
+"""So long after its last motion a campaign that waits has done what it does about its valve."""
 SEEN_S = 0.2
 """The witness looks some times more."""
 MOVERS = ("run", "resume", "zero", "jog")
@@ -35,7 +37,11 @@ class Cell:
     """The first is killed in that phase, and the second comes so long after it [s]; None: the first lives."""
 
     def __str__(self) -> str:
-        when = self.phase if self.kill_after_s is None else f"killed in {self.phase} {self.kill_after_s:g} s before"
+        when = (
+            self.phase
+            if self.kill_after_s is None
+            else f"killed in {self.phase} {self.kill_after_s:g} s before"
+        )
         return f"{self.first}, {when}, watchdog {self.watchdog_s:g} s: {self.second}"
 
 
@@ -49,7 +55,7 @@ class Row:
     came_s: float | None = None
     """From the kill, or the begin of the phase, to that [s]."""
     safe_s: float | None = None
-    """From the kill, or the end of the program that commanded, to no force and valve off [s]; 0: before it."""
+    """From the kill, or the last program's end, to no force and valve off [s]; 0: before it."""
     stated_s: float | None = None
     writes: int = 0
     """Commands of the second that the controller took."""
@@ -127,7 +133,7 @@ def start(stand: Bench, name: str, campaign: Path) -> Program:
 
 def _first_campaign(stand: Bench, cell: Cell) -> Path:
     # The suite takes some seconds until it asks the controller.
-    hold = HOLD.format(stroke=30.0, duration=30.0 if cell.second == "suite" else 5.0)
+    hold = HOLD.format(stroke=30.0, duration=30.0 if cell.second == "suite" else 3.0)
     steps = {"cool-down": (SINE.format(cycles=1), COOL_DOWN), "sine": (SINE.format(cycles=5),)}
     # Slow where the second one is to come amid a ramp or a release.
     speed_mm_per_s = 10.0 if cell.phase in ("ramp", "release") else 20.0
@@ -145,12 +151,14 @@ def _bring_into(stand: Bench, cell: Cell, second: Second) -> tuple[Program, floa
         return first, time.monotonic()
     shown: dict[str, Callable[[Look], bool]] = {
         "first look": lambda _: stand.tap.first(first.pid) is not None,
-        "enable": lambda _: stand.tap.first(first.pid, lambda one: one.value("control_word") is not None) is not None,
+        "enable": lambda _: (
+            stand.tap.first(first.pid, lambda one: one.value("control_word") is not None) is not None
+        ),
         "ramp": lambda look: look.state == registers.RAMPING and look.force_kN > LOADED_kN / 2,
         "sine": lambda look: look.state == registers.WAVEFORM and look.force_kN > LOADED_kN,
         "hold": lambda look: look.state == registers.HOLDING and look.force_kN > LOADED_kN,
         "release": lambda look: look.state == registers.RELEASING and look.force_kN > LOADED_kN / 2,
-        "cool-down": lambda look: not look.valve_on and _has_moved(stand, first),
+        "cool-down": lambda look: waits_to_cool(first, look),
         "touch": lambda look: look.valve_on and look.force_kN > 0.3,
         "jog": lambda look: look.valve_on and look.force_kN > TOUCHED_kN,
         "reading": lambda _: len(stand.tap.by(first.pid)) > 60,
@@ -158,6 +166,8 @@ def _bring_into(stand: Bench, cell: Cell, second: Second) -> tuple[Program, floa
         "suite": lambda look: look.valve_on and look.force_kN > TOUCHED_kN,
     }
     seen = stand.witness.wait_for(shown[cell.phase], PHASE_PATIENCE_S, lambda: first.alive)
+    if cell.phase == "cool-down":
+        time.sleep(SETTLED_S)
     return first, None if seen is None else time.monotonic()
 
 
@@ -169,9 +179,9 @@ def _stop_at_once(stand: Bench, campaign: Path) -> None:
     begun.wait()
 
 
-def _has_moved(stand: Bench, program: Program) -> bool:
-    executed = [one for one in commands_of(stand, program) if "execute" in one.commands]
-    return len(executed) > 3
+def waits_to_cool(program: Program, look: Look) -> bool:
+    """Say whether a campaign has come to its cool-down: it says so, and the force is gone."""
+    return "cool down to" in program.said and abs(look.force_kN) < ZERO_FORCE_kN
 
 
 def _end(stand: Bench, cell: Cell, first: Program) -> None:
@@ -185,8 +195,10 @@ def _end(stand: Bench, cell: Cell, first: Program) -> None:
 
 
 def _watchdog_of(cell: Cell) -> float:
-    """By hand the watchdog is 1 s at most (docs/how-to/zero.md)."""
-    return min(cell.watchdog_s, 1.0) if cell.first in ("zero", "jog") else cell.watchdog_s
+    """By hand the watchdog is 1 s, or twice the time of a reply if that is more (docs/how-to/zero.md)."""
+    return (
+        min(cell.watchdog_s, max(1.0, 2.0 * TIMEOUT_S)) if cell.first in ("zero", "jog") else cell.watchdog_s
+    )
 
 
 def _fill(row: Row, stand: Bench, first: Program, second: Program, began_s: float) -> None:
@@ -241,17 +253,15 @@ def _statuses(stand: Bench, cell: Cell, first: Program, second: Program) -> list
 
 
 def _allowed(cell: Cell) -> set[int]:
+    lives = cell.kill_after_s is None
     if cell.second == "suite":  # pytest's own: 1, some test failed
-        return {1} if cell.kill_after_s is None else {0, 1}
-    if cell.second == "run --simulate":
-        return {COMPLETE}
-    if cell.second in ("check", "read"):
+        return {1} if lives else {0, 1}
+    if cell.second not in MOVERS:
         # `check` has a finding where the controller's fault is latched; `read` has nothing to find.
-        return {COMPLETE} if cell.kill_after_s is None else {COMPLETE, FAULT}
-    if cell.kill_after_s is not None:
-        return {COMPLETE} if cell.second == "resume" else {COMPLETE, FAULT}
-    if cell.first in ("check", "read", "run --simulate"):
+        return {COMPLETE} if lives or cell.second == "run --simulate" else {COMPLETE, FAULT}
+    if cell.second == "resume":  # a folder that is in use is bad input
+        return {2, FAULT} if lives else {COMPLETE}
+    if cell.first not in (*MOVERS, "suite"):
         return {COMPLETE}
-    if cell.phase in ("together", "first look", "enable", "cool-down") and cell.second != "resume":
-        return {COMPLETE, FAULT}
-    return {2, FAULT} if cell.second == "resume" else {FAULT}
+    may_be_first = not lives or cell.phase in ("together", "first look", "enable", "cool-down")
+    return {COMPLETE, FAULT} if may_be_first else {FAULT}

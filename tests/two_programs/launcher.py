@@ -1,9 +1,9 @@
 """Starts programs that are warm: ``python -m tests.two_programs.launcher``.
 
-It loads what the commands need once, and forks for each of them: processes of their own as from a shell, that do
-not spend two seconds on loading, so that the second program comes when it is meant to. Each line of its standard
-input is a JSON list: file for its output, module, words. It answers ``began PID`` and later ``ended PID STATUS``.
-When its standard input ends, so do its children.
+It loads what the commands need once, and forks for each of them: processes of their own as from a shell, that
+do not spend two seconds on loading, so that the second program comes when it is meant to. Each line of its
+standard input is a JSON list: file for its output, module, words. It answers ``began PID`` and later
+``ended PID STATUS``. When its standard input ends, so do its children.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The register table of docs/drivers.md once more, by hand, and a Modbus TCP client that can only read.
 
-Bare sockets and ``struct``: neither pymodbus nor a driver of this project, so that what both sides of the project
-take for granted is not taken for granted here.
+Bare sockets and ``struct``: neither pymodbus nor a driver of this project, so that what both sides of the
+project take for granted is not taken for granted here.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ WRITABLE = (
     "stroke_limit_mm",
     "writer",
 )
-"""What a program that commands the stand writes. The number of a request and the ring's acknowledgement are not
-among them: they ask for a reply."""
+"""What a program that commands the stand writes. The number of a request and the ring's acknowledgement are
+not among them: they ask for a reply."""
 
 OPERATION_ENABLED = 0x0004
 OFF, READY, HOLDING, RAMPING, WAVEFORM, RELEASING, FAULT = range(7)

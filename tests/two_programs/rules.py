@@ -1,4 +1,4 @@
-"""What must be true of every meeting of two programs, judged by what the tap and the witness saw, and by nothing else."""
+"""What must be true of every meeting of two programs, judged by what tap and witness saw alone."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def complaints(bench: Bench) -> list[str]:
 def written_without_lock(bench: Bench) -> list[str]:
     """Return each request that commands the stand of a process that does not hold the writer's lock.
 
-    A feed counts as well: it keeps a motion alive. Writing the own number is how the lock is asked for, and no command.
-    The contract suite tries what a controller does without the lock, which is nobody's concern while nobody has it.
+    A feed counts as well: it keeps a motion alive. Writing the own number asks for the lock and is no command.
+    The contract suite tries what a controller does without the lock: no harm while nobody has it.
     """
     found: dict[tuple[int | None, str], str] = {}
     holder: int | None = None
@@ -44,14 +44,17 @@ def written_without_lock(bench: Bench) -> list[str]:
             holder = None
         number = request.value("writer")
         if number == 0 and holder not in (None, request.pid):
-            found[request.pid, "0"] = f"{bench.name(request.pid)} gave the lock of {bench.name(holder)} back: {request}"
+            found[request.pid, "0"] = (
+                f"{bench.name(request.pid)} gave the lock of {bench.name(holder)} back: {request}"
+            )
         if number is not None:
             holder = request.pid if number else None
         elif request.pid != holder and not (holder is None and bench.name(request.pid).endswith("suite")):
             whose = "nobody" if holder is None else bench.name(holder)
             names = " ".join(sorted(request.commands))
             found.setdefault(
-                (request.pid, names), f"{bench.name(request.pid)} wrote while {whose} held the lock: {request}"
+                (request.pid, names),
+                f"{bench.name(request.pid)} wrote while {whose} held the lock: {request}",
             )
         if holder == request.pid:
             until_s = request.time_s + FORGOTTEN_S
@@ -68,12 +71,18 @@ def _ending(bench: Bench, program: Program) -> list[str]:
     if program.status in (2, FAULT) and wrote:
         found.append(f"{bench.name(program.pid)} was refused ({program.status}) and has written: {wrote[0]}")
     seen = look_at(bench, program.ended_s)
-    if program.status in (COMPLETE, STOPPED) and wrote and seen is not None and not seen.safe and holds(bench, program):
-        found.append(f"{bench.name(program.pid)} ended with {program.status}, and the stand is not safe: {seen}")
-    for words in ("NOT SAFE", "NOT SEEN"):
-        if words in program.said:
-            found.append(f"{bench.name(program.pid)} says {words}: {program.last_line}")
-    return found
+    if (
+        program.status in (COMPLETE, STOPPED)
+        and wrote
+        and seen is not None
+        and not seen.safe
+        and holds(bench, program)
+    ):
+        found.append(
+            f"{bench.name(program.pid)} ended with {program.status}, and the stand is not safe: {seen}"
+        )
+    unsafe = [words for words in ("NOT SAFE", "NOT SEEN") if words in program.said]
+    return found + [f"{bench.name(program.pid)} says {words}: {program.last_line}" for words in unsafe]
 
 
 def commands_of(bench: Bench, program: Program) -> list[Request]:

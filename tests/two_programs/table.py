@@ -1,7 +1,7 @@
 """The matrix as a table: ``python -m tests.two_programs.table [--side-by-side N] [WORD…]``.
 
-Words choose cells (``"hold" "resume"``: those whose text has all of them). Standard output is the table in Markdown,
-standard error what went wrong, as it comes.
+Words choose cells (``"hold" "resume"``: those whose text has all of them). Standard output is the table in
+Markdown, standard error what went wrong, as it comes.
 """
 
 from __future__ import annotations
@@ -64,7 +64,9 @@ def main() -> None:
     wanted = [cell for cell in cells() if all(word in str(cell) for word in chosen.words)]
 
     def told(row: Row) -> None:
-        print(f"{row.cell}: {row.first_status}, {row.second_status}", *row.wrong, sep="\n    ", file=sys.stderr)
+        print(
+            f"{row.cell}: {row.first_status}, {row.second_status}", *row.wrong, sep="\n    ", file=sys.stderr
+        )
 
     with tempfile.TemporaryDirectory() as folder:
         rows = fill(wanted, Path(folder), chosen.side_by_side, told)

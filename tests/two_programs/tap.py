@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import socket
 import struct
 import threading
@@ -12,10 +11,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tests.two_programs.registers import ADDRESSES, EXCEPTION, READ_AND_WRITE, WRITE_MANY, WRITE_ONE, decode, name_of
+from tests.two_programs.registers import (
+    ADDRESSES,
+    EXCEPTION,
+    READ_AND_WRITE,
+    WRITE_MANY,
+    WRITE_ONE,
+    decode,
+    name_of,
+)
 
 HEAD = 7
 """Bytes of a Modbus TCP header: transaction, protocol, length, unit."""
+DEVICE_FAILURE = 4
 NO_COMMAND = {"request_number", "ring_acknowledge"}
 
 
@@ -39,7 +47,7 @@ class Request:
 
     @property
     def commands(self) -> set[str]:
-        """The registers that it writes and that command the stand (no number of a request, no acknowledgement)."""
+        """Those of them that command the stand: no number of a request, no acknowledgement of the ring."""
         return self.names - NO_COMMAND
 
     def value(self, name: str) -> float | None:
@@ -60,6 +68,8 @@ class Tap:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
         self.requests: list[Request] = []
+        self.refuses: Callable[[Request], bool] = lambda _: False
+        """Which requests are answered with exception 4 and never reach the controller."""
         self._upstream: int | None = None
         self._open: list[socket.socket] = []
 
@@ -102,15 +112,28 @@ class Tap:
             waiting: dict[int, Request] = {}
             pid = owner(port, self.port)
 
-            def asked(frame: bytes, pid: int | None = pid, waiting: dict[int, Request] = waiting) -> None:
+            def asked(
+                frame: bytes,
+                pid: int | None = pid,
+                waiting: dict[int, Request] = waiting,
+                client: socket.socket = client,
+            ) -> bool:
                 request = parse(frame, pid)
-                waiting[_transaction(frame)] = request
                 self.requests.append(request)
+                if self.refuses(request):
+                    request.refused = DEVICE_FAILURE
+                    client.sendall(
+                        frame[:4] + bytes((0, 3, frame[6], frame[HEAD] | EXCEPTION, DEVICE_FAILURE))
+                    )
+                    return False
+                waiting[_transaction(frame)] = request
+                return True
 
-            def answered(frame: bytes, waiting: dict[int, Request] = waiting) -> None:
+            def answered(frame: bytes, waiting: dict[int, Request] = waiting) -> bool:
                 request = waiting.pop(_transaction(frame), None)
                 if request is not None and frame[HEAD] & EXCEPTION:
                     request.refused = frame[HEAD + 1]
+                return True
 
             for source, sink, note in ((client, server, asked), (server, client, answered)):
                 threading.Thread(target=_hand_on, args=(source, sink, note), daemon=True).start()
@@ -144,7 +167,7 @@ def _holder(link: str) -> int | None:
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit():
             with contextlib.suppress(OSError):
-                if any(os.readlink(handle) == link for handle in (folder / "fd").iterdir()):
+                if any(str(handle.readlink()) == link for handle in (folder / "fd").iterdir()):
                     return int(folder.name)
     return None
 
@@ -153,16 +176,16 @@ def _transaction(frame: bytes) -> int:
     return int.from_bytes(frame[:2], "big")
 
 
-def _hand_on(source: socket.socket, sink: socket.socket, note: Callable[[bytes], None]) -> None:
-    """Hand on until one end hangs up; ``note`` is given each frame before it goes on."""
+def _hand_on(source: socket.socket, sink: socket.socket, note: Callable[[bytes], bool]) -> None:
+    """Hand on until one end hangs up; ``note`` is given each frame before, and says whether it goes on."""
     kept = b""
     with contextlib.suppress(OSError):
         while came := source.recv(4096):
             kept += came
             while len(kept) >= HEAD and len(kept) >= (size := 6 + int.from_bytes(kept[4:6], "big")):
-                note(kept[:size])
+                if note(kept[:size]):
+                    sink.sendall(kept[:size])
                 kept = kept[size:]
-            sink.sendall(came)
     _hang_up(source)
     _hang_up(sink)
 

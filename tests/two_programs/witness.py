@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from tests.two_programs.registers import (
     ADDRESSES,
@@ -33,7 +34,7 @@ class Look:
     values: dict[str, float]
 
     @property
-    def force_kN(self) -> float:
+    def force_kN(self) -> float:  # noqa: N802 - the unit's own capitals
         return self.values["force_kN"]
 
     @property
@@ -52,8 +53,8 @@ class Look:
     def __str__(self) -> str:
         valve = "on" if self.valve_on else "off"
         return (
-            f"{STATES[self.state]}, {self.force_kN:.1f} kN at {self.values['position_mm']:.1f} mm, valve {valve}, "
-            f"fault {self.values['fault_code']:.0f}, writer {self.values['writer']:.0f}"
+            f"{STATES[self.state]}, {self.force_kN:.1f} kN at {self.values['position_mm']:.1f} mm, "
+            f"valve {valve}, fault {self.values['fault_code']:.0f}, writer {self.values['writer']:.0f}"
         )
 
 
@@ -86,7 +87,7 @@ class Witness:
     def wait_for(
         self, what: Callable[[Look], bool], timeout_s: float, alive: Callable[[], bool] = lambda: True
     ) -> Look | None:
-        """Return the first look from now on that shows it; None after the time, or when nobody lives who could.
+        """Return the first look from now on that shows it; None after the time, or when nobody lives.
 
         Args:
             what: Says whether a look shows it.
@@ -118,7 +119,7 @@ class Witness:
     def cut_off(self, from_s: float, to_s: float = float("inf")) -> Iterator[Look]:
         """Give each look that is the first with the valve off, and still shows force: nobody released it."""
         looks = self.looks(from_s, to_s)
-        for before, after in zip(looks, looks[1:], strict=False):
+        for before, after in pairwise(looks):
             if before.valve_on and not after.valve_on and abs(after.force_kN) > 2.0 * ZERO_FORCE_kN:
                 yield after
 
@@ -126,7 +127,7 @@ class Witness:
         """Return the registers that a program writes and that changed within a time: before, after."""
         looks = self.looks(from_s, to_s)
         found = {}
-        for before, after in zip(looks, looks[1:], strict=False):
+        for before, after in pairwise(looks):
             for name in WRITABLE:
                 if before.values[name] != after.values[name]:
                     found[name] = (before.values[name], after.values[name])
