@@ -15,6 +15,8 @@ from tests.two_programs.tap import Tap
 from tests.two_programs.witness import Witness
 
 SAMPLES = ROOT / "sample_runs"
+AIR_C = 21.0
+"""Of the sample stand, and of its specimen at the start."""
 TIMEOUT_S = 1.0
 """Longest wait for a reply: twice that of the sample stand, for a busy computer."""
 STAND_ID = "simulated-630kN"
@@ -28,6 +30,7 @@ specimen = "specimens/category-a-elastomer.toml"
 operator = "two programs"
 [limits]
 force_max_kN = 200.0
+{limits}
 [motion]
 ramp_speed_mm_per_s = {speed}
 release_speed_mm_per_s = {speed}
@@ -37,6 +40,11 @@ touch = false
 lag_stop_s = 60.0
 """
 """A computer that is too busy to follow the stand is not what is tried here."""
+NEVER_HOT = "temperature_stop_C = 60.0\ntemperature_resume_C = 59.0\n"
+WAITS_WHEN_HOT = 'on_temperature_stop = "wait-and-continue"\n'
+"""At 40 °C, until it is at 30 °C: in air of `NEARLY_HOT_C` until somebody stops it."""
+NEARLY_HOT_C = 39.88
+"""Two steps of a DS18B20 below the temperature stop: some seconds of `HEATING`."""
 HOLD = """
 [[step]]
 kind = "hold"
@@ -51,6 +59,7 @@ amplitude_mm = 15.0
 frequency_Hz = 1.0
 cycles = {cycles}
 """
+HEATING = SINE.format(cycles=100).replace("amplitude_mm = 15.0", "amplitude_mm = 20.0")
 COOL_DOWN = """
 [[step]]
 kind = "cool-down"
@@ -76,10 +85,11 @@ class Bench:
         """The stand file: its address is the tap's."""
         return self.folder / "stand.toml"
 
-    def campaign(self, name: str, *steps: str, speed_mm_per_s: float = 20.0) -> Path:
-        """Write a campaign file of these steps."""
+    def campaign(self, name: str, *steps: str, speed_mm_per_s: float = 20.0, limits: str = NEVER_HOT) -> Path:
+        """Write a campaign file of these steps; ``limits``: more lines of that table."""
         path = self.folder / f"{name}.toml"
-        path.write_text(HEAD.format(name=name, speed=speed_mm_per_s) + "".join(steps), encoding="utf-8")
+        head = HEAD.format(name=name, speed=speed_mm_per_s, limits=limits)
+        path.write_text(head + "".join(steps), encoding="utf-8")
         return path
 
     def start(self, label: str, *words: str | Path, module: str = "cli") -> Program:
@@ -107,18 +117,20 @@ class Bench:
 
 
 @contextmanager
-def bench(folder: Path, launcher: Launcher, watchdog_s: float = 2.0, more: str = "") -> Iterator[Bench]:
+def bench(
+    folder: Path, launcher: Launcher, watchdog_s: float = 2.0, temperature_C: float = AIR_C
+) -> Iterator[Bench]:
     """Serve a stand at real time; on leaving, kill the programs that are left and see that they are gone.
 
     Args:
         folder: Made for it.
         launcher: Starts the stand and the programs on it.
         watchdog_s: Of the stand file [s].
-        more: Lines of its table ``[simulation]``.
+        temperature_C: Of the air and of the specimen at the start [°C].
     """
     folder.mkdir(parents=True)
     tap = Tap()
-    _write_files(folder, tap.port, watchdog_s, more)
+    _write_files(folder, tap.port, watchdog_s, temperature_C)
     ends = folder / "endpoints.json"
     words = ("simulate-stand", folder / "stand.toml", "--port", "0", "--endpoints", ends)
     served = launcher.start("stand", folder / "served.txt", *words)
@@ -140,7 +152,7 @@ def bench(folder: Path, launcher: Launcher, watchdog_s: float = 2.0, more: str =
         served.wait()
 
 
-def _write_files(folder: Path, port: int, watchdog_s: float, more: str) -> None:
+def _write_files(folder: Path, port: int, watchdog_s: float, temperature_C: float) -> None:
     for name in COPIED:
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes((SAMPLES / name).read_bytes())
@@ -153,10 +165,12 @@ def _write_files(folder: Path, port: int, watchdog_s: float, more: str) -> None:
         timeout,
         ("port = 15020", f"port = {port}"),
         ("watchdog_s = 2.0", f"watchdog_s = {watchdog_s}"),
+        (f"ambient_C = {AIR_C}", f"ambient_C = {temperature_C}"),
+        (f"initial_C = {AIR_C}", f"initial_C = {temperature_C}"),
     ):
         assert old in text, old
         text = text.replace(old, new, 1)
-    (folder / "stand.toml").write_text(text + more, encoding="utf-8")
+    (folder / "stand.toml").write_text(text, encoding="utf-8")
 
 
 def _port(ends: Path, served: Program) -> int:

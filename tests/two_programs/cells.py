@@ -9,7 +9,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.two_programs import registers
-from tests.two_programs.bench import COOL_DOWN, HOLD, SINE, SPECIMEN_ID, STAND_ID, TIMEOUT_S, Bench, bench
+from tests.two_programs.bench import (
+    AIR_C,
+    COOL_DOWN,
+    HEATING,
+    HOLD,
+    NEARLY_HOT_C,
+    SINE,
+    SPECIMEN_ID,
+    STAND_ID,
+    TIMEOUT_S,
+    WAITS_WHEN_HOT,
+    Bench,
+    bench,
+)
 from tests.two_programs.programs import ROOT, Launcher, Program
 from tests.two_programs.rules import COMPLETE, FAULT, STOPPED, commands_of, complaints, look_at, stated_s
 from tests.two_programs.witness import Look, ZERO_FORCE_kN
@@ -21,6 +34,7 @@ SETTLED_S = 1.5
 """So long after its last motion a campaign that waits has done what it does about its valve."""
 SEEN_S = 0.2
 """The witness looks some times more."""
+WAITS = ("cool-down", "heat wait")
 MOVERS = ("run", "resume", "zero", "jog")
 SUITE = "tests/contract/controller"
 
@@ -69,12 +83,15 @@ class Row:
 def run_cell(cell: Cell, folder: Path, launcher: Launcher) -> Row:
     """Have two programs meet; return the row."""
     row = Row(cell)
-    with bench(folder, launcher, cell.watchdog_s) as stand:
+    temperature_C = NEARLY_HOT_C if cell.phase == "heat wait" else AIR_C
+    with bench(folder, launcher, cell.watchdog_s, temperature_C) as stand:
         second = Second(stand, cell)
         first, began_s = _bring_into(stand, cell, second)
         if began_s is None:
             row.wrong.append(f"the first never came into {cell.phase}: {first.status}, {first.last_line}")
             return row
+        if cell.phase in WAITS:
+            row.wrong += valve_while_waiting(stand)
         if cell.kill_after_s is not None:
             at_kill = stand.witness.now
             began_s = first.kill()
@@ -134,7 +151,12 @@ def start(stand: Bench, name: str, campaign: Path) -> Program:
 def _first_campaign(stand: Bench, cell: Cell) -> Path:
     # The suite takes some seconds until it asks the controller.
     hold = HOLD.format(stroke=30.0, duration=30.0 if cell.second == "suite" else 3.0)
-    steps = {"cool-down": (SINE.format(cycles=1), COOL_DOWN), "sine": (SINE.format(cycles=5),)}
+    if cell.phase == "heat wait":
+        return stand.campaign("first", HEATING, limits=WAITS_WHEN_HOT)
+    steps = {
+        "cool-down": (HOLD.format(stroke=5.0, duration=0.1), COOL_DOWN),
+        "sine": (SINE.format(cycles=5),),
+    }
     # Slow where the second one is to come amid a ramp or a release.
     speed_mm_per_s = 10.0 if cell.phase in ("ramp", "release") else 20.0
     return stand.campaign("first", *steps.get(cell.phase, (hold,)), speed_mm_per_s=speed_mm_per_s)
@@ -159,6 +181,7 @@ def _bring_into(stand: Bench, cell: Cell, second: Second) -> tuple[Program, floa
         "hold": lambda look: look.state == registers.HOLDING and look.force_kN > LOADED_kN,
         "release": lambda look: look.state == registers.RELEASING and look.force_kN > LOADED_kN / 2,
         "cool-down": lambda look: waits_to_cool(first, look),
+        "heat wait": lambda look: waits_to_cool(first, look),
         "touch": lambda look: look.valve_on and look.force_kN > 0.3,
         "jog": lambda look: look.valve_on and look.force_kN > TOUCHED_kN,
         "reading": lambda _: len(stand.tap.by(first.pid)) > 60,
@@ -166,7 +189,7 @@ def _bring_into(stand: Bench, cell: Cell, second: Second) -> tuple[Program, floa
         "suite": lambda look: look.valve_on and look.force_kN > TOUCHED_kN,
     }
     seen = stand.witness.wait_for(shown[cell.phase], PHASE_PATIENCE_S, lambda: first.alive)
-    if cell.phase == "cool-down":
+    if cell.phase in WAITS:
         time.sleep(SETTLED_S)
     return first, None if seen is None else time.monotonic()
 
@@ -180,13 +203,20 @@ def _stop_at_once(stand: Bench, campaign: Path) -> None:
 
 
 def waits_to_cool(program: Program, look: Look) -> bool:
-    """Say whether a campaign has come to its cool-down: it says so, and the force is gone."""
-    return "cool down to" in program.said and abs(look.force_kN) < ZERO_FORCE_kN
+    """Say whether a campaign waits for its specimen to cool: it says so, and the force is gone."""
+    says = any(words in program.said for words in ("cool down to", "waiting at zero force"))
+    return says and abs(look.force_kN) < ZERO_FORCE_kN
+
+
+def valve_while_waiting(stand: Bench) -> list[str]:
+    """Return what is wrong where a campaign that waits has left its valve on."""
+    now = stand.witness.now
+    return [f"the first waits with its valve on: {now}"] if now.valve_on else []
 
 
 def _end(stand: Bench, cell: Cell, first: Program) -> None:
     """See the first one to its own end; one that waits is stopped as by Ctrl-C."""
-    if cell.phase == "cool-down" or cell.first == "suite":
+    if cell.phase in WAITS or cell.first == "suite":
         time.sleep(1.0)
         first.send(signal.SIGINT)
     first.wait()
@@ -235,7 +265,7 @@ def _statuses(stand: Bench, cell: Cell, first: Program, second: Program) -> list
     if cell.kill_after_s is not None:
         return wrong
     race = cell.phase in ("together", "first look", "enable") and cell.second in MOVERS
-    fine = {STOPPED} if cell.phase == "cool-down" else {COMPLETE}
+    fine = {STOPPED} if cell.phase in WAITS else {COMPLETE}
     if cell.first == "suite":
         fine = {2}  # pytest's own for Ctrl-C
     if race and second.status == COMPLETE:
@@ -263,5 +293,5 @@ def _allowed(cell: Cell) -> set[int]:
         return {2, FAULT} if lives else {COMPLETE}
     if cell.first not in (*MOVERS, "suite"):
         return {COMPLETE}
-    may_be_first = not lives or cell.phase in ("together", "first look", "enable", "cool-down")
+    may_be_first = not lives or cell.phase in ("together", "first look", "enable", *WAITS)
     return {COMPLETE, FAULT} if may_be_first else {FAULT}

@@ -9,7 +9,7 @@ from pathlib import Path
 from tests.two_programs.cells import MOVERS, Cell, Row, run_cell
 from tests.two_programs.programs import Launcher, patiently
 
-PHASES = ("together", "first look", "enable", "ramp", "sine", "hold", "release", "cool-down")
+PHASES = ("together", "first look", "enable", "ramp", "sine", "hold", "release", "cool-down", "heat wait")
 SECONDS = ("run", "resume", "zero", "jog", "check", "read")
 KILLED_BEFORE_S = (0.0, 0.3, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 11.0, 12.0)
 OTHERS = {"zero": "touch", "jog": "jog", "check": "reading", "read": "reading", "run --simulate": "simulated"}
@@ -29,7 +29,7 @@ def _living() -> list[Cell]:
         for second in SECONDS
         if second != "resume" or phase in ("hold", "cool-down")
     ]
-    found += [Cell("run", phase, "run --simulate") for phase in ("sine", "hold", "cool-down")]
+    found += [Cell("run", phase, "run --simulate") for phase in ("hold", "cool-down")]
     found += [Cell("run", phase, "suite") for phase in ("hold", "cool-down")]
     found += [Cell("resume", phase, second) for phase in ("hold", "cool-down") for second in SECONDS]
     return found

@@ -31,7 +31,7 @@ def complaints(bench: Bench) -> list[str]:
 def written_without_lock(bench: Bench) -> list[str]:
     """Return each request that commands the stand of a process that does not hold the writer's lock.
 
-    A feed counts as well: it keeps a motion alive. Writing the own number asks for the lock and is no command.
+    A feed counts, too: it keeps a motion alive. Writing the own number asks for the lock: no command.
     The contract suite tries what a controller does without the lock: no harm while nobody has it.
     """
     found: dict[tuple[int | None, str], str] = {}

@@ -9,8 +9,26 @@ from functools import partial
 from pathlib import Path
 
 from tests.two_programs import registers
-from tests.two_programs.bench import COOL_DOWN, HOLD, SPECIMEN_ID, Bench, bench
-from tests.two_programs.cells import PHASE_PATIENCE_S, SEEN_S, SETTLED_S, LOADED_kN, waits_to_cool
+from tests.two_programs.bench import (
+    AIR_C,
+    COOL_DOWN,
+    HEATING,
+    HOLD,
+    NEARLY_HOT_C,
+    NEVER_HOT,
+    SPECIMEN_ID,
+    WAITS_WHEN_HOT,
+    Bench,
+    bench,
+)
+from tests.two_programs.cells import (
+    PHASE_PATIENCE_S,
+    SEEN_S,
+    SETTLED_S,
+    LOADED_kN,
+    valve_while_waiting,
+    waits_to_cool,
+)
 from tests.two_programs.programs import Launcher, Program
 from tests.two_programs.rules import COMPLETE, FAULT, STOPPED, commands_of, complaints, stated_s
 from tests.two_programs.tap import Request
@@ -18,21 +36,37 @@ from tests.two_programs.witness import Look
 
 TRY_S = 1.5
 """So long somebody without patience waits before he presses Ctrl-C and starts again [s]."""
+NARROW = "following_error_max_mm = 0.3\nfollowing_error_grace_s = 1.0\n"
+"""The piston's lag of 18 ms at 20 mm/s is more."""
 GIVEN_UP_S = 60.0
 IN_TIME_S = 2.0
 
 
-def killed_while_another_waits(folder: Path, launcher: Launcher, watchdog_s: float = 2.0) -> list[str]:
-    """A campaign waits for cooling, a second is killed under load: waiting must not keep its motion alive."""
-    with bench(folder, launcher, watchdog_s) as stand:
-        waiting = stand.run(stand.campaign("first", HOLD.format(stroke=5.0, duration=0.1), COOL_DOWN))
+def killed_while_another_waits(
+    folder: Path, launcher: Launcher, watchdog_s: float = 2.0, *, hot: bool = True
+) -> list[str]:
+    """A campaign waits for cooling, a second is killed under load: waiting must not keep its motion alive.
+
+    Args:
+        folder: Made for it.
+        launcher: Starts the programs.
+        watchdog_s: Of the stand [s].
+        hot: It waits after a temperature stop; else in a step that cools down.
+    """
+    with bench(folder, launcher, watchdog_s, NEARLY_HOT_C if hot else AIR_C) as stand:
+        campaign = (
+            stand.campaign("first", HEATING, limits=WAITS_WHEN_HOT)
+            if hot
+            else stand.campaign("first", HOLD.format(stroke=5.0, duration=0.1), COOL_DOWN)
+        )
+        waiting = stand.run(campaign)
         cools = partial(waits_to_cool, waiting)
         if stand.witness.wait_for(cools, PHASE_PATIENCE_S, lambda: waiting.alive) is None:
             return [f"the first never waited: {waiting.last_line}"]
         time.sleep(SETTLED_S)
+        wrong = valve_while_waiting(stand)
         second = stand.run(stand.campaign("second", HOLD.format(stroke=30.0, duration=60.0)))
         loaded = stand.witness.wait_for(_held, PHASE_PATIENCE_S, lambda: second.alive)
-        wrong = []
         if loaded is not None:
             position_mm, killed_s = loaded.values["position_mm"], second.kill()
             bound_s = stated_s(stand, position_mm)
@@ -115,11 +149,8 @@ def ended_under_load(folder: Path, launcher: Launcher, why: str) -> list[str]:
         why: ``operator`` (Ctrl-C) or ``following error`` (a guard that the piston's lag of 18 ms trips).
     """
     with bench(folder, launcher) as stand:
-        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=20.0))
-        if why != "operator":
-            narrow = "force_max_kN = 200.0\nfollowing_error_max_mm = 0.3\nfollowing_error_grace_s = 1.0"
-            text = campaign.read_text(encoding="utf-8").replace("force_max_kN = 200.0", narrow)
-            campaign.write_text(text, encoding="utf-8")
+        limits = NEVER_HOT if why == "operator" else NEVER_HOT + NARROW
+        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=20.0), limits=limits)
         stand.tap.refuses = _is_stop
         first = stand.run(campaign)
         if why == "operator":

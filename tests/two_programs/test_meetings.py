@@ -28,6 +28,7 @@ ALWAYS: dict[str, Meeting] = {
     "stopped by its guard, force left": partial(scenarios.ended_under_load, why="following error"),
 }
 SELDOM: dict[str, Meeting] = {
+    "killed while another cools down": partial(scenarios.killed_while_another_waits, hot=False),
     "killed while another waits, watchdog 10 s": partial(
         scenarios.killed_while_another_waits, watchdog_s=10.0
     ),
