@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from tests.terminals import in_terminal
 from tests.two_programs import registers
 from tests.two_programs.bench import (
     AIR_C,
@@ -206,6 +207,27 @@ def real_then_simulated(folder: Path, launcher: Launcher) -> list[str]:
             wrong.append(f"resume --simulate ended with {resume.status}: {resume.last_line}")
         wrong += [f"resume --simulate asked the real stand: {one}" for one in stand.tap.by(resume.pid)[:1]]
         return wrong + complaints(stand)
+
+
+def asked_while_another_runs(folder: Path, launcher: Launcher) -> list[str]:
+    """A first run waits for its operator's consent; a second one runs; then the operator consents."""
+    with bench(folder, launcher) as stand:
+        mine = stand.campaign("first", HOLD.format(stroke=10.0, duration=1.0))
+        with in_terminal("run", mine, "--out", stand.out(mine)) as terminal:
+            terminal.wait_for("type the id of the specimen")
+            second = stand.run(stand.campaign("second", HOLD.format(stroke=30.0, duration=10.0)))
+            stand.witness.wait_for(_held, PHASE_PATIENCE_S, lambda: second.alive)
+            terminal.press(f"{SPECIMEN_ID}\n")
+            status = terminal.end()
+            said = terminal.text
+        wrong = [] if status == FAULT else [f"the first ended with {status}: {said[-300:]}"]
+        if str(second.pid) not in said:
+            wrong.append(f"the first was not told who runs: {said[-300:]}")
+        if second.wait() != COMPLETE:
+            wrong.append(f"the second ended with {second.status}: {second.last_line}")
+        others = [one for one in stand.tap.requests[:] if one.commands and one.pid != second.pid]
+        time.sleep(SEEN_S)
+        return wrong + [f"the first wrote: {one}" for one in others] + complaints(stand)
 
 
 def _held(look: Look) -> bool:

@@ -37,6 +37,7 @@ SELDOM: dict[str, Meeting] = {
     "resume tried again and again, watchdog 10 s": partial(scenarios.retried_and_waiting, watchdog_s=10.0),
     "zero while a campaign waits to cool": cell(Cell("run", "cool-down", "zero")),
     "a rehearsal gone on with": scenarios.simulated_then_resumed,
+    "asked for consent while another runs": scenarios.asked_while_another_runs,
     "a real campaign gone on with as a rehearsal": scenarios.real_then_simulated,
     "stopped by the operator, force left": partial(scenarios.ended_under_load, why="operator"),
 }
@@ -54,8 +55,11 @@ def _nothing(wrong: list[str]) -> bool:
 def met(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[dict[str, Future[list[str]]]]:
-    """Begin all meetings side by side: most of their time is waiting for watchdogs."""
-    wanted = {**ALWAYS, **(SELDOM if request.config.getoption("--long") else {})}
+    """Begin the meetings that were asked for side by side: most of their time is waiting for watchdogs."""
+    here = [item for item in request.session.items if item.path == Path(__file__)]
+    asked = {item.callspec.params["name"] for item in here if isinstance(item, pytest.Function)}
+    known = {**ALWAYS, **(SELDOM if request.config.getoption("--long") else {})}
+    wanted = {name: meeting for name, meeting in known.items() if name in asked}
     launcher, folder = Launcher(), tmp_path_factory.mktemp("meetings")
     with ThreadPoolExecutor(4) as pool:
         yield {
