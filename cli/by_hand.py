@@ -35,10 +35,10 @@ def say(line: str) -> None:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[tuple[StandFile, Stand, Clock]]:
-    """Give a stand whose wires are not connected yet; let go of them at the end."""
+def opened(path: Path, doing: str = "") -> Iterator[tuple[StandFile, Stand, Clock]]:
+    """Give a stand whose wires are not connected yet, for what is to be done; let go of them at the end."""
     stand_file, clock = load_stand(path), WallClock()
-    stand = Stand(build_controller(stand_file, clock), build_sensors(stand_file, clock))
+    stand = Stand(build_controller(stand_file, clock, doing), build_sensors(stand_file, clock))
     try:
         yield stand_file, stand, clock
     finally:

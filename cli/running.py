@@ -83,6 +83,7 @@ def perform(
     edits: Mapping[str, Any] | None = None,
     truth: Path | None = None,
     monitor: Address | None = None,
+    awaits_stand: bool = False,
 ) -> CampaignOutcome:
     """Run (or go on with) a campaign on the real stand, or on a simulated one made for it.
 
@@ -104,6 +105,8 @@ def perform(
         Where the simulated stand leaves what really happened, for checks.
     monitor : Address, optional
         Where a live page is served.
+    awaits_stand : bool
+        Whether it waits for what a killed program has left on the stand to come to rest.
 
     Raises
     ------
@@ -139,7 +142,8 @@ def perform(
     ):
         if page is not None:
             page.watch(progress.message)
-        stand = Stand(build_controller(stand_file, clock), build_sensors(stand_file, clock))
+        doing = f"campaign “{prepared.campaign.content.campaign.id}” in {out.resolve()}"
+        stand = Stand(build_controller(stand_file, clock, doing), build_sensors(stand_file, clock))
         try:
             outcome = run_campaign(
                 prepared.plan,
@@ -152,6 +156,7 @@ def perform(
                 settings=RunSettings(
                     waited_for=simulate,
                     says_it_waits=served,
+                    awaits_stand=awaits_stand,
                 ),
                 predictor=prepared.predictor,
             )

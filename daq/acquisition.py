@@ -26,7 +26,7 @@ from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock
-from foundation.errors import DeviceFault
+from foundation.errors import DeviceFault, NotInCharge
 from foundation.zero import Zero
 
 LONG_LOOK_S = 0.0005
@@ -189,6 +189,9 @@ class Acquisition:
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
+        self._lock_seen = False
+        self.when_lock_is_lost: Callable[[NotInCharge], object] | None = None
+        """What is done once the right to give commands is lost; None: that is a reason to stop."""
         self._looked_long = False
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
@@ -354,8 +357,14 @@ class Acquisition:
 
     def _take_fault(self, fault: DeviceFault) -> None:
         """Let a fault of the controller or its wire be a reason to stop."""
-        reason = f"the controller or its wire failed: {fault}"
         now_s = self.clock.now_s()
+        reason = f"the controller or its wire failed: {fault}"
+        if isinstance(fault, NotInCharge):
+            self._lock_seen = False
+            if self.when_lock_is_lost is not None:
+                self.when_lock_is_lost(fault)
+                return
+            reason = f"the right to give commands was lost: {fault}"
         self.panel.latch(Trip("controller", Action.EMERGENCY, reason, now_s, device_fault=True))
 
     def rest(self) -> None:
@@ -369,13 +378,22 @@ class Acquisition:
         self.clock.sleep(max(0.1 * tick_s, tick_s - passed_s) if self._up_to_date else 0.0)
 
     def _feed(self) -> bool:
-        """Feed the watchdog if that is due; return whether it was."""
+        """Feed the watchdog if that is due; return whether anything was asked for it.
+
+        In the pass before, the lock is looked at: what is another program's now is not fed. So the two
+        requests do not come in a row, without samples between them.
+        """
+        controller = self.stand.controller
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
-        if self.feeding and wall_s - self._fed_s >= self.pace.feed_s:
-            self.stand.controller.feed_watchdog()
+        if not (self.feeding and controller.in_charge and wall_s - self._fed_s >= self.pace.feed_s):
+            return False
+        if self._lock_seen:
+            controller.feed_watchdog()
             self._fed_s = wall_s
-            return True
-        return False
+        else:
+            controller.look_at_lock()
+        self._lock_seen = not self._lock_seen
+        return True
 
     def _read_controller(self) -> None:
         """Read until the device has no more, a guard trips, or the time of a look is over."""

@@ -7,10 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from daq.acquisition import Acquisition
-from daq.controller_guard import fault_text
 from daq.scaling import STROKE_WIRES
-from drivers.in_use import IN_MOTION
-from drivers.interfaces import Controller, MotionState
 from foundation.specimen import Specimen
 from foundation.zero import Zero
 from protocols.steps import PlannedStep
@@ -32,47 +29,6 @@ SEALING_FACTOR = 1.5
 
 LOOKED_AT = ("force", *STROKE_WIRES)
 """Channels of the controller whose mean at rest is looked at."""
-
-
-def use_trouble(controller: Controller, most_kN: float) -> str:
-    """Return what shows that the stand is in use, and who or what to wait for; empty if it is free.
-
-    What is at rest can be judged only where it is. Nothing is commanded or acknowledged here.
-
-    Parameters
-    ----------
-    controller : Controller
-        Connected.
-    most_kN : float
-        A hold under more force than this is a motion that somebody has interrupted.
-
-    Raises
-    ------
-    DeviceFault
-        If the wire fails.
-    """
-    writer, status = controller.other_writer(), controller.status()
-    shown = f"{status.state.name.lower()}, force {status.force_kN:.1f} kN, stroke {status.stroke_mm:.1f} mm"
-    if writer:
-        return (
-            f"another program (number {writer}) gives the controller commands ({shown}): end that program. "
-            "If it was killed, wait: the controller's watchdog takes the force away and switches the valve "
-            "off, and 10 s after that program's last heartbeat the controller drops it; then start again"
-        )
-    if status.fault_code and status.state is MotionState.RELEASING:
-        return (
-            f"the controller takes the force away by itself, {fault_text(status.fault_code)} ({shown}): wait "
-            "until its valve is off, then start again"
-        )
-    held = status.state is MotionState.HOLDING and abs(status.force_kN) > most_kN
-    if not held and status.state not in IN_MOTION:
-        return ""
-    what = f"it holds under more than {most_kN:g} kN" if held else "a motion is under way"
-    return (
-        f"{what} that this start has not commanded ({shown}): end the program that gives commands. If it was "
-        "killed, wait until the controller's watchdog has taken the force away and its valve is off; then "
-        "start again"
-    )
 
 
 def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> dict[str, float]:

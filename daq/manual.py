@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from daq.acquisition import Acquisition
-from daq.before_start import first_look, use_trouble
+from daq.before_start import first_look
 from daq.catching_up import NOT_CAUGHT_UP, catch_up
 from daq.controller_guard import DEVICE_LIMIT_FAULTS, fault_text
 from daq.driving import Driver, Halt
@@ -20,6 +20,7 @@ from daq.limits import guards_for
 from daq.panel import GuardPanel, GuardSet
 from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from daq.signals import StopRequest
+from daq.stand_use import give_back, use_trouble
 from daq.stop_eyes import StopEyes
 from daq.zero_limits import BEYOND_MM
 from drivers.interfaces import EndReason, Stand
@@ -295,8 +296,7 @@ def by_hand(
         If a device does not answer, or the stop was not seen to be safe.
     """
     stand.controller.connect()
-    if why := use_trouble(stand.controller, GuardTable().zero_force_max_kN):
-        why = f"{why}; the stand was not touched"
+    if why := use_trouble(stand.controller, clock, GuardTable().zero_force_max_kN):
         raise Halt(Trip("controller", Action.STOP, why, clock.now_s(), device_fault=True))
     for sensor in stand.sensors:
         sensor.start()
@@ -310,6 +310,7 @@ def by_hand(
         halt = stopped
     finally:
         report = hand.end()
+        give_back(stand.controller, report)
         say(report.line)
     if not report.safe:
         raise DeviceFault(report.line if halt is None else f"{halt.trip.reason}; {report.line}")

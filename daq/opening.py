@@ -17,7 +17,6 @@ from daq.before_start import (
     first_look,
     specimen_gaps,
     stroke_trouble,
-    use_trouble,
     zero_trouble,
 )
 from daq.driving import Driver, Halt
@@ -31,7 +30,8 @@ from daq.progress import Watcher
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.showing import Showing
-from daq.signals import StopRequest
+from daq.signals import StopLevel, StopRequest
+from daq.stand_use import await_free, use_trouble
 from daq.start_band import begins_with_a_wait
 from daq.stop_eyes import StopEyes
 from daq.validity import expired_calibrations
@@ -113,8 +113,7 @@ class Opening:
             If a device does not answer.
         """
         identity = self.stand.controller.connect()
-        if why := use_trouble(self.stand.controller, self.table.zero_force_max_kN):
-            raise Halt(trip_at(self.clock, "controller", why))
+        self.demand_free(wait=self.settings.awaits_stand)
         self.stand.controller.skip_backlog()  # guards judge the present, not what led to an earlier stop
         for sensor in self.stand.sensors:
             sensor.start()
@@ -153,6 +152,39 @@ class Opening:
         )
         zeroing = self._zeroing(acquisition, driver)
         return Alive(identity, base, guards, panel, acquisition, driver, safe_stop, zeroing)
+
+    def demand_free(self, *, wait: bool = False) -> None:
+        """Demand that nobody else has the stand, and nothing moves; nothing is written to the controller.
+
+        Parameters
+        ----------
+        wait : bool
+            Wait for what a killed program has left to come to rest.
+
+        Raises
+        ------
+        Halt
+            If the stand is in use, or the operator wants to wait no longer.
+        DeviceFault
+            If the wire fails.
+        """
+        controller, most_kN = self.stand.controller, self.table.zero_force_max_kN
+        if not wait:
+            why = use_trouble(controller, self.clock, most_kN)
+        else:
+            why = await_free(
+                controller,
+                self.clock,
+                most_kN,
+                interrupted=lambda: self.request.level > StopLevel.NONE,
+                say=self.showing.message,
+                show=self.showing.waiting,
+            )
+            if not why and self.request.level > StopLevel.NONE:
+                why = f"stopped by the operator: {self.request.reason}; the stand was not touched"
+                raise Halt(trip_at(self.clock, "operator", why, device_fault=False))
+        if why:
+            raise Halt(trip_at(self.clock, "controller", why))
 
     def look(self, alive: Alive, steps: Sequence[PlannedStep]) -> None:
         """Look at everything that can be looked at while nothing moves; say it, or refuse.

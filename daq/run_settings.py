@@ -29,6 +29,8 @@ class RunSettings:
     says_it_waits : bool
         Whether the stand itself says so: a slow wire then does not refuse the start. The lag guard judges it
         as any other, so that a wrong word blinds nothing.
+    awaits_stand : bool
+        Whether a start waits for what a killed program has left to come to rest; else it is refused.
     """
 
     guards: GuardTable | None = None
@@ -37,3 +39,4 @@ class RunSettings:
     cool_limit_s: float = 4.0 * 3600.0
     waited_for: bool = False
     says_it_waits: bool = False
+    awaits_stand: bool = False

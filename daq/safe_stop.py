@@ -18,7 +18,7 @@ from daq.signals import signals_held_back
 from daq.stop_eyes import Blind, Eyes
 from drivers.interfaces import Controller, ControllerStatus, MotionState
 from foundation.clock import Clock
-from foundation.errors import CommandRejected, DeviceFault
+from foundation.errors import CommandRejected, DeviceFault, NotInCharge
 
 VALVE_OFF = (MotionState.OFF, MotionState.READY)
 """States in which the actuator's valve is off."""
@@ -36,7 +36,7 @@ LOOK_S = 0.02
 """From one look at the controller to the next, where looking takes less [s of stand time]."""
 
 ResultT = TypeVar("ResultT")
-By = Literal["commands", "controller", "watchdog"]
+By = Literal["commands", "controller", "watchdog", "nobody"]
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,9 @@ class SafeStopReport:
     safe : bool
         True if zero force and a closed valve were *seen*.
     by : str
-        ``commands`` (ours), ``controller`` (it had fallen back by itself) or ``watchdog`` (the wire is
-        lost: nothing was seen, the controller's watchdog has to do it).
+        ``commands`` (ours), ``controller`` (it had fallen back by itself), ``watchdog`` (the wire is lost:
+        nothing was seen, the controller's watchdog has to do it) or ``nobody`` (another program has the
+        right to give commands: nothing was sent).
     state : MotionState or None
         Last state seen.
     force_kN, stroke_mm : float or None
@@ -184,7 +185,10 @@ class SafeStop:
         status = seen
         if status is None or status.state in VALVE_OFF:
             status = self._ask("status", self._controller.status)
-        if status is not None and status.state not in VALVE_OFF:
+        if not self._controller.in_charge:  # another program's stand: it is looked at only
+            by = "nobody"
+            status = self._ask("status", self._controller.status)
+        elif status is not None and status.state not in VALVE_OFF:
             self._status = status
             # Where a hold takes several requests the release that is ready in the controller comes first.
             hurry = emergency or not self._controller.stops_at_once
@@ -201,6 +205,8 @@ class SafeStop:
         self._status = last or self._status
         if last is not None:
             self._look_at_force(self._shows_no_force)
+        if not self._controller.in_charge:  # it may have been lost meanwhile
+            by = "nobody"
         return self._describe("watchdog" if last is None else by, last)
 
     def _may_stay(self) -> bool:
@@ -282,7 +288,7 @@ class SafeStop:
         """Pump and look until the condition holds; False when its time, or all the time, is over."""
         deadline_s = min(self._clock.now_s() + limit_s, self._began_s + self._settings.limit_s)
         due_s = self._clock.wall_s()
-        while not self._link_lost():
+        while self._controller.in_charge and not self._link_lost():
             looked_s = self._clock.now_s()
             self._pump_safely()
             asked_s = self._clock.wall_s()
@@ -306,6 +312,9 @@ class SafeStop:
             except CommandRejected as rejected:
                 self._note(f"{what} rejected: {rejected}")
                 self._answered_s = self._clock.wall_s()
+                return None
+            except NotInCharge as lost:  # to ask again would be no use, and might be another's harm
+                self._note(f"{what}: {lost}")
                 return None
             except Exception as fault:  # noqa: BLE001 - whatever a driver raises, the stop must go on
                 self._note(f"{what}: {_said(fault)}")
@@ -365,6 +374,16 @@ class SafeStop:
             return seen_mm, ""
         return status.stroke_mm, "" if told else f" ({OWN_READING})"
 
+    def _whose(self, *, off: bool) -> str:
+        """Return in words whose the stand is; empty where it is nobody's, and off."""
+        try:
+            seen = self._controller.seen_writer()
+        except Exception as fault:  # noqa: BLE001 - it is for the message only
+            return f"another program may have the stand ({_said(fault)})"
+        if seen.number:
+            return f"another program has the stand: {seen.who}"
+        return "" if off else "no program has the right to give it commands, this one neither"
+
     def _note(self, problem: str) -> None:
         if problem not in self._problems:
             self._problems.append(problem)
@@ -386,14 +405,19 @@ class SafeStop:
             force_kN = self._force_kN(last)
             stroke_mm, whose = self._stroke_mm(last, told=seen is None)
             off = last.state in VALVE_OFF or last.state is MotionState.FAULT
-            safe = off and abs(force_kN) <= self._zero_kN and not (seen and seen.other_kN)
+            whose = self._whose(off=off) if by == "nobody" else ""
+            safe = off and abs(force_kN) <= self._zero_kN and not (seen and seen.other_kN) and not whose
             valve = "valve off" if off else f"VALVE NOT OFF (state {last.state.name.lower()})"
             own = " by the controller itself" if by == "controller" else ""
             line = (
                 f"safe stop{own}: force {round(force_kN, 1) + 0.0:.1f} kN ({source}), "
                 f"stroke {round(stroke_mm, 1) + 0.0:.1f} mm{whose}, {valve}, after {duration_s:.1f} s"
             )
-            if not safe:
+            if whose:
+                line = f"nothing was sent: {whose}; last seen: {line.removeprefix('safe stop: ')}"
+                line += "; NOT SAFE: it is not this program's to stop; look at the stand, which has its "
+                line += "emergency stop"
+            elif not safe:
                 line += "; NOT SAFE: use the stand's emergency stop"
         if self._problems:
             line += f" ({'; '.join(self._problems)})"

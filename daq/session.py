@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStopReport
 from daq.showing import Showing, phase_of
 from daq.signals import StopRequest
+from daq.stand_use import give_back, rests_long
 from daq.start_band import begins_with_a_wait, say_beginning, too_cold
 from daq.stroke_agreement import Terms
 from daq.stroke_keeping import NOW_NAME, StrokeKeeper
@@ -34,7 +35,7 @@ from daq.warming import warm_up
 from daq.zero_limits import BEYOND_MM
 from drivers.interfaces import Stand
 from foundation.clock import Clock
-from foundation.errors import BadInput, DeviceFault
+from foundation.errors import BadInput, DeviceFault, NotInCharge
 from protocols.plan import Plan
 from protocols.steps import Motion, PlannedStep, TouchOff
 
@@ -166,7 +167,18 @@ class Session:
         self._switch_on()
 
     def _switch_on(self) -> None:
+        """Switch the actuator on; a stand that is not this program's (any more) is looked at once more.
+
+        Raises
+        ------
+        Halt
+            If another program has it, or something moves: nothing was written then.
+        DeviceFault
+            If it does not come on.
+        """
         alive = self._need()
+        if not self._stand.controller.in_charge:
+            self._opening.demand_free()
         alive.safe_stop.arm()
         alive.acquisition.feeding = True
         alive.panel.change(alive.guards)
@@ -202,10 +214,12 @@ class Session:
         )
 
     def end(self) -> SafeStopReport | None:
-        """Stop safely (once); None if the controller never answered."""
+        """Stop safely (once) and give the right to commands back; None if the controller never answered."""
         if self._alive is None:
             return None
-        return self._stop(self._alive.panel.action is Action.EMERGENCY)
+        report = self._stop(self._alive.panel.action is Action.EMERGENCY)
+        give_back(self._stand.controller, report)
+        return report
 
     def show_end(self, status: str, reason: str) -> None:
         """Show how the campaign ended."""
@@ -253,7 +267,7 @@ class Session:
         if too_warm := alive.panel.warmer_than(step.start_band.high_C):
             self._showing.await_step(step, f"waits for the specimen to cool: {too_warm}")
         with self._stopping():
-            with self._watched():
+            with self._watched(), self._valve_off() if too_warm else nullcontext():
                 alive.driver.cool(step.start_band.high_C, step.start_band.timeout_s)
             alive = self._guard(step, waiting=False)
             if why := too_cold(step, step.start_band, alive.panel.specimen_temperatures()):
@@ -372,7 +386,8 @@ class Session:
             say_beginning(alive.acquisition, step.start_band)
         for text in expired_today(self._stand):
             alive.acquisition.say("calibration", text)
-        self._motions(step, motions)
+        with self._valve_off() if rests_long(step) else nullcontext():
+            self._motions(step, motions)
         self._passes.catch_up()  # what was sampled until the last motion's end
         alive.driver.obey()
 
@@ -505,10 +520,46 @@ class Session:
         self._showing.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
         alive.panel.change(alive.guards.valve_off().cooling())
         alive.panel.reset()
-        with self._watched():
+        with self._watched(), self._keeping_lock():
             alive.driver.cool(None, self._settings.cool_limit_s)
         self._showing.message("cool enough: going on")
         self._switch_on()
+
+    @contextmanager
+    def _valve_off(self) -> Iterator[None]:
+        """Wait inside at zero force with the valve off and the lock kept; switched on again behind it.
+
+        Raises
+        ------
+        Halt
+            If the stand was not seen to be safe, or is another program's behind the wait.
+        DeviceFault
+            If the actuator cannot be switched on again.
+        """
+        phase, guards = self._showing.phase, self._need().panel.guards
+        report = self._stop(emergency=False)
+        if not report.safe:
+            raise Halt(self.trip_of("controller", report.line))
+        self._showing.phase = phase
+        self._need().panel.change(guards.valve_off())
+        with self._keeping_lock():
+            yield
+        self._switch_on()
+
+    @contextmanager
+    def _keeping_lock(self) -> Iterator[None]:
+        """Inside, with the valve off, a lock that is lost stops nothing: it is asked for again behind it."""
+        acquisition = self._need().acquisition
+
+        def lost(fault: NotInCharge) -> None:
+            self._need().safe_stop.arm()  # what was seen then says nothing of a stand that is another's
+            self._showing.message(f"WARNING: {fault}; this campaign asks for the stand again before it moves")
+
+        acquisition.when_lock_is_lost = lost
+        try:
+            yield
+        finally:
+            acquisition.when_lock_is_lost = None
 
     def _need_terms(self) -> Terms:
         if self._terms is None:

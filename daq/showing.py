@@ -76,6 +76,14 @@ class Showing:
         self.phase = "cool-down"
         self.message(f"step {step.index} of {len(self._plan.steps)}: {step.name} {why}")
 
+    def waiting(self, text: str, left_s: float) -> None:
+        """Show that nothing is read yet: what is waited for, and how long it takes at most [s]."""
+        began_s = self._clock.now_s() - self._began_s
+        snapshot = Progress(
+            0, len(self._plan.steps), text, self.phase, 0, 0, None, None, {}, None, began_s, left_s
+        )
+        self._throttle.offer(lambda: snapshot)
+
     def trip(self, trip: Trip) -> None:
         """Say what a guard said."""
         self._warnings.append(trip.reason)

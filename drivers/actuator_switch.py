@@ -34,13 +34,16 @@ class ActuatorSwitch:
         self._beat: int | None = None
 
     def feed_watchdog(self) -> None:
-        """Write a heartbeat that differs from the last.
+        """Write a heartbeat that differs from the last, if the lock was seen to be the own just now.
 
         Raises
         ------
+        NotInCharge
+            If this program has not the right to give commands; nothing is written then.
         DeviceFault
             If the wire fails.
         """
+        self._lock.demand_fresh()
         if self._beat is None:
             register = self._panel.profile.find("watchdog_feed")
             link = self._panel.link
@@ -81,7 +84,7 @@ class ActuatorSwitch:
                 f"limits of {force_limit_kN} kN and {stroke_limit_mm} mm were not sent: they must be positive"
             )
         limits = self._limits.encode({"force_limit": force_limit_kN, "stroke_limit": stroke_limit_mm})
-        self._lock.claim()
+        self._lock.claim_anew()
         panel.set("watchdog_time", watchdog_ms)
         panel.link.write(self._limits.address, limits, "limits")
         panel.demand_kept(
@@ -104,19 +107,20 @@ class ActuatorSwitch:
         return was_off
 
     def disable(self) -> None:
-        """Switch off, and see that it is.
+        """Switch off, and see that it is; the lock is kept.
 
         Raises
         ------
+        NotInCharge
+            If this program has not the right to give commands; nothing is written then.
         DeviceFault
             If the wire fails or the actuator stays on.
         """
+        self._lock.demand()
         self._panel.set("control_word", cia402.SWITCH_OFF)
         self._panel.demand_state(
             lambda word: not word & cia402.OPERATION_BIT, "the actuator off after control word 0x0000"
         )
-        with suppress(DeviceFault):  # it is off; the lock frees itself in time
-            self._lock.give_back()
 
     def reset_fault(self) -> None:
         """Reset a latched fault, where there is one; the valve stays off.
@@ -130,11 +134,13 @@ class ActuatorSwitch:
         values = self._panel.read_status()
         if not int(values["status_word"]) & cia402.FAULT_BIT:
             return
+        had = self._lock.held
         self._lock.claim()
         self._reset(values)
         self._panel.set("control_word", cia402.SWITCH_OFF)
-        with suppress(DeviceFault):  # it is off; the lock frees itself in time
-            self._lock.give_back()
+        if not had:
+            with suppress(DeviceFault):  # it is off; the lock frees itself in time
+                self._lock.give_back()
 
     def _reset(self, values: Mapping[str, Any]) -> None:
         """Reset the fault of a snapshot, once its valve is off and no force is left."""

@@ -9,11 +9,23 @@ from drivers.modbus_wires import RtuWire, TcpWire, Wire
 from drivers.polling_controller import PollingController
 from drivers.ring_controller import RingController
 from drivers.stand_file import StandFile
+from drivers.writer_notice import NoticeBoard
 from foundation.clock import Clock
 
 
-def build_controller(stand_file: StandFile, clock: Clock) -> RingController | PollingController:
+def build_controller(
+    stand_file: StandFile, clock: Clock, doing: str = ""
+) -> RingController | PollingController:
     """Return the stand's controller, not connected yet: with a ring or polled, as its profile says.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        Where it is reached, and by which profile.
+    clock : Clock
+        Stand and wall time.
+    doing : str
+        What this program is to do with it: other programs on this computer are told once it gives commands.
 
     Raises
     ------
@@ -29,7 +41,8 @@ def build_controller(stand_file: StandFile, clock: Clock) -> RingController | Po
         wire, device_id=settings.device_id, timeout_s=settings.timeout_s, read_write=profile.read_write
     )
     kind = PollingController if profile.window is None else RingController
-    return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s)
+    board = NoticeBoard(link.address, doing)
+    return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s, board=board)
 
 
 def open_stand(stand_file: StandFile, clock: Clock) -> Stand:

@@ -16,6 +16,7 @@ from drivers.poll_delivery import PollDelivery
 from foundation.channel import Channel
 from foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
 from foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
+from foundation.errors import NotInCharge as NotInCharge  # noqa: PLC0414 - part of the interface
 
 NO_REPLY = "no reply within"
 """Words of an event of the wire: a request was waited for in vain, and sent again."""
@@ -76,6 +77,34 @@ class ControllerStatus:
     command_mm: float
     tick_us: int | None = None
     """The device's clock when it made the snapshot [µs, modulo 2³²]; None where it shows none."""
+
+
+@dataclass(frozen=True)
+class WriterSeen:
+    """Who may give a controller commands, and what tells whether that program lives; only read.
+
+    Parameters
+    ----------
+    number : int or None
+        Another program's number; 0 where none may; None where the controller has no lock.
+    who : str
+        That program in words; empty where there is none.
+    process_lives : bool or None
+        Whether its process on this computer lives; None where nothing is known of it.
+    feed : int or None
+        The heartbeat that was written last; None where it was not read.
+    watchdog_s : float
+        Time of the watchdog that is set [s]; 0 for none.
+    left_s : float or None
+        What is left of that [s]; None where it is not shown.
+    """
+
+    number: int | None
+    who: str = ""
+    process_lives: bool | None = None
+    feed: int | None = None
+    watchdog_s: float = 0.0
+    left_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -170,6 +199,27 @@ class Controller(Protocol):
         """Return which other program may give commands; 0 for none, None where the controller has no lock."""
         ...
 
+    def seen_writer(self) -> WriterSeen:
+        """Get who else may give commands, and what tells whether that program lives; nothing is written."""
+        ...
+
+    @property
+    def in_charge(self) -> bool:
+        """Whether this program has the right to give commands, as far as it knows; asks nobody.
+
+        It is taken when the actuator is first switched on (or by a first command), and kept with the valve
+        off until it is given back or lost. Without it nothing is sent: :class:`NotInCharge`.
+        """
+        ...
+
+    def look_at_lock(self) -> None:
+        """See that the right to give commands is still this program's; raise NotInCharge if it is not."""
+        ...
+
+    def give_back(self) -> None:
+        """Let another program give commands; the valve is off. One that was lost is let go of silently."""
+        ...
+
     def feed_watchdog(self) -> None:
         """Write the heartbeat; without it the controller falls back to zero force by itself."""
         ...
@@ -252,7 +302,7 @@ class Controller(Protocol):
         ...
 
     def disable(self) -> None:
-        """Switch the actuator's valve off."""
+        """Switch the actuator's valve off; the right to give commands is kept."""
         ...
 
     def events(self) -> Sequence[str]:

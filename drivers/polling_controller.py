@@ -15,13 +15,21 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 
 from drivers.bus_thread import Bus, BusThread
-from drivers.interfaces import ControllerStatus, DeviceFault, Identity, SampleBlock, StreamFacts
+from drivers.interfaces import (
+    ControllerStatus,
+    DeviceFault,
+    Identity,
+    SampleBlock,
+    StreamFacts,
+    WriterSeen,
+)
 from drivers.modbus_link import ModbusLink
 from drivers.poll_delivery import PollDelivery
 from drivers.poll_skew import PolledAt, SkewMeter
 from drivers.profile import Profile
 from drivers.register_controller import RegisterController
 from drivers.registers import DTYPES, Layout, decode_value
+from drivers.writer_notice import NoticeBoard
 from foundation.channel import Channel
 from foundation.clock import Clock
 
@@ -62,6 +70,8 @@ class PollingController:
         Longest wait for the controller to judge a command or change its state [s].
     bus : callable
         Makes the owner of the link, of what makes one poll, the period [s] and the clock.
+    board : NoticeBoard, optional
+        Where it is posted on this computer who gives commands.
 
     Raises
     ------
@@ -80,6 +90,7 @@ class PollingController:
         *,
         timeout_s: float = 0.5,
         bus: Callable[[Callable[[int], None], float, Clock], Bus] = BusThread,
+        board: NoticeBoard | None = None,
     ) -> None:
         if profile.poll is None:
             raise ValueError(f"profile “{profile.facts.id}” does not poll")
@@ -87,7 +98,7 @@ class PollingController:
         self._link = link
         self._profile = profile
         self._clock = clock
-        self._inner = RegisterController(link, profile, timeout_s=timeout_s)
+        self._inner = RegisterController(link, profile, timeout_s=timeout_s, board=board)
         by_name = {channel.name: channel for channel in channels}
         self._channels = tuple(by_name[name] for read in self._poll.reads for name in read)
         self._blocks = [profile.span([f"raw_{name}" for name in read]) for read in self._poll.reads]
@@ -263,13 +274,48 @@ class PollingController:
         """
         return self._bus.call(self._inner.other_writer)
 
-    def feed_watchdog(self) -> None:
-        """Write the heartbeat.
+    def seen_writer(self) -> WriterSeen:
+        """Get who else may give commands, and what tells whether that program lives; nothing is written.
 
         Raises
         ------
         DeviceFault
             If the wire fails.
+        """
+        return self._bus.call(self._inner.seen_writer)
+
+    @property
+    def in_charge(self) -> bool:
+        """Whether this program has the right to give commands, as far as it knows."""
+        return self._inner.in_charge
+
+    def look_at_lock(self) -> None:
+        """See that the right to give commands is still this program's.
+
+        Raises
+        ------
+        NotInCharge
+            If it is not; DeviceFault if the wire fails.
+        """
+        self._bus.call(self._inner.look_at_lock)
+
+    def give_back(self) -> None:
+        """Let another program give commands.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        self._bus.call(self._inner.give_back)
+
+    def feed_watchdog(self) -> None:
+        """Write the heartbeat.
+
+        Raises
+        ------
+        NotInCharge
+            If this program has not the right to give commands; DeviceFault if the wire fails.
         """
         self._bus.call(self._inner.feed_watchdog)
 
@@ -414,12 +460,12 @@ class PollingController:
         self._bus.call(self._inner.reset_fault)
 
     def disable(self) -> None:
-        """Switch the actuator's valve off, and see that it is.
+        """Switch the actuator's valve off, and see that it is; the right to give commands is kept.
 
         Raises
         ------
-        DeviceFault
-            If the wire fails or the actuator stays on.
+        NotInCharge
+            If this program has not that right; DeviceFault if the wire fails or the actuator stays on.
         """
         self._bus.call(self._inner.disable)
 

@@ -8,12 +8,20 @@ from contextlib import contextmanager
 
 from drivers import command_port as command
 from drivers.actuator_switch import ActuatorSwitch
-from drivers.interfaces import CommandRejected, ControllerStatus, EndReason, Identity, MotionState
+from drivers.interfaces import (
+    CommandRejected,
+    ControllerStatus,
+    EndReason,
+    Identity,
+    MotionState,
+    WriterSeen,
+)
 from drivers.modbus_link import ModbusLink
 from drivers.profile import IDENTITY, Profile
 from drivers.register_panel import RegisterPanel
 from drivers.ring_identity import find_mismatch
 from drivers.writer_lock import WriterLock
+from drivers.writer_notice import NoticeBoard
 
 
 class RegisterController:
@@ -27,13 +35,22 @@ class RegisterController:
         The register map.
     timeout_s : float
         Longest wait for the controller to judge a command or change its state [s].
+    board : NoticeBoard, optional
+        Where it is posted on this computer who gives commands.
     """
 
-    def __init__(self, link: ModbusLink, profile: Profile, *, timeout_s: float = 0.5) -> None:
+    def __init__(
+        self,
+        link: ModbusLink,
+        profile: Profile,
+        *,
+        timeout_s: float = 0.5,
+        board: NoticeBoard | None = None,
+    ) -> None:
         self._link = link
         self._profile = profile
         self._panel = RegisterPanel(link, profile, timeout_s)
-        self._lock = lock = WriterLock(self._panel)
+        self._lock = lock = WriterLock(self._panel, board=board)
         self._commands = command.CommandPort(self._panel, lock)
         self._switch = ActuatorSwitch(self._panel, lock)
         self._no_numbers: set[str] = set()
@@ -131,11 +148,50 @@ class RegisterController:
         """
         return self._lock.other_holder()
 
+    def seen_writer(self) -> WriterSeen:
+        """Get who else may give commands, and what tells whether that program lives; nothing is written.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._lock.seen()
+
+    @property
+    def in_charge(self) -> bool:
+        """Whether this program has the right to give commands, as far as it knows."""
+        return self._lock.held
+
+    def look_at_lock(self) -> None:
+        """See that the right to give commands is still this program's: one register is read.
+
+        Raises
+        ------
+        NotInCharge
+            If it is not.
+        DeviceFault
+            If the wire fails.
+        """
+        self._lock.confirm()
+
+    def give_back(self) -> None:
+        """Let another program give commands.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails; the controller drops it by itself then.
+        """
+        self._lock.give_back()
+
     def feed_watchdog(self) -> None:
         """Write the heartbeat; without it the controller falls back to zero force by itself.
 
         Raises
         ------
+        NotInCharge
+            If this program has not the right to give commands; nothing is written then.
         DeviceFault
             If the wire fails.
         """
@@ -335,10 +391,12 @@ class RegisterController:
         self._switch.reset_fault()
 
     def disable(self) -> None:
-        """Switch the actuator's valve off, and see that it is.
+        """Switch the actuator's valve off, and see that it is; the right to give commands is kept.
 
         Raises
         ------
+        NotInCharge
+            If this program has not that right; nothing is written then.
         DeviceFault
             If the wire fails or the actuator stays on.
         """

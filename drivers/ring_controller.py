@@ -18,6 +18,7 @@ from drivers.profile import STATUS, Profile
 from drivers.register_controller import RegisterController
 from drivers.registers import pack
 from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
+from drivers.writer_notice import NoticeBoard
 from foundation.channel import Channel
 from foundation.clock import Clock
 
@@ -55,6 +56,8 @@ class RingController(RegisterController):
         Stand time, for the stamps of reception.
     timeout_s : float
         Longest wait for the controller to judge a command or change its state [s].
+    board : NoticeBoard, optional
+        Where it is posted on this computer who gives commands.
     """
 
     facts: StreamFacts
@@ -67,8 +70,9 @@ class RingController(RegisterController):
         clock: Clock,
         *,
         timeout_s: float = 0.5,
+        board: NoticeBoard | None = None,
     ) -> None:
-        super().__init__(link, profile, timeout_s=timeout_s)
+        super().__init__(link, profile, timeout_s=timeout_s, board=board)
         self._clock = clock
         by_name = {channel.name: channel for channel in channels}
         order = [name for name, _ in profile.ring.sample if name != "tick"]

@@ -1,16 +1,29 @@
-"""One program at a time gives commands: the controller's lock, where its profile has one."""
+"""One program at a time gives commands: the controller's lock, where its profile has one.
+
+Who has it is told to other programs of this computer by a notice; without a register ``writer`` a locked
+file does for the programs of this computer what the register does for all.
+"""
 
 from __future__ import annotations
 
 import secrets
+import time
+from contextlib import suppress
 
-from drivers.interfaces import DeviceFault
+from drivers.interfaces import DeviceFault, NotInCharge, WriterSeen
 from drivers.modbus_link import ModbusRefusal
+from drivers.profile import WATCHDOG_LEFT
 from drivers.register_panel import RegisterPanel
+from drivers.writer_notice import NoticeBoard
+
+LOOK_S = 0.25
+"""A heartbeat is written only if the lock was seen to be the own so recently [s of the wall]."""
+ELSEWHERE = "a program on another computer"
+"""A writer of whom nothing is posted on this one."""
 
 
 class WriterLock:
-    """The right to give commands to one controller; without register ``writer`` everybody has it.
+    """The right to give commands to one controller.
 
     Parameters
     ----------
@@ -18,45 +31,131 @@ class WriterLock:
         The controller's registers.
     number : int, optional
         What this program calls itself, 1 … 65535; random without it.
+    board : NoticeBoard, optional
+        Where it is posted on this computer who gives commands.
     """
 
-    def __init__(self, panel: RegisterPanel, number: int | None = None) -> None:
+    def __init__(
+        self, panel: RegisterPanel, number: int | None = None, board: NoticeBoard | None = None
+    ) -> None:
         self._panel = panel
         self.number = number or 1 + secrets.randbelow(0xFFFF)
+        self._board = board
         self._offered = panel.profile.has("writer")
-        self._held = False
+        self._lost = ""
+        self._seen_s = 0.0
+        self.held = False
+        """Whether this program has the lock, by what it saw last."""
 
     def claim(self) -> None:
-        """Take the lock, or keep it.
+        """Take the lock if nobody has it; see that it is still the own if this program has it.
+
+        Raises
+        ------
+        NotInCharge
+            If this program had it and has lost it.
+        DeviceFault
+            If another program has it, or the wire fails.
+        """
+        if self.held:
+            self.confirm()
+            return
+        self._demand_not_lost()
+        if self._offered:
+            if (holder := self._holder()) not in (0, self.number):
+                raise self._taken(holder)
+            with suppress(ModbusRefusal):  # another program was quicker: seen by reading
+                self._panel.set("writer", self.number)
+            if (holder := self._holder()) != self.number:
+                raise self._taken(holder)
+        elif self._board is not None and not self._board.lock():
+            raise self._taken(None)
+        self.held, self._seen_s = True, time.monotonic()
+        if self._board is not None:
+            self._board.put(self.number)
+
+    def claim_anew(self) -> None:
+        """Take the lock as at a start, also where it was lost before; see :meth:`claim`.
 
         Raises
         ------
         DeviceFault
             If another program has it, or the wire fails.
         """
-        if not self._offered:
-            return
-        refused = False
-        try:
-            self._panel.set("writer", self.number)
-        except ModbusRefusal:
-            refused = True
-        if refused or not self._held:
-            holder = self._holder()
-            self._held = holder == self.number
-            if not self._held:
-                raise self._taken(holder)
+        self._lost = ""
+        self.claim()
 
     def keep(self) -> None:
-        """Take the lock if this program does not have it: whoever hurries does not ask again.
+        """Take the lock if this program never had it: whoever hurries asks the controller nothing.
 
         Raises
         ------
+        NotInCharge
+            If it was lost.
         DeviceFault
             As :meth:`claim`.
         """
-        if not self._held:
+        if not self.held:
             self.claim()
+
+    def demand(self) -> None:
+        """Demand that this program has the lock, by what it saw last; asks the controller nothing.
+
+        Raises
+        ------
+        NotInCharge
+            If it has not.
+        """
+        if not self.held:
+            self._demand_not_lost()
+            raise NotInCharge(
+                f"{self._at}: this program has not the right to give it commands; nothing was sent"
+            )
+
+    def demand_fresh(self) -> None:
+        """Demand the lock by what was seen within ``LOOK_S``; the controller is asked where that is older.
+
+        Raises
+        ------
+        NotInCharge
+            If this program has it not.
+        DeviceFault
+            If the wire fails.
+        """
+        self.demand()
+        if time.monotonic() - self._seen_s > LOOK_S:
+            self.confirm()
+
+    def confirm(self) -> None:
+        """See that the lock is still this program's: one register is read.
+
+        Raises
+        ------
+        NotInCharge
+            If it is not; it stays lost until it is claimed anew.
+        DeviceFault
+            If the wire fails.
+        """
+        self.demand()
+        if self._offered and self._holder() != self.number and (holder := self._holder()) != self.number:
+            self._lose(holder)  # read twice: the first reply may have been altered on its way
+            self._demand_not_lost()
+        self._seen_s = time.monotonic()
+
+    def _lose(self, holder: int) -> None:
+        who = (
+            f"{self._who(holder)} has taken over"
+            if holder
+            else "it has dropped this program's right to give commands (it was started anew, or got no "
+            "heartbeat for 10 s)"
+        )
+        self.held, self._lost = False, f"{self._at}: {who}; nothing more is sent to it"
+        if self._board is not None:
+            self._board.remove()
+
+    def _demand_not_lost(self) -> None:
+        if self._lost:
+            raise NotInCharge(self._lost)
 
     def other_holder(self) -> int | None:
         """Return the number of another program that has the lock; 0 where none has it, None without a lock.
@@ -69,9 +168,30 @@ class WriterLock:
             If the wire fails.
         """
         if not self._offered:
-            return None
+            notice = None if self.held or self._board is None else self._board.find_locked()
+            return None if notice is None else notice.writer
         holder = self._holder()
         return 0 if holder == self.number else holder
+
+    def seen(self) -> WriterSeen:
+        """Return who else has the lock, and what tells whether that program lives; nothing is written.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        number, panel = self.other_holder(), self._panel
+        posted = self._board.find(number) if number and self._board is not None else None
+        left_ms = panel.read_status().get(WATCHDOG_LEFT)
+        return WriterSeen(
+            number,
+            self._who(number),
+            None if posted is None else posted.lives,
+            panel.read_back("watchdog_feed", "watchdog_feed")[0],
+            panel.read_back("watchdog_time", "watchdog_time")[0] / 1000.0,
+            None if left_ms is None else float(left_ms) / 1000.0,
+        )
 
     def give_back(self) -> None:
         """Let another program have it; one that was lost already is let go of silently.
@@ -79,20 +199,41 @@ class WriterLock:
         Raises
         ------
         DeviceFault
-            If the wire fails.
+            If the wire fails; the controller drops it by itself then.
         """
-        self._held = False
-        if self._offered and self._holder() == self.number:
-            self._panel.set("writer", 0)
+        was_held, self.held = self.held, False
+        try:
+            if was_held and self._offered and self._holder() == self.number:
+                self._panel.set("writer", 0)
+        finally:
+            if self._board is not None:
+                self._board.remove()
 
     def _holder(self) -> int:
         register, link = self._panel.profile.find("writer"), self._panel.link
         return self._panel.ask_again(lambda: link.read(register.address, 1, "who may give commands"))[0]
 
-    def _taken(self, holder: int) -> DeviceFault:
+    @property
+    def _at(self) -> str:
+        return f"{self._panel.link.name} at {self._panel.link.address}"
+
+    def _who(self, holder: int | None) -> str:
+        """Return another program in words; empty where there is none."""
         if not holder:
+            return ""
+        notice = None if self._board is None else self._board.find(holder)
+        named = f"{ELSEWHERE}" if notice is None else notice.text
+        return f"{named} (number {holder})"
+
+    def _taken(self, holder: int | None) -> DeviceFault:
+        if holder == 0:
             return self._panel.fault("it does not take register writer; look at the register profile")
+        if holder is None:
+            notice = None if self._board is None else self._board.find_locked()
+            who = "another program of this computer" if notice is None else notice.text
+            return self._panel.fault(f"another program gives it commands: {who}; end that program")
         return self._panel.fault(
-            f"another program (number {holder}, this one is {self.number}) gives it commands; "
-            "end that program, or wait until the controller drops it (10 s after its last heartbeat)"
+            f"another program (number {holder}, this one is {self.number}) gives it commands: "
+            f"{self._who(holder)}; end that program, or wait until the controller drops it (10 s after its "
+            "last heartbeat)"
         )

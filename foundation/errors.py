@@ -51,5 +51,9 @@ class DeviceFault(Exception):  # noqa: N818 - it names the fact
     """A device or its wire does not do what it must: what, where, and where to look (exit status 4)."""
 
 
+class NotInCharge(DeviceFault):
+    """This program has not, or no longer, the right to give a controller commands; nothing was sent."""
+
+
 class CommandRejected(DeviceFault):
     """The controller refused a command; the text names the command and the reason it gave."""

@@ -77,5 +77,6 @@ def command(
         monitor=monitor,
         consent=consent,
         edits=going.edits,
+        awaits_stand=True,
     )
     return finish(outcome, folder)

@@ -84,7 +84,7 @@ def command(
 
     held_key = is_terminal(sys.stdin)
     _demand_orders(by, targets, held_key=held_key)
-    with opened(stand) as (stand_file, devices, clock):
+    with opened(stand, "stand jog") as (stand_file, devices, clock):
         limits = ManualLimits(min(force_max, stand_file.limits.force_max_kN), stand_file.limits.stroke_max_mm)
         _demand_within(targets, stand_file, stand)
         where = f"by {by:g} mm" if by is not None else "to " + ", ".join(f"{mm:g}" for mm in targets) + " mm"

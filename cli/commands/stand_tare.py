@@ -48,7 +48,7 @@ def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str
     from daq.reading import Reader
     from foundation.errors import ExitStatus
 
-    with opened(stand) as (stand_file, devices, clock):
+    with opened(stand, "stand tare") as (stand_file, devices, clock):
         devices.controller.connect()
         _demand_off(devices.controller.status(), stand)
         for sensor in devices.sensors:

@@ -68,7 +68,7 @@ def command(
     from protocols.guard_table import GuardTable
     from protocols.zero_table import ZeroTable
 
-    with opened(stand) as (stand_file, devices, clock):
+    with opened(stand, "stand zero") as (stand_file, devices, clock):
         limits = ManualLimits(
             min(FORCE_MAX_KN, stand_file.limits.force_max_kN),
             min(travel + 5.0, stand_file.limits.stroke_max_mm),

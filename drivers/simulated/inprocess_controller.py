@@ -20,6 +20,7 @@ from drivers.interfaces import (
     Identity,
     SampleBlock,
     StreamFacts,
+    WriterSeen,
 )
 from drivers.missed_cycles import missed_cycles, parted
 from drivers.simulated.commands import Code, Command, Reject
@@ -157,6 +158,19 @@ class InProcessController:
 
     def other_writer(self) -> None:
         """Return nothing: in process there is no second program, and no lock."""
+
+    def seen_writer(self) -> WriterSeen:
+        """Get that there is no lock, and nobody else."""
+        return WriterSeen(None)
+
+    in_charge = True
+    """In process there is no second program."""
+
+    def look_at_lock(self) -> None:
+        """Do nothing: there is no lock that could be lost."""
+
+    def give_back(self) -> None:
+        """Do nothing: there is nobody to give it to."""
 
     def _with_faults(self, status: ControllerStatus) -> ControllerStatus:
         """Let registers be stuck, or no numbers, by a simulated fault."""

@@ -18,9 +18,10 @@ from drivers.interfaces import (
     SensorFault,
     Stand,
     StreamFacts,
+    WriterSeen,
 )
 from foundation.channel import Calibration, Channel
-from foundation.errors import CommandRejected, DeviceFault
+from foundation.errors import CommandRejected, DeviceFault, NotInCharge
 
 RATE_HZ = 1000.0
 STIFFNESS_KN_PER_MM = 5.0
@@ -91,6 +92,8 @@ class Orders:
     """So long each call takes."""
     writer: int | None = None
     """Who else may give commands; None: the controller has no lock."""
+    lock_lost_at_s: float = math.inf
+    """From then on another program gives commands."""
     explode_at_s: float = math.inf
     """An exception that nobody expects: a bug."""
 
@@ -250,6 +253,23 @@ class FakeController:
     def other_writer(self) -> int | None:
         self._wire("other_writer")
         return self.orders.writer
+
+    def seen_writer(self) -> WriterSeen:
+        self._wire("seen_writer")
+        number = self.orders.writer
+        return WriterSeen(number, f"a program on another computer (number {number})" if number else "")
+
+    @property
+    def in_charge(self) -> bool:
+        return self.clock.now_s() < self.orders.lock_lost_at_s
+
+    def look_at_lock(self) -> None:
+        self._wire("look_at_lock")
+        if not self.in_charge:
+            raise NotInCharge("fake: program 4711 has taken over; nothing more is sent to it")
+
+    def give_back(self) -> None:
+        self._wire("give_back")
 
     def feed_watchdog(self) -> None:
         self._wire("feed_watchdog")

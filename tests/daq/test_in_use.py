@@ -37,7 +37,7 @@ PROFILES = {
         (MotionState.RAMPING, 10.75, 0, "a motion is under way that this start has not commanded (ramping,"),
         (MotionState.WAVEFORM, 0.0, 0, "a motion is under way that this start has not commanded (waveform,"),
         (MotionState.RELEASING, 3.0, 0, "a motion is under way that this start has not commanded (releasing"),
-        (MotionState.HOLDING, 10.75, 0, "it holds under more than 5 kN that this start has not commanded"),
+        (MotionState.HOLDING, 10.75, 0, "it holds under more than 5 kN, which this start has not commanded"),
         (MotionState.RELEASING, 10.75, 1, "takes the force away by itself, fault 1 (watchdog) (releasing"),
     ],
 )
@@ -51,7 +51,7 @@ def test_a_motion_under_way_is_said_before_any_channel_is_judged(
     assert told in outcome.reason
     assert "valve is off" in outcome.reason, "what to wait for"
     assert "at rest" not in outcome.reason
-    assert set(case.controller.calls) <= {"connect", "other_writer", "status", "close"}
+    assert set(case.controller.calls) <= {"connect", "seen_writer", "status", "close"}
 
 
 def test_who_gives_commands_is_named(tmp_path: Path) -> None:
@@ -59,10 +59,12 @@ def test_who_gives_commands_is_named(tmp_path: Path) -> None:
     outcome = case.run()
     assert (outcome.status, outcome.exit_status) == ("refused", ExitStatus.DEVICE_FAULT)
     assert (
-        "another program (number 4711) gives the controller commands (ready, force 0.0 kN" in outcome.reason
+        "another program gives the controller commands: a program on another computer (number 4711) (ready, "
+        "force 0.0 kN" in outcome.reason
     )
+    assert "If it was killed, wait, 10 s at most: the controller's watchdog" in outcome.reason
     assert "10 s after that program's last heartbeat" in outcome.reason
-    assert set(case.controller.calls) <= {"connect", "other_writer", "status", "close"}
+    assert set(case.controller.calls) <= {"connect", "seen_writer", "status", "close"}
 
 
 @pytest.mark.parametrize("writer", [None, 0])

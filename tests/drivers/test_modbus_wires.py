@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.interfaces import CommandRejected, DeviceFault
+from drivers.interfaces import CommandRejected, DeviceFault, NotInCharge
 from drivers.modbus_link import ModbusLink
 from drivers.modbus_wires import RtuWire, TcpWire
 from drivers.profile import Profile
@@ -156,7 +156,7 @@ def test_an_altered_command_is_seen_before_it_moves_anything(profile: Profile, t
             controller = RingController(
                 ModbusLink(TcpWire("127.0.0.1", between), timeout_s=1.0), profile, CHANNELS, WallClock()
             )
-            script.plan({6: other_target})  # status, lock, lock, arming
+            script.plan({8: other_target})  # status, lock (3), arming
             assert controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0) == 1
             (event,) = controller.events()
             assert "armed once more" in event
@@ -205,12 +205,19 @@ def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
             ) as caught:
                 what()
             assert not isinstance(caught.value, CommandRejected)
+        for what in (second.feed_watchdog, second.disable):
+            with pytest.raises(NotInCharge, match="nothing was sent"):
+                what()
         assert second.status().force_kN == first.status().force_kN  # reading is free
         first.start_hold()
         first.disable()
+        with pytest.raises(DeviceFault, match="another program"):
+            second.enable(**limits)  # type: ignore[arg-type] - the valve is off, the lock is kept
+        first.give_back()
         second.enable(**limits)  # type: ignore[arg-type]
-        first.disable()  # switching off never asks
-        assert not stand.controller.valve_on
+        with pytest.raises(NotInCharge):
+            first.disable()
+        assert stand.controller.valve_on
         first.close()
         second.close()
         asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)

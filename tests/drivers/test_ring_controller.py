@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from drivers import modbus_link
-from drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState
+from drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState, NotInCharge
 from drivers.modbus_link import ModbusLink
 from drivers.modbus_wires import TcpWire
 from drivers.profile import Profile, load_profile
@@ -379,7 +379,7 @@ class TestCommands:
     def test_a_modbus_exception_is_a_rejection_too(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
-        server.replies = [*[servers.truly] * 3, servers.with_exception(4)]  # status, lock, lock, arming
+        server.replies = [*[servers.truly] * 4, servers.with_exception(4)]  # status, lock (3), arming
         with pytest.raises(
             CommandRejected, match=r"refused arming ramp .*it gave no reason \(Modbus exception 4\)"
         ):
@@ -727,7 +727,10 @@ class TestSwitch:
         self, controller: RingController, device: RingDevice
     ) -> None:
         device.set("watchdog_feed", 65535)
-        controller.feed_watchdog()
+        with pytest.raises(NotInCharge, match="has not the right to give it commands; nothing was sent"):
+            controller.feed_watchdog()
+        assert device.fed == []
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
         assert device.fed == [0]
 
 

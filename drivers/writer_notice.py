@@ -1,0 +1,294 @@
+"""A notice on this computer: which of its programs gives commands to which controller.
+
+The controller knows a number; the notice says which process that is. It lies in a folder that all users of
+this computer share, is written beside and renamed, and is held locked by its process as long as that lives:
+one that is not locked was left by a process that was killed. What it says is shown to people and shortens no
+wait: anybody may write into that folder. Nothing here raises: a notice that cannot be written is missing.
+"""
+
+from __future__ import annotations
+
+import getpass
+import hashlib
+import json
+import os
+import re
+import secrets
+import socket
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+LONGEST = 4096
+"""A notice has at most so many bytes; what is longer is none."""
+LONGEST_TEXT = 200
+_TRIES, _AGAIN_S = 5, 0.01
+_LOCKED_AT = 1 << 20
+"""Where a lock is put on Windows: behind the content, which others are to read [byte]."""
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Who gives commands to a controller.
+
+    Parameters
+    ----------
+    writer : int
+        Its number in the controller.
+    pid : int
+        Process on this computer.
+    since : str
+        When it took the right (UTC).
+    doing : str
+        What it does.
+    user, host : str
+        Whose process, and where.
+    lives : bool
+        Whether the process lives.
+    """
+
+    writer: int
+    pid: int
+    since: str
+    doing: str
+    user: str
+    host: str
+    lives: bool
+
+    @property
+    def text(self) -> str:
+        """The program in words."""
+        killed = "" if self.lives else ", which was killed"
+        doing = f", {self.doing}" if self.doing else ""
+        return f"process {self.pid} of {self.user} on {self.host}{doing}, since {self.since} UTC{killed}"
+
+
+def shared_folder() -> Path:
+    """Return the folder for temporary files that the users of this computer share."""
+    return Path(os.environ.get("PROGRAMDATA") or tempfile.gettempdir())
+
+
+def address_key(address: str) -> str:
+    """Return the same short name for the same controller: ``host:port`` or a line, with the device's id.
+
+    A line is followed to the device that it leads to, a host's name to its address.
+    """
+    where, _, unit = address.rpartition(" unit ")
+    host, _, port = where.rpartition(":")
+    if port.isdigit() and host:
+        with suppress(OSError):
+            host = socket.gethostbyname(host)
+        where = f"{host.lower()}:{port}"
+    else:
+        where = os.path.realpath(where)
+    return hashlib.sha256(f"{where} {unit}".encode()).hexdigest()[:16]
+
+
+class NoticeBoard:
+    """The notices of one controller on this computer.
+
+    Parameters
+    ----------
+    address : str
+        Of the controller, as its link says it.
+    doing : str
+        What this program does, in words.
+    folder : Path, optional
+        Where the notices lie; :func:`shared_folder` without it.
+    """
+
+    def __init__(self, address: str, doing: str = "", folder: Path | None = None) -> None:
+        self._address = address
+        self._doing = doing
+        self._folder = folder or shared_folder()
+        self._own: tuple[Path, int] | None = None
+        self._exclusive: int | None = None
+        self._key = ""
+
+    @property
+    def _prefix(self) -> str:
+        self._key = self._key or address_key(self._address)
+        return f"bufferstand-{self._key}"
+
+    def put(self, number: int) -> None:
+        """Post that this program gives commands, under a number; what killed programs left is taken away."""
+        self.remove()
+        with suppress(OSError):
+            for path in self._paths():
+                if not _is_locked(path):
+                    with suppress(OSError):  # another user's
+                        path.unlink()
+            path = self._folder / f"{self._prefix}-{os.getpid()}-{secrets.token_hex(4)}.json"
+            if file := _write_locked(path, json.dumps(self._content(number)).encode()):
+                self._own = path, file
+
+    def _content(self, number: int) -> dict[str, Any]:
+        return {
+            "writer": number,
+            "pid": os.getpid(),
+            "since": datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S"),
+            "doing": self._doing[:LONGEST_TEXT],
+            "user": _user(),
+            "host": socket.gethostname(),
+        }
+
+    def remove(self) -> None:
+        """Take the own notice away, and let go of the lock of :meth:`lock`."""
+        own, self._own = self._own, None
+        if own is not None:
+            with suppress(OSError):
+                own[0].unlink(missing_ok=True)
+            with suppress(OSError):
+                os.close(own[1])
+            with suppress(OSError):  # where an open file cannot be removed
+                own[0].unlink(missing_ok=True)
+        exclusive, self._exclusive = self._exclusive, None
+        if exclusive is not None:
+            with suppress(OSError):
+                os.close(exclusive)
+
+    def find(self, number: int) -> Notice | None:
+        """Return the notice of another program of this computer that has this number, if there is one."""
+        found = [notice for notice in self._others() if notice.writer == number]
+        return max(found, key=lambda notice: (notice.lives, notice.since), default=None)
+
+    def lock(self) -> bool:
+        """Take the lock that stands for a controller without one; return False where another process has it.
+
+        Where the folder cannot be used there is no such lock, and nobody has it.
+        """
+        if self._exclusive is not None:
+            return True
+        file = _opened(self._folder / f"{self._prefix}.lock")
+        if file is None:
+            return True
+        for _ in range(_TRIES):  # whoever looks whether it is locked holds it for a moment
+            if _lock(file):
+                self._exclusive = file
+                return True
+            time.sleep(_AGAIN_S)
+        os.close(file)
+        return False
+
+    def find_locked(self) -> Notice | None:
+        """Return who has the lock of :meth:`lock`; None where nobody else has it."""
+        path = self._folder / f"{self._prefix}.lock"
+        if self._exclusive is not None or not _is_locked(path):
+            return None
+        living = [notice for notice in self._others() if notice.lives]
+        unknown = Notice(0xFFFF, 0, "an unknown time", "", "an unknown user", "this computer", lives=True)
+        return max(living, key=lambda notice: notice.since, default=unknown)
+
+    def _paths(self) -> list[Path]:
+        own = self._own[0] if self._own else None
+        return [path for path in self._folder.glob(f"{self._prefix}-*.json") if path != own]
+
+    def _others(self) -> Iterator[Notice]:
+        with suppress(OSError):
+            for path in self._paths():
+                if (notice := _read(path)) is not None:
+                    yield notice
+
+
+def _read(path: Path) -> Notice | None:
+    """Return what a file says; None where it is no notice."""
+    try:
+        lives = _is_locked(path)
+        file = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+        try:
+            content = json.loads(os.read(file, LONGEST))
+        finally:
+            os.close(file)
+        since, doing, user, host = (_plain(content[key]) for key in ("since", "doing", "user", "host"))
+        return Notice(int(content["writer"]), int(content["pid"]), since, doing, user, host, lives)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+def _plain(text: Any) -> str:
+    """Return a text of somebody else's as one that does nothing to a terminal."""
+    return re.sub(r"[^\x20-\x7e\xa0-\ufffd]", "?", str(text))[:LONGEST_TEXT]
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError, ImportError):
+        return "an unknown user"
+
+
+def _write_locked(path: Path, content: bytes) -> int | None:
+    """Write a file beside, rename it and hold it locked; return what holds it, None where it cannot be."""
+    beside = path.with_suffix(".new")
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0)
+    try:
+        file = os.open(beside, flags, 0o644)
+        with os.fdopen(file, "wb") as stream:
+            stream.write(content)
+        beside.replace(path)
+        held = os.open(path, os.O_RDWR | getattr(os, "O_CLOEXEC", 0))
+    except OSError:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+        return None
+    _lock(held)
+    return held
+
+
+def _opened(path: Path) -> int | None:
+    """Open a lock file that all users share, made if need be; None where that cannot be."""
+    flags = (os.O_RDWR if sys.platform == "win32" else os.O_RDONLY) | getattr(os, "O_CLOEXEC", 0)
+    for more in (0, os.O_CREAT | os.O_EXCL, 0):  # in a shared folder nobody may “create” another's file
+        try:
+            return os.open(path, flags | more | getattr(os, "O_NOFOLLOW", 0), 0o644)
+        except (FileNotFoundError, FileExistsError):
+            continue
+        except OSError:
+            return None
+    return None
+
+
+def _is_locked(path: Path) -> bool:
+    """Return whether a process holds a file locked."""
+    flags = (os.O_RDWR if sys.platform == "win32" else os.O_RDONLY) | getattr(os, "O_CLOEXEC", 0)
+    try:
+        file = os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    except OSError:
+        return False
+    try:
+        return not _lock(file, shared=True)
+    finally:
+        os.close(file)
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(file: int, *, shared: bool = False) -> bool:  # noqa: ARG001 - it knows exclusive ones only
+        """Lock a file until it is closed; return whether nobody else has."""
+        try:
+            os.lseek(file, _LOCKED_AT, os.SEEK_SET)
+            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+            os.lseek(file, 0, os.SEEK_SET)
+        except OSError:
+            return False
+        return True
+
+else:
+    import fcntl
+
+    def _lock(file: int, *, shared: bool = False) -> bool:
+        """Lock a file until it is closed; return whether nobody else has."""
+        try:
+            fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:  # a file system without locks: nobody can be told to have one
+            return True
+        return True
