@@ -244,7 +244,7 @@ def _fill(row: Row, stand: Bench, first: Program, second: Program, began_s: floa
     else:
         ended = max(one.ended_s or 0.0 for one in (first, second))
         unsafe = [look.time_s for look in stand.witness.looks() if not look.safe]
-        row.safe_s = max(0.0, unsafe[-1] - ended) if unsafe and stand.witness.now.safe else None
+        row.safe_s = max(0.0, unsafe[-1] - ended if unsafe else 0.0) if stand.witness.now.safe else None
 
 
 def _after_kill(stand: Bench, row: Row, second: Program, kill_s: float) -> list[str]:
