@@ -59,7 +59,7 @@ amplitude_mm = 15.0
 frequency_Hz = 1.0
 cycles = {cycles}
 """
-HEATING = SINE.format(cycles=100).replace("amplitude_mm = 15.0", "amplitude_mm = 20.0")
+HEATING = SINE.format(cycles=200).replace("frequency_Hz = 1.0", "frequency_Hz = 2.5")
 COOL_DOWN = """
 [[step]]
 kind = "cool-down"

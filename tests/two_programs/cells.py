@@ -6,6 +6,7 @@ import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from tests.two_programs import registers
@@ -100,7 +101,7 @@ def run_cell(cell: Cell, folder: Path, launcher: Launcher) -> Row:
         if second.program is None:
             second.start()
         assert second.program is not None
-        second.program.wait()
+        _see_off(stand, cell, second.program)
         if cell.kill_after_s is None:
             _end(stand, cell, first)
         else:
@@ -214,6 +215,19 @@ def valve_while_waiting(stand: Bench) -> list[str]:
     return [f"the first waits with its valve on: {now}"] if now.valve_on else []
 
 
+def _waits_again(cell: Cell) -> bool:
+    """Say whether the second goes on with a campaign that waits: somebody has to stop it, too."""
+    return cell.kill_after_s is not None and cell.phase in WAITS and cell.second == "resume"
+
+
+def _see_off(stand: Bench, cell: Cell, second: Program) -> None:
+    if _waits_again(cell):
+        cools = partial(waits_to_cool, second)
+        stand.witness.wait_for(cools, PHASE_PATIENCE_S, lambda: second.alive)
+        second.send(signal.SIGINT)
+    second.wait()
+
+
 def _end(stand: Bench, cell: Cell, first: Program) -> None:
     """See the first one to its own end; one that waits is stopped as by Ctrl-C."""
     if cell.phase in WAITS or cell.first == "suite":
@@ -290,7 +304,7 @@ def _allowed(cell: Cell) -> set[int]:
         # `check` has a finding where the controller's fault is latched; `read` has nothing to find.
         return {COMPLETE} if lives or cell.second == "run --simulate" else {COMPLETE, FAULT}
     if cell.second == "resume":  # a folder that is in use is bad input
-        return {2, FAULT} if lives else {COMPLETE}
+        return {2, FAULT} if lives else {STOPPED if _waits_again(cell) else COMPLETE}
     if cell.first not in (*MOVERS, "suite"):
         return {COMPLETE}
     may_be_first = not lives or cell.phase in ("together", "first look", "enable", *WAITS)

@@ -1,8 +1,8 @@
 """The matrix as a table: ``python -m tests.two_programs.table [--side-by-side N] [--short] [WORD…]``.
 
 Words choose cells (``"hold" "resume"``: those whose text has all of them). Standard output is the table in
-Markdown, a row a cell or (``--short``) one for all that differ only in when the second came. Standard error is
-what went wrong, as it comes.
+Markdown, a row a cell or (``--short``) one for all that differ only in when the second came. Standard error
+is what went wrong, as it comes.
 """
 
 from __future__ import annotations
