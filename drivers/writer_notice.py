@@ -118,7 +118,7 @@ class NoticeBoard:
 
     def put(self, number: int) -> None:
         """Post that this program gives commands, under a number; what killed programs left is taken away."""
-        self.remove()
+        self._take_away()
         with suppress(OSError):
             for path in self._paths():
                 if not _is_locked(path):
@@ -140,6 +140,13 @@ class NoticeBoard:
 
     def remove(self) -> None:
         """Take the own notice away, and let go of the lock of :meth:`lock`."""
+        self._take_away()
+        exclusive, self._exclusive = self._exclusive, None
+        if exclusive is not None:
+            with suppress(OSError):
+                os.close(exclusive)
+
+    def _take_away(self) -> None:
         own, self._own = self._own, None
         if own is not None:
             with suppress(OSError):
@@ -148,10 +155,6 @@ class NoticeBoard:
                 os.close(own[1])
             with suppress(OSError):  # where an open file cannot be removed
                 own[0].unlink(missing_ok=True)
-        exclusive, self._exclusive = self._exclusive, None
-        if exclusive is not None:
-            with suppress(OSError):
-                os.close(exclusive)
 
     def find(self, number: int) -> Notice | None:
         """Return the notice of another program of this computer that has this number, if there is one."""

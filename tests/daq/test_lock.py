@@ -128,7 +128,8 @@ def test_no_heartbeat_is_written_for_another(tmp_path: Path) -> None:
     two = TwoPrograms(tmp_path)
     controller = two.stand.controller
     controller.connect()
-    for order in (controller.feed_watchdog, controller.disable):
+    first: list[Callable[[], object]] = [controller.feed_watchdog, controller.disable]
+    for order in first:
         with pytest.raises(NotInCharge, match="has not the right to give it commands; nothing was sent"):
             order()
     controller.enable(force_limit_kN=200.0, stroke_limit_mm=100.0, watchdog_ms=2000)
@@ -158,7 +159,7 @@ def test_no_heartbeat_is_written_for_another(tmp_path: Path) -> None:
 
 
 def test_a_campaign_that_waits_has_the_valve_off_and_the_stand(tmp_path: Path) -> None:
-    two = TwoPrograms(tmp_path, COOLS, initial_C=26.0)
+    two = TwoPrograms(tmp_path, COOLS, initial_C=25.15)
     refused: list[str] = []
     valve: list[bool] = []
 
@@ -172,7 +173,7 @@ def test_a_campaign_that_waits_has_the_valve_off_and_the_stand(tmp_path: Path) -
 
     other = two.other()
     began = two.at(lambda: any("waits for the specimen" in line for line in two.shown.lines), lambda: None)
-    two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 30.0, second)
+    two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 10.0, second)
     outcome = two.run()
     assert (outcome.status, outcome.exit_status) == ("complete", ExitStatus.DONE), outcome.reason
     assert valve == [False]
@@ -183,9 +184,9 @@ def test_a_campaign_that_waits_has_the_valve_off_and_the_stand(tmp_path: Path) -
 @pytest.mark.parametrize("comes_back", [False, True])
 def test_a_lock_lost_in_a_wait_is_asked_for_again(tmp_path: Path, comes_back: bool) -> None:
     """Lost to another program: refused behind the wait. Lost, and free again: it goes on."""
-    two = TwoPrograms(tmp_path, COOLS, initial_C=26.0)
+    two = TwoPrograms(tmp_path, COOLS, initial_C=25.15)
     began = two.at(lambda: any("waits for the specimen" in line for line in two.shown.lines), lambda: None)
-    lost = two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 30.0, two.take_over)
+    lost = two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 10.0, two.take_over)
     feeds = iter(range(30_000, 60_000))
 
     def holds(_: float) -> None:  # it lives, and so the controller does not drop it

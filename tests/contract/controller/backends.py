@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -38,6 +39,8 @@ class Bench:
     clock: Clock
     polled: bool = False
     real: bool = False
+    second: Callable[[], Controller] | None = None
+    """Makes another program's driver of the same controller, connected; None where a wire allows one only."""
 
     def __post_init__(self) -> None:
         self.blocks: list[SampleBlock] = []
@@ -89,7 +92,9 @@ class Bench:
         """Bring it to zero force, off, and forget what was sampled and said."""
         if self.controller.status().state in (MotionState.HOLDING, MotionState.RAMPING, MotionState.WAVEFORM):
             self.done(self.controller.start_release(speed_mm_per_s=20.0))
-        self.controller.disable()
+        if self.controller.in_charge:  # else nobody has switched it on
+            self.controller.disable()
+            self.controller.give_back()
         self.finish()
         self.blocks.clear()
         self.controller.events()
@@ -132,9 +137,17 @@ def served(folder: Path, changes: dict[str, str]) -> Iterator[Bench]:
         controller = build_controller(with_endpoints(stand, process.served.endpoints()), clock)
         try:
             controller.connect()
-            yield Bench("served", controller, clock, polled=stand.profile().window is None)
+            wired = with_endpoints(stand, process.served.endpoints())
+            second = None if stand.controller.serial else partial(_second, wired, clock)
+            yield Bench("served", controller, clock, polled=stand.profile().window is None, second=second)
         finally:
             controller.close()
+
+
+def _second(stand: StandFile, clock: Clock) -> Controller:
+    controller = build_controller(stand, clock)
+    controller.connect()
+    return controller
 
 
 def open_real(stand: StandFile) -> tuple[Controller, Clock]:
@@ -159,7 +172,8 @@ def real(path: Path, given: str | None, say: Say) -> Iterator[Bench]:
             controller.connect()
             polled = stand.profile().window is None
             careful = cast(Controller, Announced(controller, BOUNDS, say, confirmed))
-            yield Bench("hardware", careful, clock, polled=polled, real=True)
+            second = None if stand.controller.serial else partial(_second, stand, clock)
+            yield Bench("hardware", careful, clock, polled=polled, real=True, second=second)
         finally:
             controller.close()
 

@@ -11,7 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.interfaces import CommandRejected, EndReason, MotionState
+from drivers.interfaces import (
+    CommandRejected,
+    Controller,
+    DeviceFault,
+    EndReason,
+    MotionState,
+    NotInCharge,
+)
 from tests.contract.controller import backends
 from tests.contract.controller.backends import Bench
 
@@ -79,6 +86,66 @@ def test_whoever_commands_sees_no_other_program_do_so(bench: Bench) -> None:
     assert not before, "nobody commands it"
     bench.enable()
     assert bench.controller.other_writer() == before, "the own right is nobody else's"
+
+
+def test_nothing_is_sent_to_it_without_the_right_to(bench: Bench) -> None:
+    if bench.name == "in process":
+        pytest.skip("in process there is no second program, and no lock")
+    before = bench.controller.seen_writer()
+    assert not before.number
+    for order in (bench.controller.feed_watchdog, bench.controller.disable):
+        with pytest.raises(NotInCharge):
+            order()
+    assert bench.controller.seen_writer().feed == before.feed
+    bench.enable()
+    bench.controller.feed_watchdog()
+    assert bench.controller.seen_writer().feed != before.feed
+    bench.controller.give_back()
+    assert not bench.controller.in_charge
+    bench.enable()
+
+
+def test_a_second_writer_is_refused_until_the_first_gives_the_right_back(bench: Bench) -> None:
+    """Also with the valve off; what the second was refused has changed nothing."""
+    if bench.second is None or bench.controller.other_writer() is None:
+        pytest.skip("no second program can reach it, or it has no lock")
+    second = bench.second()
+    try:
+        bench.enable()
+        held = second.other_writer()
+        assert held
+        for valve in ("on", "off"):
+            for order in (second.start_hold, lambda: switched_on(second)):
+                with pytest.raises(DeviceFault, match="another program") as refused:
+                    order()
+                assert str(held) in str(refused.value)
+            with pytest.raises(NotInCharge):
+                second.disable()
+            with pytest.raises(NotInCharge):
+                second.feed_watchdog()
+            assert second.other_writer() == held
+            on = bench.controller.status().state is MotionState.HOLDING
+            assert on == (valve == "on")
+            bench.controller.look_at_lock()
+            bench.controller.disable()
+        bench.controller.give_back()
+        assert second.other_writer() == 0
+        switched_on(second)
+        with pytest.raises(DeviceFault, match="another program"):
+            bench.enable()
+        second.disable()
+        second.give_back()
+        bench.enable()
+    finally:
+        second.close()
+
+
+def switched_on(controller: Controller) -> None:
+    controller.enable(
+        force_limit_kN=backends.BOUNDS.force_limit_kN,
+        stroke_limit_mm=backends.BOUNDS.stroke_limit_mm,
+        watchdog_ms=5000,
+    )
 
 
 def test_samples_follow_each_other_or_a_counted_gap_says_so(bench: Bench) -> None:
