@@ -15,6 +15,8 @@ WRITE_MANY = 16
 READ_AND_WRITE = 23
 EXCEPTION = 0x80
 
+SIMULATED = 10
+"""Address of the optional word by which a simulated controller says what it is."""
 STATUS = (16, 25)
 """First address and number of registers: status_word … status_check, without a hole."""
 COMMAND = (64, 21)

@@ -15,6 +15,7 @@ from tests.two_programs.registers import (
     ADDRESSES,
     EXCEPTION,
     READ_AND_WRITE,
+    READ_HOLDING,
     WRITE_MANY,
     WRITE_ONE,
     decode,
@@ -35,6 +36,8 @@ class Request:
     pid: int | None
     """The process whose socket it came from; None where nobody holds it any more."""
     function: int
+    read_from: int | None = None
+    """First address that it reads with function 3."""
     written: dict[int, int] = field(default_factory=dict)
     """Words by address."""
     refused: int | None = None
@@ -150,7 +153,8 @@ def parse(frame: bytes, pid: int | None) -> Request:
     elif function == READ_AND_WRITE:
         first, words = struct.unpack(">H", body[4:6])[0], body[9:]
     values = struct.unpack(f">{len(words) // 2}H", words)
-    return Request(time.monotonic(), pid, function, dict(enumerate(values, first)))
+    read_from = struct.unpack(">H", body[:2])[0] if function == READ_HOLDING else None
+    return Request(time.monotonic(), pid, function, read_from, dict(enumerate(values, first)))
 
 
 def owner(port: int, to_port: int) -> int | None:

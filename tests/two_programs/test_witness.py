@@ -19,7 +19,7 @@ FIRST, SECOND = 11, 22
 
 
 def wrote(time_s: float, pid: int, name: str, value: int, refused: int | None = None) -> Request:
-    return Request(time_s, pid, WRITE_ONE, {ADDRESSES[name][0]: value}, refused)
+    return Request(time_s, pid, WRITE_ONE, None, {ADDRESSES[name][0]: value}, refused)
 
 
 def met(*requests: Request) -> Any:
