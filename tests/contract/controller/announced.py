@@ -134,12 +134,17 @@ class Announced:
 
         return ordered
 
+    def _feed(self) -> None:
+        """Feed while the operator thinks; before it is first switched on nothing needs it, and none may."""
+        if self._controller.in_charge:
+            self._controller.feed_watchdog()
+
     def _before(self, order: str, values: dict[str, Any]) -> None:
         if why := self._bounds.broken_by(order, values):
             raise OutOfBounds(why)
         parameters = ", ".join(f"{key} {value:.4g}" for key, value in values.items())
         self._say(f"NEXT: {order.removeprefix('start_')}  {parameters}")
-        if order not in self.SAFE and not self._confirmed(self._controller.feed_watchdog):
+        if order not in self.SAFE and not self._confirmed(self._feed):
             pytest.exit("the operator said no; the force is taken away", returncode=3)
 
 

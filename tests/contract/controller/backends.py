@@ -59,6 +59,11 @@ class Bench:
         for _ in range(8):
             if self.drain():
                 return
+            self.feed()
+
+    def feed(self) -> None:
+        """Feed the watchdog, if this program may: before it has switched on it may not."""
+        if self.controller.in_charge:
             self.controller.feed_watchdog()
 
     def until(
@@ -71,7 +76,7 @@ class Bench:
         end_s = self.clock.wall_s() + LIMIT_S
         while True:
             if feeding:
-                self.controller.feed_watchdog()
+                self.feed()
             self.drain()
             status = self.controller.status()
             if reached(status):
