@@ -68,7 +68,7 @@ def _ending(bench: Bench, program: Program) -> list[str]:
     if program.ended_s is None or program.status == -9:
         return found
     wrote = commands_of(bench, program)
-    if program.status in (2, FAULT) and wrote:
+    if program.status in (2, FAULT) and wrote and program.label != "suite":  # pytest's 2 is a Ctrl-C
         found.append(f"{bench.name(program.pid)} was refused ({program.status}) and has written: {wrote[0]}")
     seen = look_at(bench, program.ended_s)
     if (
@@ -81,8 +81,10 @@ def _ending(bench: Bench, program: Program) -> list[str]:
         found.append(
             f"{bench.name(program.pid)} ended with {program.status}, and the stand is not safe: {seen}"
         )
-    unsafe = [words for words in ("NOT SAFE", "NOT SEEN") if words in program.said]
-    return found + [f"{bench.name(program.pid)} says {words}: {program.last_line}" for words in unsafe]
+    # Who has sent nothing may say so of another's stand (docs/guards-and-safe-stop.md).
+    words = () if "not this program's to stop" in program.said and not wrote else ("NOT SAFE", "NOT SEEN")
+    unsafe = [word for word in words if word in program.said]
+    return found + [f"{bench.name(program.pid)} says {word}: {program.last_line}" for word in unsafe]
 
 
 def commands_of(bench: Bench, program: Program) -> list[Request]:
