@@ -8,7 +8,9 @@ from pydantic import Field
 
 from foundation.wanted import Within
 
-Baud = Annotated[int, Field(gt=0), Within(300, 4_000_000, "no serial line here is slower or faster")]
+Baud = Annotated[
+    int, Field(gt=0, le=4_000_000), Within(300, 4_000_000, "no serial line here is slower or faster")
+]
 MovingMass = Annotated[
     float, Field(ge=0), Within(0.0, 10_000.0, "no stand moves 10 t between load cell and specimen")
 ]

@@ -231,3 +231,10 @@ def test_what_is_no_number_is_told_what_to_write(tmp_path: Path) -> None:
         campaign: dict[str, Any] = with_key(base_campaign(), ("limits", "force_max_kN"), value)
         with pytest.raises(BadInput, match=said):
             files.prepare(campaign=campaign)
+
+
+def test_a_whole_number_beyond_any_float_is_no_traceback(tmp_path: Path) -> None:
+    """A rate of 10**400 baud ended in an OverflowError: it was divided by before it was bounded."""
+    cases = [case for case in CASES if case.key.name == "baud" and case.value == 10**400]
+    assert len(cases) == 2
+    run_cases(cases, tmp_path)
