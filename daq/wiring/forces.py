@@ -101,7 +101,9 @@ class TwoForcesJudge:
         second = np.interp(time, *two)
         return self._judge(scene, first, second, one, time)
 
-    def _judge(self, scene: Scene, first: Floats, second: Floats, one: Floats, time: Floats) -> Doubt | None:
+    def _judge(  # noqa: PLR0911 - one return for each thing that can be wrong
+        self, scene: Scene, first: Floats, second: Floats, one: Floats, time: Floats
+    ) -> Doubt | None:
         zero_kN = APART_KN if scene.counted else UNCOUNTED_KN
         taken_kN = max(float(np.ptp(first)), float(np.ptp(second)))
         if taken_kN < TAKEN_KN:

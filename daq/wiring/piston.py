@@ -29,14 +29,17 @@ SETTLED_S = 0.4
 """What a motion begins with is left out of its slope [s]."""
 LOADED = 0.3
 """Above this share of the stand's force a valve may fall behind."""
-LOOKS = 2
+LOOKS, APART_LOOKS = 2, 6
+"""So many looks (50 ms each) must say it: a piston that stands 10 mm off is first a following error."""
 
 
 class PistonJudge:
     """Holds the position against the command."""
 
     def __init__(self) -> None:
-        self._lasting = Lasting(LOOKS)
+        self._lasting, self._far = Lasting(LOOKS), Lasting(APART_LOOKS)
+        self.suspected = False
+        """Whether the position was off at the last look: nothing is held against it then."""
 
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with the position, None if nothing is."""
@@ -53,13 +56,15 @@ class PistonJudge:
         told = rows[:, command]
         fastest = float(np.max(np.abs(np.diff(told)) / np.diff(rows[:, 0])))
         if fastest > SLOW_MM_PER_S:
-            self._lasting.sure("apart", False)
+            self._far.sure("apart", False)
+            self.suspected = False
             return None
         low, high = float(told.min()), float(told.max())
         at_mm = float(np.mean(rows[-scene.points.new :, position]))
         beyond_mm = max(low - at_mm, at_mm - high)
         most_mm = APART_MM + APART_SHARE * max(abs(low), abs(high))
-        if not self._lasting.sure("apart", beyond_mm > most_mm):
+        self.suspected = beyond_mm > most_mm
+        if not self._far.sure("apart", self.suspected):
             return None
         now_mm = float(told[-1])
         ratio = at_mm / now_mm if abs(now_mm) > 1.0 else 0.0

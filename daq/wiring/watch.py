@@ -115,6 +115,8 @@ class WiringWatch:
         if guard.motion == "all":
             yield self._forces.look(scene)
         yield self._piston.look(scene)
+        if self._piston.suspected:
+            return
         if (
             guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S
         ):  # the piston's own judge needs so long: it is looked at first
