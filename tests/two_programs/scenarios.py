@@ -93,6 +93,32 @@ def killed_while_another_waits(
         return wrong + complaints(stand)
 
 
+def refused_then_resumed(folder: Path, launcher: Launcher) -> list[str]:
+    """A second run is refused under load and told by whom; the first is killed; a resume waits its turn."""
+    with bench(folder, launcher) as stand:
+        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=4.0))
+        first = stand.run(campaign)
+        moves = stand.witness.wait_for(lambda look: look.force_kN > LOADED_kN / 2, PHASE_PATIENCE_S)
+        second = stand.run(stand.campaign("second", HOLD.format(stroke=25.0, duration=0.5)))
+        wrong = [] if second.wait() == FAULT else [f"the second: {second.status}, {second.last_line}"]
+        if str(first.pid) not in second.said:
+            wrong.append(f"the second was not told the first's process: {second.last_line}")
+        at_kill = stand.witness.now
+        if moves is None or not first.alive or at_kill.force_kN < LOADED_kN:
+            return [*wrong, f"the first did not hold to the kill: {first.last_line}"]
+        killed_s = first.kill()
+        resume = stand.resume(campaign)
+        if resume.wait() != COMPLETE:
+            wrong.append(f"resume ended with {resume.status}: {resume.last_line}")
+        safe_s, bound_s = stand.witness.safe_since(killed_s), stated_s(stand, at_kill.values["position_mm"])
+        if safe_s is None or safe_s - killed_s > bound_s:
+            wrong.append(f"not safe within {bound_s:.1f} s after the kill")
+        early = [one for one in commands_of(stand, resume) if safe_s is None or one.time_s < safe_s]
+        wrong += [f"resume wrote before the controller had ended it: {one}" for one in early[:1]]
+        time.sleep(SEEN_S)
+        return wrong + complaints(stand)
+
+
 def resumed_after_a_kill(
     folder: Path, launcher: Launcher, watchdog_s: float, try_s: float | None
 ) -> tuple[float | None, list[str]]:
