@@ -264,7 +264,8 @@ class FakeController:
         return self.clock.now_s() < self.orders.lock_lost_at_s
 
     def look_at_lock(self) -> None:
-        self._wire("look_at_lock")
+        if self.orders.writer is not None or not self.in_charge:  # without a lock nothing is asked
+            self._wire("look_at_lock")
         if not self.in_charge:
             raise NotInCharge("fake: program 4711 has taken over; nothing more is sent to it")
 

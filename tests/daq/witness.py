@@ -89,7 +89,7 @@ def watching(port: int) -> Iterator[Witness]:
     witness.looks.append(witness.look(registers))
 
     def watch() -> None:
-        while not ending.wait(0.02):
+        while not ending.wait(0.05):
             witness.looks.append(witness.look(registers))
 
     thread = threading.Thread(target=watch)
