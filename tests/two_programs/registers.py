@@ -19,7 +19,6 @@ SIMULATED = 10
 """Address of the optional word by which a simulated controller says what it is."""
 STATUS = (16, 25)
 """First address and number of registers: status_word … status_check, without a hole."""
-COMMAND = (64, 21)
 CONTROL = (96, 9)
 
 ADDRESSES: dict[str, tuple[int, str]] = {
@@ -49,20 +48,8 @@ ADDRESSES: dict[str, tuple[int, str]] = {
     "writer": (104, "H"),
     "ring_acknowledge": (256, "I"),
 }
-WRITABLE = (
-    "command_sequence",
-    "command_code",
-    "target_mm",
-    "execute",
-    "control_word",
-    "watchdog_feed",
-    "watchdog_time_ms",
-    "force_limit_kN",
-    "stroke_limit_mm",
-    "writer",
-)
-"""What a program that commands the stand writes. The number of a request and the ring's acknowledgement are
-not among them: they ask for a reply."""
+WRITTEN = ("control_word", "watchdog_feed", "watchdog_time_ms", "force_limit_kN", "stroke_limit_mm")
+"""Registers that change by nothing but a program's writing (the writer also falls to 0 by itself)."""
 
 OPERATION_ENABLED = 0x0004
 OFF, READY, HOLDING, RAMPING, WAVEFORM, RELEASING, FAULT = range(7)

@@ -13,13 +13,15 @@ RELEASE_MM_PER_S = 20.0
 """How fast the simulated controller takes the force away by itself (docs/simulated-stand.md)."""
 MARGIN_S = 2.0
 """For the looks of the device at its watchdog (each counts for 0.25 s at most) and a busy computer."""
+AT_ONCE_S = 0.5
+"""Between a request at the tap and its effect, on a busy computer."""
 COMPLETE, STOPPED, FAULT = 0, 3, 4
 
 
 def complaints(bench: Bench) -> list[str]:
     """Return what went wrong, whoever met whom."""
     found = [f"the witness failed: {bench.witness.failure}"] if bench.witness.failure else []
-    found += written_without_lock(bench)
+    found += written_without_lock(bench) + past_the_tap(bench)
     found += [f"valve off under load: {look}" for look in bench.witness.cut_off(0.0)]
     for program in bench.programs:
         found += _ending(bench, program)
@@ -59,6 +61,18 @@ def written_without_lock(bench: Bench) -> list[str]:
         if holder == request.pid:
             until_s = request.time_s + FORGOTTEN_S
     return list(found.values())
+
+
+def past_the_tap(bench: Bench) -> list[str]:
+    """Return what the witness saw change and the tap saw nobody write: then the tap proves nothing."""
+    requests = bench.tap.requests[:]
+    return [
+        f"{name} changed between {before_s:.3f} and {after_s:.3f} s, and nobody wrote it"
+        for name, before_s, after_s in bench.witness.changed()
+        if not any(
+            name in one.names and before_s - AT_ONCE_S < one.time_s < after_s + AT_ONCE_S for one in requests
+        )
+    ]
 
 
 def _ending(bench: Bench, program: Program) -> list[str]:

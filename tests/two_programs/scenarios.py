@@ -38,8 +38,8 @@ from tests.two_programs.witness import Look
 
 TRY_S = 1.5
 """So long somebody without patience waits before he presses Ctrl-C and starts again [s]."""
-NARROW = "following_error_max_mm = 0.3\nfollowing_error_grace_s = 1.0\n"
-"""The piston's lag of 18 ms at 20 mm/s is more."""
+NARROW = "following_error_max_mm = 0.1\nfollowing_error_grace_s = 0.5\n"
+"""The piston's lag of 18 ms at 20 mm/s is 0.36 mm."""
 GIVEN_UP_S = 60.0
 IN_TIME_S = 2.0
 
@@ -89,6 +89,32 @@ def killed_while_another_waits(
         waiting.send(signal.SIGINT)
         if waiting.wait() != STOPPED:
             wrong.append(f"the waiting one ended with {waiting.status}: {waiting.last_line}")
+        time.sleep(SEEN_S)
+        return wrong + complaints(stand)
+
+
+def refused_then_resumed(folder: Path, launcher: Launcher) -> list[str]:
+    """A second run is refused under load and told by whom; the first is killed; a resume waits its turn."""
+    with bench(folder, launcher) as stand:
+        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=4.0))
+        first = stand.run(campaign)
+        moves = stand.witness.wait_for(lambda look: look.force_kN > LOADED_kN / 2, PHASE_PATIENCE_S)
+        second = stand.run(stand.campaign("second", HOLD.format(stroke=25.0, duration=0.5)))
+        wrong = [] if second.wait() == FAULT else [f"the second: {second.status}, {second.last_line}"]
+        if str(first.pid) not in second.said:
+            wrong.append(f"the second was not told the first's process: {second.last_line}")
+        at_kill = stand.witness.now
+        if moves is None or not first.alive or at_kill.force_kN < LOADED_kN:
+            return [*wrong, f"the first did not hold to the kill: {first.last_line}"]
+        killed_s = first.kill()
+        resume = stand.resume(campaign)
+        if resume.wait() != COMPLETE:
+            wrong.append(f"resume ended with {resume.status}: {resume.last_line}")
+        safe_s, bound_s = stand.witness.safe_since(killed_s), stated_s(stand, at_kill.values["position_mm"])
+        if safe_s is None or safe_s - killed_s > bound_s:
+            wrong.append(f"not safe within {bound_s:.1f} s after the kill")
+        early = [one for one in commands_of(stand, resume) if safe_s is None or one.time_s < safe_s]
+        wrong += [f"resume wrote before the controller had ended it: {one}" for one in early[:1]]
         time.sleep(SEEN_S)
         return wrong + complaints(stand)
 
@@ -152,7 +178,7 @@ def ended_under_load(folder: Path, launcher: Launcher, why: str) -> list[str]:
     """
     with bench(folder, launcher) as stand:
         limits = NEVER_HOT if why == "operator" else NEVER_HOT + NARROW
-        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=20.0), limits=limits)
+        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=5.0), limits=limits)
         stand.tap.refuses = _is_stop
         first = stand.run(campaign)
         if why == "operator":
@@ -163,7 +189,8 @@ def ended_under_load(folder: Path, launcher: Launcher, why: str) -> list[str]:
             stand.witness.wait_for(lambda look: look.time_s >= (first.ended_s or 0.0), 5.0)
             or stand.witness.now
         )
-        wrong = [] if not at_end.safe else [f"force was gone all the same: {at_end}"]
+        wrong = [] if why in first.said else [f"it was not the {why} that ended it: {first.last_line}"]
+        wrong += [] if not at_end.safe else [f"force was gone all the same: {at_end}"]
         if status != FAULT:
             wrong.append(
                 f"exit status {status}, and the stand is not safe: {at_end}; it says: {first.last_line}"

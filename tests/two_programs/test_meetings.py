@@ -22,13 +22,12 @@ def cell(chosen: Cell) -> Meeting:
 
 
 ALWAYS: dict[str, Meeting] = {
-    "a second run under load": cell(Cell("run", "hold", "run")),
-    "resume right after a kill": cell(Cell("run", "hold", "resume", 2.0, 0.3)),
-    "killed while another waits": scenarios.killed_while_another_waits,
+    "refused under load, then resumed after a kill": scenarios.refused_then_resumed,
+    "a second run while the first cools down": partial(scenarios.killed_while_another_waits, hot=False),
     "stopped by its guard, force left": partial(scenarios.ended_under_load, why="following error"),
 }
 SELDOM: dict[str, Meeting] = {
-    "killed while another cools down": partial(scenarios.killed_while_another_waits, hot=False),
+    "killed while another waits": scenarios.killed_while_another_waits,
     "killed while another waits, watchdog 10 s": partial(
         scenarios.killed_while_another_waits, watchdog_s=10.0
     ),

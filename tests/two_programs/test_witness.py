@@ -11,7 +11,7 @@ import pytest
 
 from tests.two_programs import rules
 from tests.two_programs.programs import patiently
-from tests.two_programs.registers import ADDRESSES, WRITE_MANY, WRITE_ONE, decode
+from tests.two_programs.registers import ADDRESSES, WRITE_MANY, WRITE_ONE, WRITTEN, decode
 from tests.two_programs.tap import Request, parse
 from tests.two_programs.witness import Look, Witness
 
@@ -95,6 +95,16 @@ def test_a_valve_that_goes_off_under_load_is_seen() -> None:
     assert not list(released.cut_off(0.0))
     assert cut.safe_since(0.0) == 5.0
     assert released.safe_since(0.0) == 2.1
+
+
+def test_a_register_that_changes_past_the_tap_is_seen() -> None:
+    held = dict.fromkeys(WRITTEN, 0.0)
+    seen = witness(Look(5.0, held), Look(5.1, {**held, "watchdog_feed": 8.0}))
+    assert list(seen.changed()) == [("watchdog_feed", 5.0, 5.1)]
+    for time_s, wrong in ((5.0, 0), (3.0, 1)):
+        requests = [wrote(time_s, FIRST, "watchdog_feed", 8)]
+        stand: Any = SimpleNamespace(tap=SimpleNamespace(requests=requests), witness=seen)
+        assert len(rules.past_the_tap(stand)) == wrong
 
 
 def test_a_meeting_is_had_again_only_where_the_computer_was_too_busy(tmp_path: Path) -> None:

@@ -10,12 +10,11 @@ from itertools import pairwise
 
 from tests.two_programs.registers import (
     ADDRESSES,
-    COMMAND,
     CONTROL,
     OPERATION_ENABLED,
     STATES,
     STATUS,
-    WRITABLE,
+    WRITTEN,
     ReadOnlyClient,
     decode,
 )
@@ -123,15 +122,13 @@ class Witness:
             if before.valve_on and not after.valve_on and abs(after.force_kN) > 2.0 * ZERO_FORCE_kN:
                 yield after
 
-    def changed(self, from_s: float, to_s: float) -> dict[str, tuple[float, float]]:
-        """Return the registers that a program writes and that changed within a time: before, after."""
-        looks = self.looks(from_s, to_s)
-        found = {}
+    def changed(self) -> Iterator[tuple[str, float, float]]:
+        """Give each change of a register that only programs write: its name, and the looks between [s]."""
+        looks = self.looks()
         for before, after in pairwise(looks):
-            for name in WRITABLE:
+            for name in WRITTEN:
                 if before.values[name] != after.values[name]:
-                    found[name] = (before.values[name], after.values[name])
-        return found
+                    yield name, before.time_s, after.time_s
 
     def _watch(self) -> None:
         try:
@@ -143,7 +140,7 @@ class Witness:
     def _look(self) -> None:
         time_s = time.monotonic()
         words: dict[int, int] = {}
-        for first, count in (STATUS, CONTROL, COMMAND):
+        for first, count in (STATUS, CONTROL):
             words |= self._client.read(first, count)
         names = (name for name, (address, _) in ADDRESSES.items() if address in words)
         self._looks.append(Look(time_s, {name: decode(name, words) for name in names}))
