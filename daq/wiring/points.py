@@ -131,7 +131,7 @@ class Points:
         fresh = self._raw[due]
         for column, delay_s in self._moved:
             fresh[:, column] = np.interp(fresh[:, 0] + delay_s, time_s, self._raw[:, column])
-        return fresh
+        return np.asarray(fresh)
 
 
 def _kept(table: Floats, span_s: float) -> Floats:

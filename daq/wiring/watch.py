@@ -117,8 +117,7 @@ class WiringWatch:
         yield self._piston.look(scene)
         if self._piston.suspected:
             return
-        if (
-            guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S
-        ):  # the piston's own judge needs so long: it is looked at first
+        # The piston's own judge needs so long, and is looked at first.
+        if guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S:
             yield self._force.look(scene)
             yield self._wires.look(scene)

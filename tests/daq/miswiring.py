@@ -83,8 +83,9 @@ def run_miswired(
     plan, stand_file = planned(folder, steps, case)
     model = load_model(MODEL)
     opened = open_in_process(stand_file, spring=SoftSpring(SpringStepper(model, 21.0, 21.0), factor))
-    for device in (opened.stand.controller, *opened.stand.sensors):
-        device.facts = misread(device.facts, wrong)
+    opened.stand.controller.facts = misread(opened.stand.controller.facts, wrong)
+    for sensor in opened.stand.sensors:
+        sensor.facts = misread(sensor.facts, wrong)
     facts = facts_of(stand_file)
     shown = Lines()
     outcome = run_campaign(

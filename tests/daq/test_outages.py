@@ -198,7 +198,9 @@ def test_an_excess_of_the_outage_trips_as_soon_as_it_is_over(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        (ScheduledFault("controller", "overrun", 5.2, 5.3), "its ring lost"),
+        pytest.param(
+            ScheduledFault("controller", "overrun", 5.2, 5.3), "its ring lost", marks=pytest.mark.long
+        ),
         pytest.param(
             ScheduledFault("controller", "trip", 5.5), "it reports fault 4 (actuator)", marks=pytest.mark.long
         ),
@@ -338,7 +340,7 @@ def cooling(orders: Orders, folder: Path) -> tuple[CampaignOutcome, RunnerCase]:
     return case.run(settings=COARSE), case
 
 
-@pytest.mark.parametrize("counts_off", [False, True])
+@pytest.mark.parametrize("counts_off", [pytest.param(False, marks=pytest.mark.long), True])
 def test_minutes_without_a_controller_are_waited_for_while_the_specimen_cools(
     tmp_path: Path, counts_off: bool
 ) -> None:

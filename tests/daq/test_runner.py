@@ -425,8 +425,12 @@ def heated(t_s: float) -> float:
     return 25.0 if t_s < 5.0 else max(25.0, 40.0 - (t_s - 5.0))
 
 
+COOLS_AT_ONCE = '[guards.action]\nwiring = "note"\n'
+"""A specimen that cools within seconds is one whose thermometer has fallen off: here it only saves time."""
+
+
 def test_wait_and_continue_waits_at_zero_force_and_runs_the_cycles_that_are_left(tmp_path: Path) -> None:
-    steps = HARMONIC.replace("cycles = 3", "cycles = 8") + STATIC
+    steps = COOLS_AT_ONCE + HARMONIC.replace("cycles = 3", "cycles = 8") + STATIC
     case = Case(tmp_path, steps, limits='on_temperature_stop = "wait-and-continue"', reading=heated)
     outcome = case.run()
     assert (outcome.status, outcome.exit_status) == ("complete", ExitStatus.DONE)
@@ -438,7 +442,7 @@ def test_wait_and_continue_waits_at_zero_force_and_runs_the_cycles_that_are_left
 
 
 def test_skip_waits_too_and_goes_on_with_the_next_step(tmp_path: Path) -> None:
-    steps = HARMONIC.replace("cycles = 3", "cycles = 8") + STATIC
+    steps = COOLS_AT_ONCE + HARMONIC.replace("cycles = 3", "cycles = 8") + STATIC
     case = Case(tmp_path, steps, limits='on_temperature_stop = "skip"', reading=heated)
     outcome = case.run()
     assert outcome.status == "complete"
@@ -457,7 +461,7 @@ def test_a_specimen_that_does_not_cool_ends_the_campaign(tmp_path: Path) -> None
 
 def test_steps_that_only_wait_are_done_and_not_recorded(tmp_path: Path) -> None:
     steps = '[[step]]\nkind = "hold"\nduration_s = 2.0\n[[step]]\nkind = "cool-down"\ntemperature_C = 24.0\n'
-    case = Case(tmp_path, steps, reading=lambda t_s: 28.0 - t_s if t_s < 5.0 else 23.0)
+    case = Case(tmp_path, COOLS_AT_ONCE + steps, reading=lambda t_s: 28.0 - t_s if t_s < 5.0 else 23.0)
     outcome = case.run()
     assert (outcome.status, outcome.runs) == ("complete", ())
     assert case.clock.now_s() > 4.0
