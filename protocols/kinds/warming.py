@@ -19,7 +19,7 @@ class WarmUpStep(SineOrSlow):
     kind: Literal["warm-up"]
     temperature_C: Temperature
     band_K: Annotated[
-        float, Field(gt=0), Within(0.1, 20.0, "thermometers resolve 0.06 K, and 20 K off is not warm")
+        float, Field(gt=0), Within(0.01, 20.0, "thermometers resolve 0.06 K, and 20 K off is not warm")
     ] = 2.0
     sensors: Literal["every", "any"] = "every"
     max_cycles: Cycles = 500

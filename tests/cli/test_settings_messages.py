@@ -120,7 +120,7 @@ FILES: Mapping[str, tuple[type[BaseModel], str]] = {
 }
 NOT_PLAIN = re.compile(
     r"\bNone\b|\bTrue\b|\bFalse\b|Settings|another value|(?i:input|valid|tuple|\bdict|field required|extra"
-    r"|literal|instance|pattern|string|integer|boolean|\bitems?\b|\bfloat|\bint\b|pydantic|model_)"
+    r"|literal|instance|pattern|string|integer|boolean|\bitems?\b|\bfloat|\bint\b|pydantic|\bmodel_)"
 )
 KEYS_WITH_SUCH_WORDS = re.compile(r"input_\w+|valid_until|model\b|\binput\b")
 

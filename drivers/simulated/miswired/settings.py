@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
@@ -11,22 +11,25 @@ from foundation.settings import Settings
 
 SLOWEST_S = 60.0
 """Longest delay that a signal can be given [s]: so much of it is kept."""
+_Moment = Annotated[float, Field(ge=0.0, le=1e7)]
+_Scale = Annotated[float, Field(ge=-1e4, le=1e4)]
+_Shift = Annotated[float, Field(ge=-1e4, le=1e4)]
 
 
 class MiswiredSignal(Settings):
     """A signal that arrives wrong; the keys act in the order in which they stand here."""
 
-    from_s: float = Field(default=0.0, ge=0.0)
+    from_s: _Moment = 0.0
     """Stand time from which on delay, low pass, scale and zero are wrong [s]."""
     delay_s: float = Field(default=0.0, ge=0.0, le=SLOWEST_S)
     """So much later than it should [s]: a filter of the amplifier, a wrong number in the stand file."""
-    low_pass_Hz: float | None = Field(default=None, gt=0.0)
+    low_pass_Hz: float | None = Field(default=None, gt=0.0, le=1e4)
     """Corner of a first-order low pass that should not be there."""
-    scale: float = 1.0
+    scale: _Scale = 1.0
     """Its value is multiplied by this: −1 is the wrong sign, 0.1 a tenth, 4.448 kN taken for 1000 lbf."""
-    zero: float = 0.0
+    zero: _Shift = 0.0
     """And this is added, in the channel's unit."""
-    frozen_at_s: float | None = Field(default=None, ge=0.0)
+    frozen_at_s: _Moment | None = None
     """From here on it stays as it is [s]: an unhooked wire, a connection that hangs."""
 
     @field_validator("scale")
@@ -52,9 +55,9 @@ class MiswiredStroke(MiswiredSignal):
 
     reads: Literal["force", "stroke_1", "stroke_2", "position", "command"] | None = None
     """Its input has the value of another channel; kN are taken for mm."""
-    slip_mm: float = 0.0
+    slip_mm: _Shift = 0.0
     """By so much it slips at once …"""
-    slip_at_s: float | None = Field(default=None, ge=0.0)
+    slip_at_s: _Moment | None = None
     """… at this stand time [s]."""
 
 
@@ -64,15 +67,15 @@ class MiswiredThermometer(Settings):
     feels: Literal["specimen", "ambient"] | None = None
     """What it feels in truth: ``ambient`` for one that was never attached, ``specimen`` for the room's that
     was; both for two that were swapped."""
-    falls_off_at_s: float | None = Field(default=None, ge=0.0)
+    falls_off_at_s: _Moment | None = None
     """From here on it hangs in the air [s] …"""
-    falls_s: float = Field(default=15.0, gt=0.0)
+    falls_s: float = Field(default=15.0, gt=0.0, le=1e4)
     """… and follows it with this time constant [s]."""
-    frozen_at_s: float | None = Field(default=None, ge=0.0)
+    frozen_at_s: _Moment | None = None
     """From here on it stays as it is [s]."""
-    scale: float = 1.0
+    scale: _Scale = 1.0
     """What it shows in °C is multiplied by this: 1.8 with ``zero = 32`` is °F."""
-    zero: float = 0.0
+    zero: _Shift = 0.0
     """And this is added [K]."""
 
 
