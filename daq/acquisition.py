@@ -189,7 +189,6 @@ class Acquisition:
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
-        self._lock_seen = False
         self.when_lock_is_lost: Callable[[NotInCharge], object] | None = None
         """What is done once the right to give commands is lost; None: that is a reason to stop."""
         self._looked_long = False
@@ -360,7 +359,6 @@ class Acquisition:
         now_s = self.clock.now_s()
         reason = f"the controller or its wire failed: {fault}"
         if isinstance(fault, NotInCharge):
-            self._lock_seen = False
             if self.when_lock_is_lost is not None:
                 self.when_lock_is_lost(fault)
                 return
@@ -378,22 +376,14 @@ class Acquisition:
         self.clock.sleep(max(0.1 * tick_s, tick_s - passed_s) if self._up_to_date else 0.0)
 
     def _feed(self) -> bool:
-        """Feed the watchdog if that is due; return whether anything was asked for it.
-
-        In the pass before, the lock is looked at: what is another program's now is not fed. So the two
-        requests do not come in a row, without samples between them.
-        """
+        """Feed the watchdog if that is due and this program's right; return whether it was."""
         controller = self.stand.controller
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
-        if not (self.feeding and controller.in_charge and wall_s - self._fed_s >= self.pace.feed_s):
-            return False
-        if self._lock_seen:
+        if self.feeding and controller.in_charge and wall_s - self._fed_s >= self.pace.feed_s:
             controller.feed_watchdog()
             self._fed_s = wall_s
-        else:
-            controller.look_at_lock()
-        self._lock_seen = not self._lock_seen
-        return True
+            return True
+        return False
 
     def _read_controller(self) -> None:
         """Read until the device has no more, a guard trips, or the time of a look is over."""

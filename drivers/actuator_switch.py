@@ -34,7 +34,7 @@ class ActuatorSwitch:
         self._beat: int | None = None
 
     def feed_watchdog(self) -> None:
-        """Write a heartbeat that differs from the last, if the lock was seen to be the own just now.
+        """Write a heartbeat that differs from the last, as :meth:`drivers.writer_lock.WriterLock.feed`.
 
         Raises
         ------
@@ -43,7 +43,7 @@ class ActuatorSwitch:
         DeviceFault
             If the wire fails.
         """
-        self._lock.demand_fresh()
+        self._lock.demand()
         if self._beat is None:
             register = self._panel.profile.find("watchdog_feed")
             link = self._panel.link
@@ -51,7 +51,7 @@ class ActuatorSwitch:
                 0
             ]
         self._beat = (self._beat + 1) % 0x10000
-        self._panel.set("watchdog_feed", self._beat)
+        self._lock.feed(self._beat)
 
     def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> bool:
         """Set limits and watchdog, read them back, reset a latched fault, switch on.

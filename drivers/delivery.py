@@ -65,9 +65,6 @@ class Delivery:
         What the bytes of a block alone take on a serial line [s]; 0 on a network.
     median_trip_s : float
         Half of the round trips of blocks were quicker [s of the wall]; 0 where that was not measured.
-    lock_s : float
-        From asking whose the writer's lock is to knowing it, before each feed, likewise [s of the wall]; 0
-        where the controller has none.
     """
 
     samples_per_block: int
@@ -78,7 +75,6 @@ class Delivery:
     gap_s: float = 0.0
     line_s: float = 0.0
     median_trip_s: float = 0.0
-    lock_s: float = 0.0
 
     @property
     def samples_share(self) -> float:
@@ -167,5 +163,4 @@ class Delivery:
         status_s, feed_s = slower * self.status_s, slower * self.feed_s
         status = status_s / (status_s + status_rest_s(status_s, up_to_date=False))
         commands = COMMANDS_HZ * 0.5 * (status_s + feed_s)
-        feeds = (feed_s + slower * self.lock_s) / FEED_S
-        return max(1.0 - CATCH_UP_SHARE - status - feeds - commands, 0.0)
+        return max(1.0 - CATCH_UP_SHARE - status - feed_s / FEED_S - commands, 0.0)

@@ -203,17 +203,15 @@ class RingController(RegisterController):
         trips = self._status_trips
         status_s = float(np.percentile(trips, QUICK_PERCENT)) if trips else block_s
         less_s = (LINE_EXCHANGE + 2 * (self._profile.span(STATUS).words + 1) - LINE_WRITE) * self._byte_s
-        write_s = max(status_s - less_s, 0.0) / self._panel.trips_of_status
         return Delivery(
             self._profile.ring.samples_per_block,
             block_s,
             self.facts.rate_Hz,
             status_s,
-            write_s,
+            max(status_s - less_s, 0.0) / self._panel.trips_of_status,
             gap_s=0.0 if ahead else WORK_S,
             line_s=self._block_bytes * self._byte_s,
             median_trip_s=float(np.median(self._trips)),
-            lock_s=write_s if self._profile.has("writer") else 0.0,  # one register, as a write
         )
 
     @property

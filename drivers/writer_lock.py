@@ -16,8 +16,9 @@ from drivers.profile import WATCHDOG_LEFT
 from drivers.register_panel import RegisterPanel
 from drivers.writer_notice import NoticeBoard
 
-LOOK_S = 0.25
-"""A heartbeat is written only if the lock was seen to be the own so recently [s of the wall]."""
+LOOK_S = 1.0
+"""A heartbeat is written only if the lock was seen to be the own so recently [s of the wall]: a pause of this
+program may have been another's time."""
 ELSEWHERE = "a program on another computer"
 """A writer of whom nothing is posted on this one."""
 
@@ -44,6 +45,7 @@ class WriterLock:
         self._offered = panel.profile.has("writer")
         self._lost = ""
         self._seen_s = 0.0
+        self._together = True
         self.held = False
         """Whether this program has the lock, by what it saw last."""
 
@@ -112,8 +114,17 @@ class WriterLock:
                 f"{self._at}: this program has not the right to give it commands; nothing was sent"
             )
 
-    def demand_fresh(self) -> None:
-        """Demand the lock by what was seen within ``LOOK_S``; the controller is asked where that is older.
+    def feed(self, beat: int) -> None:
+        """Write a heartbeat, with the lock seen in the same transaction where function 23 goes.
+
+        Where the lock was not seen for ``LOOK_S`` it is looked at first. So nothing is fed behind a pause in
+        which the controller may have dropped this program, and a lock that another has taken in between is
+        noticed with the heartbeat that is under way.
+
+        Parameters
+        ----------
+        beat : int
+            Value of register ``watchdog_feed``.
 
         Raises
         ------
@@ -125,6 +136,25 @@ class WriterLock:
         self.demand()
         if time.monotonic() - self._seen_s > LOOK_S:
             self.confirm()
+        panel, link = self._panel, self._panel.link
+        if not (self._offered and self._together and link.exchanges):
+            panel.set("watchdog_feed", beat)
+            return
+        try:
+            (holder,) = link.exchange(
+                read_address=panel.profile.find("writer").address,
+                read_count=1,
+                write_address=panel.profile.find("watchdog_feed").address,
+                values=[beat],
+                what="a heartbeat, and who may give commands",
+            )
+        except ModbusRefusal:  # some take function 23 for their ring and status only
+            self._together = False
+            panel.set("watchdog_feed", beat)
+            return
+        if holder != self.number:
+            self.confirm()  # read once more: the reply may have been altered on its way
+        self._seen_s = time.monotonic()
 
     def confirm(self) -> None:
         """See that the lock is still this program's: one register is read.

@@ -274,6 +274,8 @@ class FakeController:
 
     def feed_watchdog(self) -> None:
         self._wire("feed_watchdog")
+        if not self.in_charge:
+            raise NotInCharge("fake: program 4711 has taken over; nothing more is sent to it")
         self._fed_s = self.clock.now_s()
 
     def enable(self, *, force_limit_kN: float, stroke_limit_mm: float, watchdog_ms: int) -> None:

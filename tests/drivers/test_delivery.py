@@ -46,12 +46,6 @@ def test_the_longest_round_trip_is_that_at_which_the_rate_is_just_reached(
     assert min(share_of_rate, share_of_time) == pytest.approx(1.0, rel=1e-6)
 
 
-def test_the_look_at_the_lock_before_each_feed_counts() -> None:
-    found = replace(delivery(0.01), lock_s=0.01)
-    assert found.samples_share == pytest.approx(delivery(0.01).samples_share - 4 * 0.01, rel=1e-12)
-    assert 0.0105 < found.longest_trip_s < 0.0106
-
-
 def test_it_keeps_up_on_one_side_of_it_only() -> None:
     longest_s = delivery(0.01).longest_trip_s
     assert 0.0110 < longest_s < 0.0111
