@@ -57,6 +57,8 @@ class ControllerMemory:
     done_sequence: int | None = None
     forgiven: int | None = None
     """The fault that it showed when we came, and that switching on resets."""
+    foreign: int | None = None
+    """Number of another program's command that it was seen to have taken."""
 
 
 def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:
@@ -102,6 +104,7 @@ def evaluate_status(
         watchdog_trips=status.watchdog_trips,
         done_sequence=status.done_sequence,
         forgiven=shown if shown == before.forgiven or (came and _is_over(status)) else None,
+        foreign=status.foreign_sequence,
     )
     if memory.forgiven is not None:
         return memory, _old_fault(status, at_s) if came else None
@@ -116,7 +119,7 @@ def evaluate_status(
     elif ended and status.end_reason in (EndReason.WATCHDOG, EndReason.DEVICE_LIMIT):
         why = f"its last motion ended by {status.end_reason.name.lower().replace('_', ' ')}"
     if not why:
-        return memory, None
+        return memory, _foreign_command(before, status, at_s)
     return memory, Trip(
         "controller",
         Action.EMERGENCY,
@@ -124,6 +127,22 @@ def evaluate_status(
         f"force {status.force_kN:.1f} kN, stroke {status.stroke_mm:.1f} mm",
         at_s,
         value=float(status.fault_code),
+        device_fault=True,
+    )
+
+
+def _foreign_command(before: ControllerMemory, status: ControllerStatus, at_s: float) -> Trip | None:
+    """Return a trip for another program's command, seen twice: the first reply may have been altered."""
+    foreign = status.foreign_sequence
+    if foreign is None or foreign != before.foreign:
+        return None
+    return Trip(
+        "controller",
+        Action.EMERGENCY,
+        f"the controller took a command (number {foreign}) that this program has not given: another program "
+        "commands it without the right to; end that program",
+        at_s,
+        value=float(foreign),
         device_fault=True,
     )
 

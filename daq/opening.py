@@ -229,6 +229,7 @@ class Opening:
         self._judge_wire(alive)
         if remark := delivery_remark(alive.acquisition):
             self.showing.message(f"WARNING: the controller: {remark}")
+        self.demand_free()  # what another program moves meanwhile is not at rest
         self._judge_rest(alive.zeroing, rest)
 
     def _outage_text(self, alive: Alive) -> str:

@@ -403,7 +403,7 @@ class SafeStop:
             )
         else:
             force_kN = self._force_kN(last)
-            stroke_mm, whose = self._stroke_mm(last, told=seen is None)
+            stroke_mm, reading = self._stroke_mm(last, told=seen is None)
             off = last.state in VALVE_OFF or last.state is MotionState.FAULT
             whose = self._whose(off=off) if by == "nobody" else ""
             safe = off and abs(force_kN) <= self._zero_kN and not (seen and seen.other_kN) and not whose
@@ -411,7 +411,7 @@ class SafeStop:
             own = " by the controller itself" if by == "controller" else ""
             line = (
                 f"safe stop{own}: force {round(force_kN, 1) + 0.0:.1f} kN ({source}), "
-                f"stroke {round(stroke_mm, 1) + 0.0:.1f} mm{whose}, {valve}, after {duration_s:.1f} s"
+                f"stroke {round(stroke_mm, 1) + 0.0:.1f} mm{reading}, {valve}, after {duration_s:.1f} s"
             )
             if whose:
                 line = f"nothing was sent: {whose}; last seen: {line.removeprefix('safe stop: ')}"

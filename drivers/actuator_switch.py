@@ -122,7 +122,7 @@ class ActuatorSwitch:
         DeviceFault
             If the wire fails or the actuator stays on.
         """
-        self._lock.demand()
+        self._lock.demand_recent()
         self._panel.set("control_word", cia402.SWITCH_OFF)
         self._panel.demand_state(
             lambda word: not word & cia402.OPERATION_BIT, "the actuator off after control word 0x0000"

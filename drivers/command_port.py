@@ -7,6 +7,7 @@ afterwards.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -32,6 +33,8 @@ HOLD, RAMP, HARMONIC, STATIC, RELEASE, ADJUST = 1, 2, 3, 4, 5, 6
 """Values of register ``command_code``."""
 
 _KEYS = ("command_sequence", "command_code")
+_REMEMBERED = 8
+"""So many numbers of commands are remembered as own: a snapshot may be older than the last ones given."""
 _BEGUN = {HOLD: MotionState.HOLDING, RELEASE: MotionState.RELEASING}
 """What the controller does once a command that stops is executed."""
 
@@ -64,6 +67,7 @@ class CommandPort:
         self._block = panel.profile.span(COMMAND)
         self._parameters = [place.name for place in self._block.places if place.name not in _KEYS]
         self._sequence: int | None = None
+        self._given: deque[int] = deque(maxlen=_REMEMBERED)
         self._ready: _Ready | None = None
         self._armed: list[int] | None = None  # the block that the device took last and has not executed
         self._is_kept = False  # whether it was seen to hold that block
@@ -118,6 +122,7 @@ class CommandPort:
         CommandRejected, DeviceFault
             As :meth:`give`.
         """
+        self._lock.keep()
         if ready := self._find_ready(code, parameters):
             kept, what = self._is_kept, f"{text} (command {code}, sequence {ready.sequence})"
             with suppress(CommandRejected):  # the device has dropped it since: it is given anew
@@ -125,7 +130,6 @@ class CommandPort:
                 if kept or self._holds(ready.registers, what):
                     return ready.sequence
         sequence, what, registers = self._numbered(code, text, parameters)
-        self._lock.keep()
         self._send(sequence, what, registers)
         values = self._judged(sequence, what)
         if int(values["state"]) != _BEGUN[code] and int(values["done_sequence"]) != sequence:
@@ -230,6 +234,7 @@ class CommandPort:
         """Return the next sequence number, the command for messages, and its block."""
         if self._sequence is None:
             self._sequence = int(self._panel.persist(self._panel.read_status)["echo_sequence"])
+            self._given.append(self._sequence)
         sequence = self._sequence % 0xFFFF + 1  # 0 means “none yet”
         what = f"{text} (command {code}, sequence {sequence})"
         values: dict[str, float] = {**dict.fromkeys(self._parameters, 0.0), **parameters}
@@ -242,7 +247,24 @@ class CommandPort:
             raise CommandRejected(f"{what} was not sent: {error}") from None
         self._note_rounding(what, values, self._block.decode(registers))
         self._sequence = sequence
+        self._given.append(sequence)
         return sequence, what, registers
+
+    def find_foreign(self, echoed: int) -> int | None:
+        """Return the number of the command that the device took last if this program has not given it.
+
+        Parameters
+        ----------
+        echoed : int
+            Register ``echo_sequence`` of a snapshot; 0 for none yet.
+
+        Returns
+        -------
+        int or None
+            None also where this program gives no commands by now.
+        """
+        own = not self._lock.held or not self._given or echoed in self._given
+        return None if own or not echoed else echoed
 
     def _execute(self, sequence: int, what: str, *, hurry: bool = False) -> None:
         self._armed = None

@@ -78,6 +78,8 @@ class ControllerStatus:
     command_mm: float
     tick_us: int | None = None
     """The device's clock when it made the snapshot [µs, modulo 2³²]; None where it shows none."""
+    foreign_sequence: int | None = None
+    """Number of a command that it took and that this program has not given; None where there is none."""
 
 
 @dataclass(frozen=True)

@@ -139,6 +139,7 @@ class RegisterController:
             position_mm=float(values["position"]),
             command_mm=float(values["command"]),
             tick_us=int(values["tick"]) if "tick" in values else None,
+            foreign_sequence=self._commands.find_foreign(int(values["echo_sequence"])),
         )
 
     def _note_no_numbers(self, values: Mapping[str, float]) -> None:

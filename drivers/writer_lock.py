@@ -88,7 +88,10 @@ class WriterLock:
         self.claim()
 
     def keep(self) -> None:
-        """Take the lock if this program never had it: whoever hurries asks the controller nothing.
+        """Take the lock if this program never had it; whoever hurries asks the controller nothing.
+
+        Behind a pause of ``LOOK_S`` without a look it is asked all the same: a program that slept may have
+        been dropped, and what it would stop is another's.
 
         Raises
         ------
@@ -97,7 +100,9 @@ class WriterLock:
         DeviceFault
             As :meth:`claim`.
         """
-        if not self.held:
+        if self.held:
+            self.demand_recent()
+        else:
             self.claim()
 
     def demand(self) -> None:
@@ -113,6 +118,20 @@ class WriterLock:
             raise NotInCharge(
                 f"{self._at}: this program has not the right to give it commands; nothing was sent"
             )
+
+    def demand_recent(self) -> None:
+        """Demand the lock by what was seen within ``LOOK_S``; the controller is asked where that is older.
+
+        Raises
+        ------
+        NotInCharge
+            If this program has it not.
+        DeviceFault
+            If the wire fails.
+        """
+        self.demand()
+        if time.monotonic() - self._seen_s > LOOK_S:
+            self.confirm()
 
     def feed(self, beat: int) -> None:
         """Write a heartbeat, with the lock seen in the same transaction where function 23 goes.
@@ -133,9 +152,7 @@ class WriterLock:
         DeviceFault
             If the wire fails.
         """
-        self.demand()
-        if time.monotonic() - self._seen_s > LOOK_S:
-            self.confirm()
+        self.demand_recent()
         panel, link = self._panel, self._panel.link
         if not (self._offered and self._together and link.exchanges):
             panel.set("watchdog_feed", beat)

@@ -200,6 +200,46 @@ def ended_under_load(folder: Path, launcher: Launcher, why: str) -> list[str]:
         return wrong
 
 
+def asleep_while_another_runs(folder: Path, launcher: Launcher) -> list[str]:
+    """A program sleeps under load (SIGSTOP, as by Ctrl-Z) until the stand is another's, and wakes up."""
+    with bench(folder, launcher) as stand:
+        first = stand.run(stand.campaign("first", HOLD.format(stroke=30.0, duration=60.0)))
+        held = stand.witness.wait_for(_held, PHASE_PATIENCE_S, lambda: first.alive)
+        if held is None:
+            return [f"the first never held: {first.last_line}"]
+        asleep_s = time.monotonic()
+        first.send(signal.SIGSTOP)
+        forgotten = stand.witness.wait_for(lambda look: look.safe and look.values["writer"] == 0, GIVEN_UP_S)
+        safe_s, bound_s = stand.witness.safe_since(asleep_s), stated_s(stand, held.values["position_mm"])
+        if forgotten is None or safe_s is None or safe_s - asleep_s > bound_s:
+            return [f"not safe within {bound_s:.1f} s, or not given up: {stand.witness.now}"]
+        second = stand.run(stand.campaign("second", HOLD.format(stroke=35.0, duration=4.0)))
+        stand.witness.wait_for(_held, PHASE_PATIENCE_S, lambda: second.alive)
+        awake_s = time.monotonic()
+        first.send(signal.SIGCONT)
+        wrong = [] if first.wait() == FAULT else [f"the first ended with {first.status}: {first.last_line}"]
+        if second.wait() != COMPLETE:
+            wrong.append(f"the second ended with {second.status}: {second.last_line}")
+        late = [one for one in commands_of(stand, first) if one.time_s > awake_s]
+        time.sleep(SEEN_S)
+        # The first has written before it fell asleep, and may say of the other's stand that it is not safe.
+        others = [one for one in complaints(stand) if "was refused" not in one and "NOT SAFE" not in one]
+        return wrong + [f"the first wrote: {one}" for one in late] + others
+
+
+def crowd(folder: Path, launcher: Launcher, many: int = 5) -> list[str]:
+    """So many campaigns start at once: one has the stand, the others have written nothing."""
+    with bench(folder, launcher) as stand:
+        names = [f"campaign-{number}" for number in range(many)]
+        wanted = [stand.campaign(name, HOLD.format(stroke=30.0, duration=2.0)) for name in names]
+        programs = [stand.run(campaign) for campaign in wanted]
+        statuses = sorted(program.wait() for program in programs)
+        time.sleep(SEEN_S)
+        lines = [f"{program.status}: {program.last_line}" for program in programs]
+        wrong = [] if statuses == [COMPLETE] + [FAULT] * (many - 1) else lines
+        return wrong + complaints(stand)
+
+
 def simulated_then_resumed(folder: Path, launcher: Launcher) -> list[str]:
     """A rehearsal is stopped and gone on with by a plain resume: the real stand must not hear of it."""
     with bench(folder, launcher) as stand:

@@ -1,8 +1,8 @@
 """The matrix as a table: ``python -m tests.two_programs.table [--side-by-side N] [--short] [WORD…]``.
 
 Words choose cells (``"hold" "resume"``: those whose text has all of them). Standard output is the table in
-Markdown, a row a cell or (``--short``) one for all that differ only in when the second came. Standard error
-is what went wrong, as it comes.
+Markdown, a row a cell or (``--short``) one for all that differ only in the phase or in when the second came.
+Standard error is what went wrong, as it comes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ HEAD = (
 
 SHORT_HEAD = (
     "first",
-    "phase (watchdog)",
+    "phases; watchdog",
     "second",
     "cells",
     "second came after",
@@ -71,19 +71,16 @@ def table(rows: Iterable[Row]) -> str:
 
 
 def short(rows: Iterable[Row]) -> str:
-    """Return the rows in Markdown, those that differ only in when the second one came as one."""
-    groups: dict[tuple[str, str, str, str], list[Row]] = {}
+    """Return the rows in Markdown, those that differ only in the phase or in when the second came as one."""
+    groups: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
         cell = row.cell
-        killed = "" if cell.kill_after_s is None else "killed in "
-        key = cell.first, f"{killed}{cell.phase}", f"{cell.watchdog_s:g} s", cell.second
-        groups.setdefault(key, []).append(row)
+        killed = "" if cell.kill_after_s is None else f"killed in {cell.phase}, {cell.watchdog_s:g} s"
+        groups.setdefault((cell.first, killed, cell.second), []).append(row)
     lines = ["| " + " | ".join(SHORT_HEAD) + " |", "|" + "---|" * len(SHORT_HEAD)]
-    for key, group in groups.items():
-        first, phase, watchdog, second = key
-        if phase.startswith("killed"):
-            phase += f" ({watchdog})"
-        columns = (first, phase, second, str(len(group)), *_figures(group))
+    for (first, killed, second), group in groups.items():
+        phases = killed or ", ".join(dict.fromkeys(row.cell.phase for row in group))
+        columns = (first, phases, second, str(len(group)), *_figures(group))
         lines.append("| " + " | ".join(columns) + " |")
     return "\n".join(lines)
 

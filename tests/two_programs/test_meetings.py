@@ -36,6 +36,8 @@ SELDOM: dict[str, Meeting] = {
     "resume tried again and again, watchdog 10 s": partial(scenarios.retried_and_waiting, watchdog_s=10.0),
     "zero while a campaign waits to cool": cell(Cell("run", "cool-down", "zero")),
     "a rehearsal gone on with": scenarios.simulated_then_resumed,
+    "asleep while another runs": scenarios.asleep_while_another_runs,
+    "five at once": scenarios.crowd,
     "asked for consent while another runs": scenarios.asked_while_another_runs,
     "a real campaign gone on with as a rehearsal": scenarios.real_then_simulated,
     "stopped by the operator, force left": partial(scenarios.ended_under_load, why="operator"),
