@@ -297,6 +297,7 @@ def by_hand(
     """
     stand.controller.connect()
     if why := use_trouble(stand.controller, clock, GuardTable().zero_force_max_kN):
+        why = f"{why}; the stand was not touched"
         raise Halt(Trip("controller", Action.STOP, why, clock.now_s(), device_fault=True))
     for sensor in stand.sensors:
         sensor.start()

@@ -199,7 +199,7 @@ class Opening:
                 show=self.showing.waiting,
             )
             if not why and self.request.level > StopLevel.NONE:
-                why = f"stopped by the operator: {self.request.reason}; the stand was not touched"
+                why = f"stopped by the operator: {self.request.reason}"
                 raise Halt(trip_at(self.clock, "operator", why, device_fault=False))
         if why:
             raise Halt(trip_at(self.clock, "controller", why))

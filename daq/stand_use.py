@@ -30,7 +30,6 @@ SAID_S = 5.0
 """The wait is said again after so long, for logs [s of the wall]."""
 LONG_REST_S = 10.0
 """Nobody need stay with a valve that is off: a wait from so long on is made with it off [s]."""
-UNTOUCHED = "the stand was not touched"
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ def use_trouble(controller: Controller, clock: Clock, most_kN: float) -> str:
         If the wire fails.
     """
     use = look_at_use(controller, most_kN)
-    return "" if use is None else f"{_refusal(use, lives=lives(controller, clock, use))}; {UNTOUCHED}"
+    return "" if use is None else _refusal(use, lives=lives(controller, clock, use))
 
 
 def lives(controller: Controller, clock: Clock, use: Use) -> bool:
@@ -195,7 +194,7 @@ def await_free(
     if first is None:
         return ""
     if first.longest_s is None or lives(controller, clock, first):
-        return f"{_refusal(first, lives=first.longest_s is not None)}; {UNTOUCHED}"
+        return _refusal(first, lives=first.longest_s is not None)
     began_s = said_s = clock.wall_s()
     say(
         f"waits for the controller to come to rest by itself{first.at_most}: {first.what} ({first.shown}); "
@@ -208,12 +207,12 @@ def await_free(
             say(f"the controller is at rest, and nobody has it, after {now_s - began_s:.0f} s: going on")
             return ""
         if use.writer.feed != first.writer.feed or use.writer.process_lives:
-            return f"{_refusal(use, lives=True)}; {UNTOUCHED}"
+            return _refusal(use, lives=True)
         if now_s > end_s:
             return (
                 f"waited {now_s - began_s:.0f} s in vain: {use.what} ({use.shown}); look at the stand, and "
                 "whether its controller has a watchdog that runs; if nobody works on it, switch its "
-                f"hydraulics off and its controller off and on, then start again; {UNTOUCHED}"
+                "hydraulics off and its controller off and on, then start again"
             )
         left_s = max(0.0, end_s - RESERVE_S - now_s if use.longest_s is None else use.longest_s)
         show(f"waits for the stand ({use.shown})", left_s)
