@@ -51,6 +51,9 @@ OFFSET_WINDOW = 50
 """The clocks are compared by the least delay of so many newest blocks."""
 LOOKS, LONG_LOOKS = 3, 6
 """So many looks in a row must say it; more where the one is no multiple of the other."""
+BEYOND = 1.05
+"""A second force of more than so many times the stand's own limit is an amplifier at its end: no guard lets
+the specimen see as much."""
 TELLS_MM = 1.5
 """Before this stroke the expected curve does not tell which of both is right: a preload is met."""
 
@@ -99,6 +102,8 @@ class TwoForcesJudge:
         time = time[time >= max(one[0, 0], two[0, 0])]
         first = np.interp(time, *one)
         second = np.interp(time, *two)
+        if float(np.max(np.abs(second))) > BEYOND * scene.guard.force_max_kN:
+            return None  # saturated: its own watch says so, and the agreement with the first one has a guard
         return self._judge(scene, first, second, one, time)
 
     def _judge(  # noqa: PLR0911 - one return for each thing that can be wrong

@@ -17,7 +17,7 @@ ENDS = {
     "controller=exception@8": "refused with Modbus exception 4 (device failure)",
     "temperature_1=stale@6": "temperature_1 (spring plate 3) has given no true reading for 5.0 s (limit 5 s",
     "temperature_2=all-zero@2": "all bytes are zero, whose CRC is valid by chance; look for a short circuit",
-    "stroke_1=stuck@6": "tilt (stroke_1 − stroke_2) -",
+    "stroke_1=stuck@6": "it stands still, it may have come off or its drum sticks",
     # The wire that snaps back is seen by its speed before the tilt has lasted long enough.
     "stroke_2=broken@6": "stroke (mean of the draw wires on the specimen) changes at -",
     "force=broken@8": "force (transducer of the controller) -204800.00 kN is below the limit of -10.00 kN",
