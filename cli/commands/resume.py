@@ -44,8 +44,9 @@ def command(
     """Go on with a stopped, crashed or too hot campaign; DIR is its folder.
 
     Steps that are complete are not repeated. After a temperature stop the specimen must have cooled to the
-    resume temperature of the campaign file. If the campaign's files were edited since they were taken, it
-    shows the differences and asks whether to go on with them.
+    resume temperature of the campaign file. What a killed program has left on the stand is waited for, until
+    the controller has come to rest by itself (some 10 s, with a countdown). If the campaign's files were
+    edited since they were taken, it shows the differences and asks whether to go on with them.
     """
     from cli.commands.plan import show_what_is_learned
     from cli.commands.run import finish, nothing_left
