@@ -50,9 +50,10 @@ def command(
     """Go on with a stopped, crashed or too hot campaign; DIR is its folder.
 
     Steps that are complete are not repeated. After a temperature stop the specimen must have cooled to the
-    resume temperature of the campaign file. If the campaign's files were edited since they were taken, it
-    shows the differences and asks whether to go on with them; a limit that was made looser needs a campaign
-    of its own.
+    resume temperature of the campaign file. What a killed program has left on the stand is waited for, until
+    the controller has come to rest by itself (some 10 s, with a countdown). If the campaign's files were
+    edited since they were taken, it shows the differences and asks whether to go on with them; a limit that
+    was made looser needs a campaign of its own.
 
     It goes on as it was begun: with --simulate, or on the stand at the stand file's addresses. What is
     another than at the start before (controller, its profile, this software) is shown, asked about at a

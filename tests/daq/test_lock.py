@@ -24,21 +24,28 @@ from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 from tests.daq.test_in_use import written_by
-from tests.daq.test_round_trips import SHORT
 
 PROFILE = load_profile("ring")
 WRITER, FEED = PROFILE.find("writer").address, PROFILE.find("watchdog_feed").address
 ACKNOWLEDGE = PROFILE.find("ring_acknowledge").address
 INTRUDER = 4711
 RESUMES = replace(COARSE, awaits_stand=True)
-COOLS = SHORT + "start_temperature_C = [15.0, 25.0]\n"
+BRIEF = """
+[[step]]
+kind = "harmonic"
+prestress_mm = 20.0
+amplitude_mm = 5.0
+frequency_Hz = 1.0
+cycles = 2
+"""
+COOLS = BRIEF + "start_temperature_C = [15.0, 25.0]\n"
 ELSEWHERE = f"a program on another computer (number {INTRUDER})"
 
 
 class TwoPrograms:
     """One stand in virtual time, one bank of registers, and a wire for each program that talks to it."""
 
-    def __init__(self, folder: Path, steps: str = SHORT, **settings: Any) -> None:
+    def __init__(self, folder: Path, steps: str = BRIEF, **settings: Any) -> None:
         self.folder = folder
         self.plan, self.file = sample_plan(campaign(folder, steps, **settings))
         self.opened: InProcessStand = open_in_process(self.file)
@@ -168,7 +175,7 @@ def test_no_heartbeat_is_written_for_another(tmp_path: Path) -> None:
 
 
 def test_a_campaign_that_waits_has_the_valve_off_and_the_stand(tmp_path: Path) -> None:
-    two = TwoPrograms(tmp_path, COOLS, initial_C=25.15)
+    two = TwoPrograms(tmp_path, COOLS, initial_C=25.08)
     refused: list[str] = []
     valve: list[bool] = []
 
@@ -182,7 +189,7 @@ def test_a_campaign_that_waits_has_the_valve_off_and_the_stand(tmp_path: Path) -
 
     other = two.other()
     began = two.at(lambda: any("waits for the specimen" in line for line in two.shown.lines), lambda: None)
-    two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 10.0, second)
+    two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 2.0, second)
     outcome = two.run()
     assert (outcome.status, outcome.exit_status) == ("complete", ExitStatus.DONE), outcome.reason
     assert valve == [False]
@@ -193,17 +200,17 @@ def test_a_campaign_that_waits_has_the_valve_off_and_the_stand(tmp_path: Path) -
 @pytest.mark.parametrize("comes_back", [False, True])
 def test_a_lock_lost_in_a_wait_is_asked_for_again(tmp_path: Path, comes_back: bool) -> None:
     """Lost to another program: refused behind the wait. Lost, and free again: it goes on."""
-    two = TwoPrograms(tmp_path, COOLS, initial_C=25.15)
+    two = TwoPrograms(tmp_path, COOLS, initial_C=25.08)
     began = two.at(lambda: any("waits for the specimen" in line for line in two.shown.lines), lambda: None)
-    lost = two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 10.0, two.take_over)
+    lost = two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 2.0, two.take_over)
     feeds = iter(range(30_000, 60_000))
 
     def holds(_: float) -> None:  # it lives, and so the controller does not drop it
-        if lost and not (comes_back and two.clock.now_s() > lost[0] + 5.0):
+        if lost and not (comes_back and two.clock.now_s() > lost[0] + 2.0):
             two.bank.write(FEED, [next(feeds)])
 
     two.clock.listen(holds)
-    two.at(lambda: comes_back and bool(lost) and two.clock.now_s() > lost[0] + 5.0,
+    two.at(lambda: comes_back and bool(lost) and two.clock.now_s() > lost[0] + 2.0,
            lambda: two.bank.write(WRITER, [0]))  # fmt: skip
     outcome = two.run()
     assert any("asks for the stand again before it moves" in line for line in two.shown.lines)

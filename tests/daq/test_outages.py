@@ -364,13 +364,17 @@ def test_minutes_without_a_controller_are_waited_for_while_the_specimen_cools(
 def test_a_stand_that_somebody_else_uses_by_then_is_left_to_him(tmp_path: Path) -> None:
     orders = Orders(lost=lambda t: 20.0 <= t < 40.0)
     case = RunnerCase(tmp_path, WARM, orders, limits=WAITS, reading=lambda t: 41.0 if t > 5.0 else 25.0)
-    other = case.controller.other_writer
-    case.controller.other_writer = (  # type: ignore[method-assign]
-        lambda: 4711 if case.clock.now_s() > 40.0 else other()
+    seen = case.controller.seen_writer
+    case.controller.seen_writer = (  # type: ignore[method-assign]
+        lambda: (
+            replace(seen(), number=4711, who="a program on another computer (number 4711)")
+            if case.clock.now_s() > 40.0
+            else seen()
+        )
     )
     outcome = case.run(settings=COARSE)
     assert outcome.exit_status == ExitStatus.DEVICE_FAULT
-    assert "another program (number 4711) gives the controller commands" in outcome.reason
+    assert "gives the controller commands: a program on another computer (number 4711)" in outcome.reason
     assert case.clock.now_s() < 60.0
 
 

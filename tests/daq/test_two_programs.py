@@ -145,13 +145,9 @@ def hall(tmp_path: Path) -> Iterator[Hall]:
             served.communicate(timeout=PATIENCE_S)
 
 
-def test_a_campaign_that_waits_keeps_the_stand_and_a_killed_one_is_resumed(hall: Hall) -> None:
-    """One stand for both, since what costs is to start it."""
-    refused_while_another_waits(hall)
-    killed_and_resumed(hall)
-
-
-def refused_while_another_waits(hall: Hall) -> None:
+@pytest.mark.long
+def test_a_second_campaign_is_refused_while_the_first_waits(hall: Hall) -> None:
+    """In virtual time it is tried always: test_lock.py."""
     first = hall.start("run", hall.campaign("first", WAITS), "--out", hall.folder / "first")
     try:
         hall.until(lambda: "waits for the specimen to cool" in first.said, first, "the wait")
@@ -175,7 +171,7 @@ def refused_while_another_waits(hall: Hall) -> None:
     assert hall.witness.newest().writer == 0, "given back at the end"
 
 
-def killed_and_resumed(hall: Hall) -> None:
+def test_a_campaign_killed_under_force_is_resumed_behind_its_own_release(hall: Hall) -> None:
     killed = hall.start("run", hall.campaign("third", SINE), "--out", hall.folder / "third")
     hall.until(lambda: hall.witness.newest().force_kN > LOADED_KN, killed, "force")
     killed.process.kill()
