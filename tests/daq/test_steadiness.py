@@ -52,7 +52,7 @@ def test_a_step_ends_when_its_cycles_have_settled_and_is_complete(tmp_path: Path
 
 
 def test_a_step_that_does_not_settle_ends_after_its_most_cycles(tmp_path: Path) -> None:
-    outcome, _, _ = run(tmp_path, SETTLING.replace("DAMPING", "0.0001"))
+    outcome, _, _ = run(tmp_path, SETTLING.replace("DAMPING", "0.001"))
     assert outcome.status == "complete"
     events = [event.text for event in open_run(outcome.runs[0]).events]
     assert "not settled after 12 cycles, the most that were planned" in events
