@@ -167,6 +167,7 @@ def perform(
                     waited_for=simulate,
                     says_it_waits=served,
                     awaits_stand=awaits_stand,
+                    speed=clock.speed if isinstance(clock, StandClock) else speed,
                 ),
                 predictor=prepared.predictor,
             )

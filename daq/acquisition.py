@@ -191,6 +191,7 @@ class Acquisition:
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
+        self._hands_off = False
         self.when_lock_is_lost: Callable[[NotInCharge], object] | None = None
         """What is done once the right to give commands is lost; None: that is a reason to stop."""
         self._heard_s = clock.wall_s()
@@ -374,12 +375,20 @@ class Acquisition:
         if isinstance(fault, WireLost) and self.lose(fault):
             return
         if isinstance(fault, NotInCharge):
-            if self.when_lock_is_lost is not None:
+            self._hands_off = self._another_has_it()
+            if not self._hands_off and self.when_lock_is_lost is not None:
                 self.when_lock_is_lost(fault)
                 return
             self._latch_fault(f"the right to give commands was lost: {fault}")
             return
         self._latch_fault(f"the controller or its wire failed: {fault}")
+
+    def _another_has_it(self) -> bool:
+        """Return whether another program has the controller, whose samples are that one's then."""
+        try:
+            return bool(self.stand.controller.other_writer())
+        except DeviceFault:
+            return True
 
     def _latch_fault(self, reason: str) -> None:
         now_s = self.clock.now_s()
@@ -480,7 +489,13 @@ class Acquisition:
         return False
 
     def _read_controller(self) -> None:
-        """Read until the device has no more, a guard trips, or the time of a look is over."""
+        """Read until the device has no more, a guard trips, or the time of a look is over.
+
+        Once another program has the controller nothing is read: to take samples is to acknowledge them.
+        """
+        if self._hands_off:
+            self._up_to_date = True
+            return
         wall_s, pace = self.clock.wall_s, self.pace
         demanded, end_s = self.panel.action, wall_s() + pace.look_s
         self._up_to_date = False

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from daq.guards import Action, Trip
 from daq.scaling import ScaledBlock
 from drivers.cia402 import RESET_FORCE_MAX_KN
+from drivers.in_use import SWITCHED_ON
 from drivers.interfaces import ControllerStatus, EndReason, MotionState
 
 FAULT_CODES = {1: "watchdog", 2: "force limit of the device", 3: "stroke limit of the device", 4: "actuator"}
@@ -59,6 +60,10 @@ class ControllerMemory:
     """The fault that it showed when we came, and that switching on resets."""
     foreign: int | None = None
     """Number of another program's command that it was seen to have taken."""
+    valve_on: bool | None = None
+    """Whether this program has its valve on; None while that changes, and before."""
+    valve_differs: bool = False
+    """Whether the last snapshot showed otherwise."""
 
 
 def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:
@@ -105,6 +110,7 @@ def evaluate_status(
         done_sequence=status.done_sequence,
         forgiven=shown if shown == before.forgiven or (came and _is_over(status)) else None,
         foreign=status.foreign_sequence,
+        valve_differs=before.valve_on is not None and (status.state in SWITCHED_ON) is not before.valve_on,
     )
     if memory.forgiven is not None:
         return memory, _old_fault(status, at_s) if came else None
@@ -119,7 +125,8 @@ def evaluate_status(
     elif ended and status.end_reason in (EndReason.WATCHDOG, EndReason.DEVICE_LIMIT):
         why = f"its last motion ended by {status.end_reason.name.lower().replace('_', ' ')}"
     if not why:
-        return memory, _foreign_command(before, status, at_s)
+        trip = _foreign_command(before, status, at_s)
+        return memory, trip or _foreign_switching(before, memory, status, at_s)
     return memory, Trip(
         "controller",
         Action.EMERGENCY,
@@ -143,6 +150,23 @@ def _foreign_command(before: ControllerMemory, status: ControllerStatus, at_s: f
         "commands it without the right to; end that program",
         at_s,
         value=float(foreign),
+        device_fault=True,
+    )
+
+
+def _foreign_switching(
+    before: ControllerMemory, memory: ControllerMemory, status: ControllerStatus, at_s: float
+) -> Trip | None:
+    """Return a trip for a valve that somebody else has switched, seen twice."""
+    if not (before.valve_differs and memory.valve_differs):
+        return None
+    now, was = ("off", "on") if memory.valve_on else ("on", "off")
+    return Trip(
+        "controller",
+        Action.EMERGENCY,
+        f"the controller's valve is {now} (force {status.force_kN:.1f} kN) where "
+        f"this program had it {was}: somebody else has switched it, or the controller has by itself",
+        at_s,
         device_fault=True,
     )
 

@@ -283,6 +283,7 @@ class Opening:
             action=ACTIONS[self.table.action.wiring],
             force_factor=self.table.force_against_model_factor,
             ambient=self.facts.ambient(),
+            speed=self.settings.speed,
         )
         if why := nothing_expected(wiring.curve):
             self.showing.message(f"note: {why}")

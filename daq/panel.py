@@ -305,6 +305,10 @@ class GuardPanel:
         """Forgive nothing from now on: what the controller showed from before has been reset."""
         self._controller = replace(self._controller, forgiven=None)
 
+    def expect_valve(self, on: bool | None) -> None:
+        """Expect the controller's valve on or off from now on; None while this program switches it."""
+        self._controller = replace(self._controller, valve_on=on, valve_differs=False)
+
     def came_back(self, wall_s: float) -> None:
         """Judge silence and lag again from now on [s of the wall]: an outage is over."""
         self.cut_off = False
@@ -312,7 +316,7 @@ class GuardPanel:
 
     def ask_anew(self, wall_s: float) -> None:
         """Take the controller as it is now, as at a start [s of the wall]; what it shows is from before."""
-        self._controller = ControllerMemory(wall_s, wall_s)
+        self._controller = ControllerMemory(wall_s, wall_s, valve_on=self._controller.valve_on)
 
     def listen(self, at_s: float, wall_s: float) -> None:
         """Judge every silence; called in each pass, after all that came in was observed."""

@@ -31,6 +31,8 @@ class RunSettings:
         as any other, so that a wrong word blinds nothing.
     awaits_stand : bool
         Whether a start waits for what a killed program has left to come to rest; else it is refused.
+    speed : float
+        Seconds of the stand in one of the wall: more than 1 for a simulated stand that runs fast.
     """
 
     guards: GuardTable | None = None
@@ -40,3 +42,4 @@ class RunSettings:
     waited_for: bool = False
     says_it_waits: bool = False
     awaits_stand: bool = False
+    speed: float = 1.0

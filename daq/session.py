@@ -34,6 +34,7 @@ from daq.stroke_terms import SessionVoice, terms_for
 from daq.warmed import Warmed
 from daq.warming import warm_up
 from daq.zero_limits import BEYOND_MM
+from drivers.in_use import SWITCHED_ON
 from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
 from foundation.errors import BadInput, DeviceFault, NotInCharge
@@ -194,8 +195,10 @@ class Session:
         alive.safe_stop.arm()
         alive.acquisition.feeding = True
         alive.panel.change(alive.guards)
+        alive.panel.expect_valve(None)
         self._set_limits()
         alive.panel.switched_on()
+        alive.panel.expect_valve(True)
 
     def _set_limits(self) -> None:
         """Give the controller its limits and switch on; its stroke counts from its own zero.
@@ -514,6 +517,7 @@ class Session:
         first = alive.safe_stop.report is None
         self._showing.phase = "safe stop"
         alive.panel.change(alive.guards.valve_off())
+        alive.panel.expect_valve(None)
         with alive.rides.in_safe_stop():
             report = alive.safe_stop.run(
                 emergency=emergency,
@@ -575,10 +579,23 @@ class Session:
             self._showing.message(f"WARNING: {fault}; this campaign asks for the stand again before it moves")
 
         acquisition.when_lock_is_lost = lost
+        self._need().panel.expect_valve(False)
         try:
             yield
+        except BaseException:
+            self._stop_anew_if_on()
+            raise
         finally:
             acquisition.when_lock_is_lost = None
+
+    def _stop_anew_if_on(self) -> None:
+        """Let the safe stop stop once more unless the valve is seen to be off still: it was off in a wait."""
+        try:
+            is_on = self._stand.controller.status().state in SWITCHED_ON
+        except DeviceFault:
+            is_on = True  # not seen
+        if is_on:
+            self._need().safe_stop.arm()
 
     def _need_terms(self) -> Terms:
         if self._terms is None:

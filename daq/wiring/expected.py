@@ -30,6 +30,7 @@ def wiring_guard(
     action: Action,
     force_factor: float,
     ambient: Collection[str],
+    speed: float = 1.0,
 ) -> WiringGuard:
     """Return what the signals of a campaign are held against.
 
@@ -46,6 +47,8 @@ def wiring_guard(
         Within it a specimen's force is right.
     ambient : collection of str
         Temperature streams that do not touch the specimen.
+    speed : float
+        Seconds of the stand in one of the wall.
     """
     facts = (stand.controller.facts, *(sensor.facts for sensor in stand.sensors))
     thermometers = [one.name for one in facts if one.channels[0].quantity == "temperature"]
@@ -64,6 +67,7 @@ def wiring_guard(
         ambient_C=conditions.ambient_C,
         capacity_J_per_K=_capacity_J_per_K(predictor),
         sensor_lag_s=None if predictor is None else predictor.sensor_lag_s,
+        speed=speed,
     )
 
 

@@ -105,6 +105,9 @@ class WiringGuard:
         Heat capacity of the specimen; None: not known.
     sensor_lag_s : float or None
         By how much a sensor on it lags behind [s]; None: not known.
+    speed : float
+        Seconds of the stand in one of the wall: of a simulated stand that runs fast, an amplifier whose
+        samples are stamped by the wall tells less of delays.
     motion : str
         What is judged of force, strokes and position: ``all``; ``piston`` and the sign of the force while
         first contact is touched off, which has eyes of its own for the rest (:mod:`daq.wiring.touch`);
@@ -122,6 +125,7 @@ class WiringGuard:
     ambient_C: float = 21.0
     capacity_J_per_K: float | None = None
     sensor_lag_s: float | None = None
+    speed: float = 1.0
     motion: Compared = "all"
 
     @property

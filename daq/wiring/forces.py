@@ -32,6 +32,11 @@ GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
 """… where the force changes by this in the window."""
+HOLE_S, HOLE_PERIODS = 0.1, 4.0
+"""Nothing is judged where one of both has no sample for so long [s], and so many of its own periods."""
+FAST = 2.0
+"""Delays are judged of stands that run no more than so many times as fast as the wall, by which an
+amplifier's samples are stamped."""
 FLAT = 0.03
 """One that changes by less than this share of the other stands still."""
 JUMPED = 1.15
@@ -92,7 +97,7 @@ class TwoForcesJudge:
         if not self._first or not self._second:
             return None
         until_s = min(float(self._first[-1][0, -1]), float(self._second[-1][0, -1]))
-        if until_s < self._due_s + EVERY_S and until_s > self._due_s - 10.0:
+        if until_s < self._due_s + EVERY_S * scene.guard.speed and until_s > self._due_s - 10.0:
             return None
         self._due_s = until_s
         one, two = _series(self._first), _series(self._second)
@@ -102,6 +107,10 @@ class TwoForcesJudge:
         time = time[time >= max(one[0, 0], two[0, 0])]
         first = np.interp(time, *one)
         second = np.interp(time, *two)
+        if _has_hole(one, time) or _has_hole(two, time):
+            self._lasting.forget()
+            self._unlike.forget()
+            return None
         if float(np.max(np.abs(second))) > BEYOND * scene.guard.force_max_kN:
             return None  # saturated: its own watch says so, and the agreement with the first one has a guard
         return self._judge(scene, first, second, one, time)
@@ -122,8 +131,12 @@ class TwoForcesJudge:
         lag_s, gain, left, left_now, apart_kN = _best(one, time, second, zero_kN)
         off = taken_kN > GAIN_KN and not (1.0 / (1.0 + GAIN_OFF) <= gain <= 1.0 + GAIN_OFF)
         late = abs(lag_s) > LATE_S and left < BETTER * left_now
-        jumped = not (off or late) and abs(apart_kN) > JUMPED * zero_kN
-        unlike = off and (left > UNLIKE_KN + UNLIKE_SHARE * taken_kN or not FLAT < abs(gain) < 1.0 / FLAT)
+        still = not FLAT < abs(gain) < 1.0 / FLAT
+        blurred = left > UNLIKE_KN + UNLIKE_SHARE * taken_kN
+        if scene.guard.speed > FAST:
+            off, late = off and (still or not blurred), False
+        jumped = not (off or late or blurred) and abs(apart_kN) > JUMPED * zero_kN
+        unlike = off and (blurred or still)
         if _just_met(scene):
             return None
         sure = self._lasting.sure("moving", (off and not unlike) or late or jumped)
@@ -135,7 +148,7 @@ class TwoForcesJudge:
             return self._scale(scene, gain, first, second, unlike=False)
         if late:
             return _late(lag_s, scene.guard.delays_s)
-        return self._zero(scene, float(first[-1]), float(second[-1]), zero_kN)
+        return self._zero(scene, float(first[-1]), float(first[-1]) + apart_kN, zero_kN)
 
     def _zero(self, scene: Scene, first_kN: float, second_kN: float, most_kN: float) -> Doubt:
         stroke_mm = scene.stroke_mm()
@@ -199,6 +212,15 @@ def _series(track: deque[Floats]) -> Floats:
     whole = np.concatenate(track, axis=1)
     whole[0] = np.maximum.accumulate(whole[0])  # the clocks' offset may have become less
     return whole
+
+
+def _has_hole(series: Floats, time: Floats) -> bool:
+    """Return whether a track lacks samples within the times that are looked at [s]."""
+    inside = series[0][(series[0] >= time[0]) & (series[0] <= time[-1])]
+    if len(inside) < 3:
+        return True
+    steps = np.diff(np.concatenate(([time[0]], inside, [time[-1]])))
+    return float(np.max(steps)) > max(HOLE_S, HOLE_PERIODS * float(np.median(np.diff(inside))))
 
 
 def _best(

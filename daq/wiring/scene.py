@@ -87,6 +87,10 @@ class Lasting:
         self._looks = looks
         self._seen: dict[str, int] = {}
 
+    def forget(self) -> None:
+        """Count anew."""
+        self._seen.clear()
+
     def sure(self, key: str, so: bool) -> bool:
         """Count a look; return whether it has been so for long enough."""
         self._seen[key] = self._seen.get(key, 0) + 1 if so else 0

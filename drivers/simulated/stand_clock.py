@@ -97,6 +97,11 @@ class StandClock:
         self._now_s = self._wall_s = 0.0
         self._lived_s = CREDIT_S
 
+    @property
+    def speed(self) -> float:
+        """Return how many of its seconds pass in one of the wall where nothing is starved."""
+        return self._speed
+
     def now_s(self) -> float:
         """Get the stand's time [s]; it never steps back."""
         return self._look()[0]

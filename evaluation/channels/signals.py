@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from recording.run import STROKES, Run
 
 MOST = 8_000
 """Samples that are held of each signal: of two minutes at 1 kHz one in 15 ms."""
+HOLE_S, HOLE_PERIODS = 0.1, 4.0
+"""A signal without a sample for so long [s], and so many of its own periods, has a hole."""
 FloatArray = NDArray[np.float64]
 
 FORCES = ("force", "force_2")
@@ -34,6 +36,13 @@ class Signals:
 
     time_s: FloatArray
     by_name: Mapping[str, FloatArray]
+    known: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    """Whether a signal has samples around an instant, (N,) each; one that is not named here has them all."""
+
+    def both(self, one: str, two: str) -> NDArray[np.bool_]:
+        """Return at which instants two signals both have samples, shape (N,)."""
+        all_of_them = np.ones(self.time_s.size, dtype=np.bool_)
+        return self.known.get(one, all_of_them) & self.known.get(two, all_of_them)
 
     @property
     def strokes(self) -> tuple[str, ...]:
@@ -76,7 +85,18 @@ def signals_of(run: Run, wires: Sequence[str], whole_rows: int, piece_rows: int)
     if time_s.size < 2 or "force" not in usable or np.any(np.diff(time_s) <= 0.0):
         return None
     by_name = {name: np.interp(time_s, *pair) for name, pair in usable.items()}
-    return Signals(time_s, by_name)
+    return Signals(time_s, by_name, {name: _known(time_s, pair[0]) for name, pair in usable.items()})
+
+
+def _known(time_s: FloatArray, own_s: FloatArray) -> NDArray[np.bool_]:
+    """Return at which instants a signal has samples of its own on either side, close by."""
+    if own_s is time_s or np.any(np.diff(own_s) < 0.0):
+        return np.ones(time_s.size, dtype=np.bool_)
+    most_s = max(HOLE_S, HOLE_PERIODS * float(np.median(np.diff(own_s))))
+    after = np.searchsorted(own_s, time_s)
+    inside = (after > 0) & (after < own_s.size)
+    at = np.clip(after, 1, own_s.size - 1)
+    return inside & (own_s[at] - own_s[at - 1] <= most_s)
 
 
 def _thinned(run: Run, name: str, whole_rows: int, piece_rows: int) -> tuple[FloatArray, FloatArray]:

@@ -23,6 +23,8 @@ ZERO_STATED = 3.0
 LEAST_KN, LEAST_SHARE = 5.0, 0.01
 """A force that moves less, and less than this share of the stand's range, tells nothing."""
 LEAST_STROKE_MM = 2.0
+FEWEST = 20
+"""So many instants at least at which both forces have samples."""
 ROUNDING_KN = 1e-9
 """What interpolating one and the same value leaves."""
 STILL = 0.02
@@ -67,12 +69,16 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
     one, two = signals.get("force"), signals.get("force_2")
     if one is None or two is None:
         return []
+    both = signals.both("force", "force_2")
+    if np.count_nonzero(both) < FEWEST:
+        return []
+    time_s, one, two = signals.time_s[both], one[both], two[both]
     stand_kN = look.facts.force_limit_kN
     least = max(LEAST_KN, LEAST_SHARE * (stand_kN or 0.0))
     if max(float(np.ptp(one)), float(np.ptp(two))) < least:
         return []
-    still = _still(look, signals.time_s, {"force": one, "force_2": two})
-    return still or _followed(look, signals.time_s, one, two, expected)
+    still = _still(look, time_s, {"force": one, "force_2": two})
+    return still or _followed(look, time_s, one, two, expected)
 
 
 def _still(look: Look, time_s: FloatArray, forces: Mapping[str, FloatArray]) -> list[Finding]:

@@ -32,7 +32,7 @@ specimen = "{SAMPLES}/specimens/{SPECIMEN}.toml"
 [zero]
 touch = false
 [guards]
-lag_stop_s = 120.0
+lag_stop_s = 30.0
 """
 SINE = """
 [[step]]

@@ -37,7 +37,7 @@ release_speed_mm_per_s = {speed}
 [zero]
 touch = false
 [guards]
-lag_stop_s = 60.0
+lag_stop_s = 30.0
 """
 """A computer that is too busy to follow the stand is not what is tried here."""
 NEVER_HOT = "temperature_stop_C = 60.0\ntemperature_resume_C = 59.0\n"

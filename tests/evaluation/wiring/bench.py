@@ -19,6 +19,7 @@ import numpy as np
 
 from daq.limits import guards_for
 from daq.metadata import run_document
+from daq.reached import Reached
 from drivers.interfaces import EndReason, SampleBlock
 from drivers.simulated.inprocess import InProcessStand, open_in_process
 from drivers.simulated.miswired.settings import Miswired
@@ -200,6 +201,7 @@ def recorded(
         plan,
         opened.stand,
         opened.stand.controller.connect(),
+        Reached(True, "the bench's own"),
         guards,
         facts_of(stand_file),
     )
