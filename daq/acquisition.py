@@ -31,6 +31,8 @@ from foundation.clock import Clock
 from foundation.errors import DeviceFault, NotInCharge, WireLost
 from foundation.zero import Zero
 
+ASK_AGAIN_S = 1.0
+"""So often it is asked whether another program still has the controller [s of the wall]."""
 LONG_LOOK_S = 0.0005
 """After a look at the status that took longer, samples are read before anything else [s of the wall]."""
 CATCH_UP_S = 0.2
@@ -191,7 +193,7 @@ class Acquisition:
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
-        self._hands_off = False
+        self._hands_off, self._ask_again_s = False, -np.inf
         self.when_lock_is_lost: Callable[[NotInCharge], object] | None = None
         """What is done once the right to give commands is lost; None: that is a reason to stop."""
         self._heard_s = clock.wall_s()
@@ -376,7 +378,9 @@ class Acquisition:
             return
         if isinstance(fault, NotInCharge):
             self._hands_off = self._another_has_it()
-            if not self._hands_off and self.when_lock_is_lost is not None:
+            if self.when_lock_is_lost is not None:
+                self.panel.cut_off = self._hands_off
+                self.panel.expect_valve(None)
                 self.when_lock_is_lost(fault)
                 return
             self._latch_fault(f"the right to give commands was lost: {fault}")
@@ -389,6 +393,19 @@ class Acquisition:
             return bool(self.stand.controller.other_writer())
         except DeviceFault:
             return True
+
+    def _has_it_back(self) -> bool:
+        """Return whether nobody else has the controller any more, asked now and then; then go on from now."""
+        wall_s = self.clock.wall_s()
+        if wall_s < self._ask_again_s:
+            return False
+        self._ask_again_s = wall_s + ASK_AGAIN_S
+        if self._another_has_it():
+            return False
+        self.stand.controller.skip_backlog()
+        self._hands_off = self.panel.cut_off = False
+        self.panel.came_back(self.clock.wall_s())
+        return True
 
     def _latch_fault(self, reason: str) -> None:
         now_s = self.clock.now_s()
@@ -493,7 +510,7 @@ class Acquisition:
 
         Once another program has the controller nothing is read: to take samples is to acknowledge them.
         """
-        if self._hands_off:
+        if self._hands_off and not self._has_it_back():
             self._up_to_date = True
             return
         wall_s, pace = self.clock.wall_s, self.pace
