@@ -33,7 +33,7 @@ from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.showing import Showing
 from daq.signals import StopLevel, StopRequest
-from daq.stand_use import await_free, use_trouble
+from daq.stand_use import await_free, look_at_use, use_trouble
 from daq.start_band import begins_with_a_wait
 from daq.stop_eyes import StopEyes
 from daq.validity import expired_calibrations
@@ -199,7 +199,9 @@ class Opening:
                 show=self.showing.waiting,
             )
             if not why and self.request.level > StopLevel.NONE:
-                why = f"stopped by the operator: {self.request.reason}"
+                left = look_at_use(controller, most_kN)
+                seen = "" if left is None else f"; the stand was last seen so: {left.shown}, {left.what}"
+                why = f"stopped by the operator: {self.request.reason}{seen}"
                 raise Halt(trip_at(self.clock, "operator", why, device_fault=False))
         if why:
             raise Halt(trip_at(self.clock, "controller", why))
