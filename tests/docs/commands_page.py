@@ -17,10 +17,9 @@ Made from the commands' own `--help` by `python -m tests.docs.commands_page`; a 
 
 Exit status everywhere: **0** done (`evaluate`: evaluated, whatever the verdict); **1** the specimen failed,
 only with `evaluate --strict`; **2** bad input or usage, one message that names file, place, what is wrong and
-what to do; **3** stopped by a limit or the operator, data kept, stand seen safe; **4** stopped by a
-device or
-communication fault, or a stop whose safe state was not seen: data kept, the last line says what the stand was last seen
-to be.
+what to do; **3** stopped by a limit or the operator, data kept, stand seen safe; **4** stopped by a device or
+communication fault, or a stop whose safe state was not seen: data kept, the last line says what the stand was
+last seen to be.
 """
 
 
