@@ -313,6 +313,9 @@ def by_hand(
         report = hand.end()
         give_back(stand.controller, report)
         say(report.line)
+    late = hand.acquisition.panel.trip
+    if halt is None and late is not None and late.device_fault:  # seen as it was released
+        halt = Halt(late)
     if not report.safe:
         raise DeviceFault(report.line if halt is None else f"{halt.trip.reason}; {report.line}")
     if hand.reset_own_limit() and halt is not None:

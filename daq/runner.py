@@ -220,6 +220,8 @@ class _Campaign:
         exit_status = _exit_status(trip, report)
         if trip is None and exit_status:
             reason = "" if report is None else report.line
+        if trip is None and (late := self._session.late_fault()):  # of the last release: no step is the worse
+            trip, reason, exit_status = late, late.reason, ExitStatus.DEVICE_FAULT
         self._record = replace(
             self._record,
             status=status,

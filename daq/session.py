@@ -238,6 +238,11 @@ class Session:
         give_back(self._stand.controller, report)
         return report
 
+    def late_fault(self) -> Trip | None:
+        """Return a device's fault that a guard has seen since the last motion; None if there is none."""
+        trip = None if self._alive is None else self._alive.panel.trip
+        return trip if trip is not None and trip.device_fault else None
+
     def show_end(self, status: str, reason: str) -> None:
         """Show how the campaign ended."""
         self._showing.phase = "done"
