@@ -315,3 +315,37 @@ def test_a_motion_that_nothing_ends_is_not_waited_for_for_ever(tmp_path: Path) -
     assert "look at the stand" in outcome.reason
     assert two.clock.now_s() - began_s < 45.0
     assert two.written == []
+
+
+CONTROL = PROFILE.find("control_word").address
+
+
+def test_a_valve_that_somebody_else_switches_off_under_load_is_noticed_at_once(tmp_path: Path) -> None:
+    """A hold would take half a minute, and nobody would say that it holds nothing."""
+    two = TwoPrograms(tmp_path, '[[step]]\nkind = "hold"\nstroke_mm = 20.0\nduration_s = 40.0\n')
+    held = two.at(lambda: two.state is MotionState.HOLDING and two.clock.now_s() > 10.0, lambda: None)
+    off = two.at(
+        lambda: bool(held) and two.clock.now_s() > held[0] + 2.0, lambda: two.bank.write(CONTROL, [0])
+    )
+    outcome = two.run()
+    assert (outcome.status, outcome.exit_status) == ("failed", ExitStatus.DEVICE_FAULT)
+    assert "valve is off" in outcome.reason
+    assert "where this program had it on" in outcome.reason
+    assert two.clock.now_s() - off[0] < 15.0
+
+
+def test_a_valve_that_somebody_else_switches_on_in_a_wait_is_never_called_safe(tmp_path: Path) -> None:
+    two = TwoPrograms(tmp_path, COOLS, initial_C=25.08)
+    began = two.at(lambda: any("waits for the specimen" in line for line in two.shown.lines), lambda: None)
+
+    def switch_on() -> None:
+        for word in (6, 7, 15):
+            assert two.bank.write(CONTROL, [word]) == 0
+
+    two.at(lambda: bool(began) and two.clock.now_s() > began[0] + 2.0, switch_on)
+    outcome = two.run()
+    assert outcome.exit_status == ExitStatus.DEVICE_FAULT
+    assert "valve is on" in outcome.reason
+    assert outcome.safe_stop is not None
+    assert outcome.safe_stop.safe is not two.opened.device.controller.valve_on
+    assert not two.opened.device.controller.valve_on, "it had the lock: it has switched it off"
