@@ -279,7 +279,7 @@ def test_a_stand_that_another_program_moves_is_left_alone(
     held.wait_for(r"position -?\d", holding=True)
     refused = bufferstand("stand", words[0], lone, *words[1:], "--yes-move", STAND_ID)
     assert refused.returncode == 4, refused.stderr
-    assert re.search(r"another program \(number \d+\) gives the controller commands", refused.stderr)
+    assert re.search(r"another program gives the controller commands: process \d+ of ", refused.stderr)
     assert refused.stderr.rstrip().endswith("; the stand was not touched")
     assert "safe stop" not in refused.stderr
     read = bufferstand("stand", "read", lone, "--json", "--for", "0.5")
