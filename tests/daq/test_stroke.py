@@ -138,7 +138,7 @@ def test_a_corrected_run_is_one_step_whose_summary_is_what_was_asked(tmp_path: P
     outcome, _, _, _ = run(tmp_path, sine(40.0, 15.0, 0.8, 7), Case(bandwidth_Hz=3.7))
     found = evaluate_run(*load_run(outcome.runs[0]), Options(draws=0))
     assert found.steps == ()
-    assert len(found.summary.cycles_used) >= 2
+    assert len(found.summary.cycles_used) >= 2, (found.warnings, found.findings if hasattr(found, "findings") else "")
     assert found.summary.values["amplitude_mm"].value == pytest.approx(15.0, rel=0.005)
     assert found.summary.values["prestress_mm"].value == pytest.approx(40.0, abs=0.1)
     assert any("still being corrected" in why for one in found.cycles for why in one.cycle.why)
@@ -149,7 +149,7 @@ def test_a_slow_actuator_is_known_by_its_ramp_said_aloud_and_made_up_for(tmp_pat
     """Its gain at 2 Hz is 0.88: the first sine is short by no more than frame, spring and damping make it."""
     steps = sine(50.0, 15.0, 2.0) + sine(50.0, 15.0, 2.0)
     outcome, opened, shown, _ = run(tmp_path, steps, Case(bandwidth_Hz=3.7, edition=2))
-    assert outcome.status == "complete"
+    assert outcome.status == "complete", outcome.reason
     first, second = reached(opened, outcome)
     assert 0.96 < first.amplitude_mm[0] / 15.0 < 0.98
     assert np.abs(second.amplitude_mm / 15.0 - 1.0).max() < 0.005
@@ -172,7 +172,7 @@ def test_without_compensation_a_slow_actuator_is_held_against_the_plan(tmp_path:
     """At 2 Hz its gain is 0.88: the specimen has a tenth less than planned."""
     steps = sine(50.0, 10.0, 2.0, more="compensate = false")
     outcome, _, shown, _ = run(tmp_path, steps, Case(bandwidth_Hz=3.7, edition=2))
-    assert outcome.status == "complete"
+    assert outcome.status == "complete", outcome.reason
     (told,) = (line for line in shown.lines if "of the piston made" in line)
     assert told.startswith("WARNING: 50.00 ± 10.00 mm of the piston made 4")
     percent = re.search(r"amplitude ([+-]\d+\.\d+) %", told)
@@ -214,7 +214,7 @@ def test_a_resumed_campaign_goes_on_with_what_was_learned(tmp_path: Path) -> Non
     terms = terms_for(plan, opened.stand, tmp_path / "out")
     assert terms.knowledge.as_dict() == kept
     assert terms.knowledge.give_mm_per_kN == pytest.approx(1.0 / 105.0, rel=0.1)
-    assert outcome.status == "complete"
+    assert outcome.status == "complete", outcome.reason
 
 
 OTHERS = """
