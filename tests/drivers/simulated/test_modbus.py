@@ -209,7 +209,7 @@ def test_watchdog_registers(served: Served, client: ModbusTcpClient) -> None:
     [
         (bytes.fromhex("01 0000 0001"), "81 01"),  # coils are not served
         (bytes.fromhex("04 0000 0001"), "84 01"),  # everything lies in the holding table
-        (bytes.fromhex("03 000a 0001"), "83 02"),  # no such address
+        (bytes.fromhex("03 000b 0001"), "83 02"),  # no such address
         (bytes.fromhex("03 fff0 0020"), "83 02"),  # beyond the last
         (bytes.fromhex("03 0000 0000"), "83 03"),
         (bytes.fromhex("03 0000 007e"), "83 03"),
@@ -219,7 +219,7 @@ def test_watchdog_registers(served: Served, client: ModbusTcpClient) -> None:
         (bytes.fromhex("10 0040 0002 04 0001"), "90 03"),  # byte count and data differ
         (bytes.fromhex("10 0040 0002 03 0001"), "90 03"),
         (bytes.fromhex("17 0000 0001 0104 0001 02 0000"), "97 02"),  # write part refused
-        (bytes.fromhex("17 000a 0001 0060 0001 02 000f"), "97 02"),  # read part refused: nothing written
+        (bytes.fromhex("17 000b 0001 0060 0001 02 000f"), "97 02"),  # read part refused: nothing written
         (bytes.fromhex("17 0000 0000 0100 0002 04 0000 0000"), "97 03"),
         (bytes.fromhex("17 0000 0001 0060 0001 03 000f"), "97 03"),  # byte count and data differ
         (bytes.fromhex("06 0060"), "86 03"),  # cut short
@@ -350,7 +350,7 @@ def test_a_second_implementation_agrees(served: Served) -> None:
     assert (values["done_sequence"], values["fault_code"]) == (3, Fault.NONE)
     window = client.write_read_multiple_registers(256, RING.encode("ring_acknowledge", 100), 260, 121)
     assert RING.ring_header.decode(window[:9])["first_sequence"] == 100
-    assert client.read_holding_registers(10, 1) is None
+    assert client.read_holding_registers(11, 1) is None
     assert client.last_except == 2
     client.close()
 

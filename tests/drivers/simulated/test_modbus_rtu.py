@@ -111,7 +111,7 @@ def test_what_is_not_for_it_is_not_answered_and_leaves_nothing(line: Line, nothi
 
 
 def test_a_refusal_is_answered(line: Line) -> None:
-    line.say(framed(bytes.fromhex("03 000a 0001")))
+    line.say(framed(bytes.fromhex("03 000b 0001")))
     refusal = framed(bytes.fromhex("83 02"))
     assert line.hear(len(refusal)) == refusal
     line.say(framed(bytes.fromhex("2b 0e 01 00")))
