@@ -19,6 +19,8 @@ FALL_S = 45.0
 """A sensor that falls off comes down in so long …"""
 FALL_SHARE, FALL_K = 0.3, 2.0
 """… by this share of what it was above the air (a time constant of two minutes), and at least so much [K]."""
+ALONE_K = 6.0
+"""… and this where no thermometer shows the air [K]."""
 LEAST_RISE_K = 4.0
 """Less than this that should have come tells nothing [K]."""
 FOLLOWS = 0.2
@@ -52,8 +54,8 @@ def _falls(look: Look, sensor: Temperature, in_air: Sequence[Temperature]) -> Fi
     air_C = float(np.median(np.concatenate([s.temperature_C for s in in_air]))) if in_air else float("-inf")
     after = np.clip(np.searchsorted(time_s, time_s + FALL_S, side="right") - 1, 0, time_s.size - 1)
     falls = shown_C - shown_C[after]
-    above_K = shown_C - air_C if in_air else np.full(falls.size, FALL_K / FALL_SHARE)
-    limit = np.maximum(FALL_K if in_air else 2.0 * FALL_K, FALL_SHARE * above_K)
+    above_K = shown_C - air_C if in_air else np.full(falls.size, ALONE_K / FALL_SHARE)
+    limit = np.maximum(FALL_K if in_air else ALONE_K, FALL_SHARE * above_K)
     if not np.any(falls > limit):
         return None
     at = int(np.argmax(falls > limit))
