@@ -18,6 +18,7 @@ operator = "peers"
 
 [limits]
 force_max_kN = 300.0
+no_temperature_stop = "a peer has no thermometer; its springs are bits"
 
 [[step]]
 kind = "static"
