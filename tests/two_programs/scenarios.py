@@ -38,7 +38,7 @@ from tests.two_programs.witness import Look
 
 TRY_S = 1.5
 """So long somebody without patience waits before he presses Ctrl-C and starts again [s]."""
-NARROW = "following_error_max_mm = 0.1\nfollowing_error_grace_s = 0.5\n"
+NARROW = "following_error_max_mm = 0.5\nfollowing_error_grace_s = 0.5\n"
 """The piston's lag of 18 ms at 20 mm/s is 0.36 mm."""
 GIVEN_UP_S = 60.0
 IN_TIME_S = 2.0
