@@ -20,8 +20,8 @@ actuator of 3 Hz."""
 APART_MM, APART_SHARE = 0.6, 0.04
 """… to within this, and this share of the way: zero and linearity of its encoder are 0.1 mm."""
 SLOPE_OFF = 0.08
-"""Position against command at constant speed: 1 to within this; a slow actuator that meets a preload on the way
-falls behind by half a millimetre."""
+"""Position against command at constant speed: 1 to within this; a slow actuator that meets a preload on the
+way falls behind by half a millimetre."""
 TRAVEL_MM = 3.0
 """The slope is taken over so much of a constant motion at least."""
 EVEN = 0.06

@@ -138,7 +138,10 @@ def test_a_corrected_run_is_one_step_whose_summary_is_what_was_asked(tmp_path: P
     outcome, _, _, _ = run(tmp_path, sine(40.0, 15.0, 0.8, 7), Case(bandwidth_Hz=3.7))
     found = evaluate_run(*load_run(outcome.runs[0]), Options(draws=0))
     assert found.steps == ()
-    assert len(found.summary.cycles_used) >= 2, (found.warnings, found.findings if hasattr(found, "findings") else "")
+    assert len(found.summary.cycles_used) >= 2, (
+        found.warnings,
+        found.findings if hasattr(found, "findings") else "",
+    )
     assert found.summary.values["amplitude_mm"].value == pytest.approx(15.0, rel=0.005)
     assert found.summary.values["prestress_mm"].value == pytest.approx(40.0, abs=0.1)
     assert any("still being corrected" in why for one in found.cycles for why in one.cycle.why)

@@ -38,8 +38,8 @@ from tests.two_programs.witness import Look
 
 TRY_S = 1.5
 """So long somebody without patience waits before he presses Ctrl-C and starts again [s]."""
-NARROW = "following_error_max_mm = 0.5\nfollowing_error_grace_s = 0.5\n"
-"""The piston's lag of 18 ms at 20 mm/s is 0.36 mm."""
+NARROW = "following_error_max_mm = 0.5\nfollowing_error_grace_s = 0.1\n"
+"""The piston's lag of 18 ms at 50 mm/s is 0.9 mm."""
 GIVEN_UP_S = 60.0
 IN_TIME_S = 2.0
 
@@ -178,7 +178,9 @@ def ended_under_load(folder: Path, launcher: Launcher, why: str) -> list[str]:
     """
     with bench(folder, launcher) as stand:
         limits = NEVER_HOT if why == "operator" else NEVER_HOT + NARROW
-        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=5.0), limits=limits)
+        campaign = stand.campaign(
+            "first", HOLD.format(stroke=30.0, duration=5.0), speed_mm_per_s=50.0, limits=limits
+        )
         stand.tap.refuses = _is_stop
         first = stand.run(campaign)
         if why == "operator":
