@@ -382,10 +382,10 @@ class Acquisition:
                 self.panel.cut_off = self._hands_off
                 self.panel.expect_valve(None)
                 self.when_lock_is_lost(fault)
-                return
-            self._latch_fault(f"the right to give commands was lost: {fault}")
-            return
-        self._latch_fault(f"the controller or its wire failed: {fault}")
+            else:
+                self._latch_fault(f"the right to give commands was lost: {fault}")
+        else:
+            self._latch_fault(f"the controller or its wire failed: {fault}")
 
     def _another_has_it(self) -> bool:
         """Return whether another program has the controller, whose samples are that one's then."""

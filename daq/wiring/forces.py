@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
 from daq.wiring.scene import Lasting, Scene
+from foundation.holes import hole_from_s
 from foundation.likeness import likeness
 
 Floats = NDArray[np.float64]
@@ -32,8 +33,6 @@ GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
 """… where the force changes by this in the window."""
-HOLE_S, HOLE_PERIODS = 0.1, 4.0
-"""Nothing is judged where one of both has no sample for so long [s], and so many of its own periods."""
 FAST = 2.0
 """Delays are judged of stands that run no more than so many times as fast as the wall, by which an
 amplifier's samples are stamped."""
@@ -220,7 +219,7 @@ def _has_hole(series: Floats, time: Floats) -> bool:
     if len(inside) < 3:
         return True
     steps = np.diff(np.concatenate(([time[0]], inside, [time[-1]])))
-    return float(np.max(steps)) > max(HOLE_S, HOLE_PERIODS * float(np.median(np.diff(inside))))
+    return float(np.max(steps)) > hole_from_s(inside)
 
 
 def _best(

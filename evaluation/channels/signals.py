@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.errors import BadInput
+from foundation.holes import hole_from_s
 from foundation.units import to_inside
 from recording.run import STROKES, Run
 
 MOST = 8_000
 """Samples that are held of each signal: of two minutes at 1 kHz one in 15 ms."""
-HOLE_S, HOLE_PERIODS = 0.1, 4.0
-"""A signal without a sample for so long [s], and so many of its own periods, has a hole."""
 FloatArray = NDArray[np.float64]
 
 FORCES = ("force", "force_2")
@@ -92,7 +91,7 @@ def _known(time_s: FloatArray, own_s: FloatArray) -> NDArray[np.bool_]:
     """Return at which instants a signal has samples of its own on either side, close by."""
     if own_s is time_s or np.any(np.diff(own_s) < 0.0):
         return np.ones(time_s.size, dtype=np.bool_)
-    most_s = max(HOLE_S, HOLE_PERIODS * float(np.median(np.diff(own_s))))
+    most_s = hole_from_s(own_s)
     after = np.searchsorted(own_s, time_s)
     inside = (after > 0) & (after < own_s.size)
     at = np.clip(after, 1, own_s.size - 1)

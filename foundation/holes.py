@@ -1,0 +1,20 @@
+"""From which time between two samples on a signal has a hole, in which nothing is known of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+HOLE_S, HOLE_PERIODS = 0.1, 4.0
+"""A signal without a sample for so long [s], and so many of its own periods, has a hole."""
+
+
+def hole_from_s(time_s: NDArray[np.float64]) -> float:
+    """Return which time from one sample to the next is a hole, where it is longer [s].
+
+    Parameters
+    ----------
+    time_s : NDArray[float64]
+        Two instants of samples at least, rising, shape (n,) [s].
+    """
+    return max(HOLE_S, HOLE_PERIODS * float(np.median(np.diff(time_s))))
