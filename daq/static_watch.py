@@ -91,6 +91,8 @@ class StaticWatch:
         self._force_kN = 0.0
         self._position_mm = commanded_mm
         self._points: list[Floats] = []
+        self._kept = 0
+        """How many points there are; counted here, since a block comes every few milliseconds."""
 
     def take(self, block: ScaledBlock) -> None:
         """Look at a block of the controller's samples."""
@@ -109,10 +111,12 @@ class StaticWatch:
     def _keep(self, block: ScaledBlock) -> None:
         """Add a block's points."""
         self._points.append(_points(block, _CHANNELS))
-        if sum(one.shape[1] for one in self._points) > MOST_POINTS:
+        self._kept += self._points[-1].shape[1]
+        if self._kept > MOST_POINTS:
             every = np.concatenate(self._points, axis=1)
             even = every[:, : every.shape[1] // 2 * 2]
             self._points = [0.5 * (even[:, ::2] + even[:, 1::2])]
+            self._kept = self._points[0].shape[1]
 
     @property
     def turn_s(self) -> float:
