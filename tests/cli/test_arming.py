@@ -135,8 +135,8 @@ def test_a_wrong_id_of_the_option_is_refused_with_both(tmp_path: Path, simulate:
     ("keys", "status", "told"),
     [
         ("A-105-E-02\r", 2, f"“A-105-E-02” was given, and the specimen is “{SPECIMEN}”"),
-        ("y\r", 2, "“y” was given"),
-        ("\r", 2, "the specimen's id was not given"),
+        pytest.param("y\r", 2, "“y” was given", marks=pytest.mark.long),
+        pytest.param("\r", 2, "the specimen's id was not given", marks=pytest.mark.long),
         ("\x04", 2, "the specimen's id was not given"),
         ("\x03", 3, "stopped by the operator: nothing was moved, and no device was touched"),
     ],

@@ -13,7 +13,10 @@ from tests.terminals import in_terminal
 QUESTION = r"Type take to go on with the edits, keep to go on without them: "
 
 
-@pytest.mark.parametrize(("answer", "steps"), [("take", ["one", "two", "three"]), ("keep", ["one", "two"])])
+@pytest.mark.parametrize(
+    ("answer", "steps"),
+    [("take", ["one", "two", "three"]), pytest.param("keep", ["one", "two"], marks=pytest.mark.long)],
+)
 def test_what_is_typed_is_what_it_goes_on_with(tmp_path: Path, answer: str, steps: list[str]) -> None:
     lab = Lab(tmp_path)
     lab.add_step()

@@ -105,7 +105,7 @@ LATER = slice(1, None)
 @pytest.mark.parametrize(
     ("low", "high", "speed", "tick_s"),
     [
-        (50.0, 400.0, 20.0, 0.01),
+        pytest.param(50.0, 400.0, 20.0, 0.01, marks=pytest.mark.long),
         (20.0, 200.0, 100.0, 0.05),
         pytest.param(0.0, 500.0, 50.0, 0.01, marks=pytest.mark.long),
         pytest.param(100.0, 600.0, 10.0, 0.02, marks=pytest.mark.long),

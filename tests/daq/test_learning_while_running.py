@@ -35,7 +35,7 @@ frequency_Hz = {frequency_Hz}
 cycles = {cycles}
 """
 COOL = '[[step]]\nkind = "cool-down"\ntemperature_C = 28.0\n'
-GIVEN = (STEP.format(frequency_Hz=1.2, cycles=40) + COOL) * 3
+GIVEN = (STEP.format(frequency_Hz=1.2, cycles=20) + COOL) * 3
 SHORT = STEP.format(frequency_Hz=1.2, cycles=25) + STEP.format(frequency_Hz=0.8, cycles=10)
 SOONEST = '[plan]\norder = "soonest"\n' + "".join(
     STEP.format(frequency_Hz=frequency, cycles=30) for frequency in (1.2, 1.3, 1.4, 1.1, 1.0)

@@ -56,7 +56,7 @@ def count_the_way_in_and_out(controller: Any, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(controller, "status", status)
 
 
-@pytest.mark.parametrize("counts_all", [False, True])
+@pytest.mark.parametrize("counts_all", [pytest.param(False, marks=pytest.mark.long), True])
 def test_no_more_cycles_are_shown_than_are_wanted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, counts_all: bool
 ) -> None:

@@ -21,7 +21,9 @@ from tests.daq.stroke_study import FIRST, LATER, REVERSALS_S, STATIC, made, sine
 ASKED = ((40.0, 15.0, 0.8), (60.0, 15.0, 0.8), (60.0, 20.0, 1.2), (70.0, 15.0, 2.0), (30.0, 20.0, 1.5))
 
 
-@pytest.mark.parametrize(("edition", "reversal_s"), [(3, 0.05), (2, 0.03)])
+@pytest.mark.parametrize(
+    ("edition", "reversal_s"), [(3, 0.05), pytest.param(2, 0.03, marks=pytest.mark.long)]
+)
 def test_from_the_second_step_on_the_specimen_does_what_was_asked(
     tmp_path: Path, edition: int, reversal_s: float
 ) -> None:
@@ -191,7 +193,7 @@ def test_a_machine_of_which_nothing_is_stated_is_learned(tmp_path: Path) -> None
         assert np.abs(step.mean_mm - mean_mm).max() < 0.1
 
 
-@pytest.mark.parametrize("edition", [3, 2])
+@pytest.mark.parametrize("edition", [3, pytest.param(2, marks=pytest.mark.long)])
 def test_no_correction_leads_beyond_a_limit(tmp_path: Path, edition: int) -> None:
     """A spring stiffer than its model: what is asked would bring more force than the step may have."""
     limits = "[limits]\nforce_max_kN = 356.0\nforce_trip_kN = 376.0\nstroke_max_mm = 82.0\n"

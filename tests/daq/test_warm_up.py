@@ -146,7 +146,7 @@ points = [[0.0, 15.0], [25.0, 67.0], [60.0, 195.0], [80.0, 365.0], [96.0, 600.0]
 @pytest.mark.parametrize(
     ("to_C", "band_K", "modelled", "lag_s"),
     [
-        (30.5, 0.5, True, 60.0),
+        pytest.param(30.5, 0.5, True, 60.0, marks=pytest.mark.long),
         pytest.param(30.5, 0.5, True, 20.0, marks=pytest.mark.long),
         pytest.param(30.5, 0.5, False, 20.0, marks=pytest.mark.long),
         (25.0, 1.0, False, 60.0),

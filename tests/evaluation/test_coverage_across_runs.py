@@ -231,7 +231,7 @@ def warm_run(shape: Specimen, chain: int, own: int, temperature_C: float) -> Run
     return evaluate_run(make_record(*columns, temperatures=(sensor,)), facts, Options(draws=400, seed=chain))
 
 
-@pytest.mark.parametrize("scatter", [0.0, 1.0])
+@pytest.mark.parametrize("scatter", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
 def test_a_dose_of_sweeps(scatter: float) -> None:
     """25 sweeps of four runs: of 200 intervals, which hang together by sweep, 95 % ± 3 % hold the truth."""
     hits = sweep_hits(SWEEPS[4], range(25), scatter)
@@ -268,7 +268,7 @@ def test_a_dose_of_differences() -> None:
         assert narrower["tangent_stiffness_kN_per_mm"] < 0.5
 
 
-@pytest.mark.parametrize("kind", ["harmonic", "static"])
+@pytest.mark.parametrize("kind", ["harmonic", pytest.param("static", marks=pytest.mark.long)])
 def test_a_dose_of_temperatures(kind: str) -> None:
     """At equal stroke the errors of the turning points leave force and stored energy, but not the area."""
     hits = temperature_hits(kind, range(25))

@@ -81,7 +81,9 @@ STUDIES = {
 }
 
 
-@pytest.mark.parametrize("name", ["50 samples a cycle", "400, hum", "400, coloured"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("50 samples a cycle", marks=pytest.mark.long), "400, hum", "400, coloured"]
+)
 def test_a_dose(name: str) -> None:
     """24 records: the root mean square of error over u is 1 within a third; 0.5 or 1.6 would be found."""
     share = STUDIES[name].shares(range(24))

@@ -139,7 +139,9 @@ def test_a_stroke_that_is_flat_at_its_turns_does_not_hum(hum_mm: float) -> None:
     assert 0.5 * hum_mm <= line.amplitude <= 1.5 * hum_mm  # the corners have a part of it
 
 
-@pytest.mark.parametrize("samples", [50, 133, 1000])
+@pytest.mark.parametrize(
+    "samples", [50, *(pytest.param(samples, marks=pytest.mark.long) for samples in (133, 1000))]
+)
 def test_largest_speed_leans_as_stated(samples: int) -> None:
     """Mean and scatter of the error of the largest speed over 150 cycles, against what is stated."""
     error, leans = [], []

@@ -208,8 +208,8 @@ def test_every_requirement_is_in_the_matrix() -> None:
     assert {(case[0], case[2]) for case in NEAR.values()} == limits
 
 
-def brought_to(name: str, place: float) -> tuple[MadeTest, Callable[[RunEvaluation], float]]:
-    """Return a test whose figure lies at a place, found by the line through two trials and mended once."""
+def near(name: str) -> Callable[[float], tuple[MadeTest, Callable[[RunEvaluation], float]]]:
+    """Return how to bring a test's figure to a place: by the line through two trials, mended once."""
     identity, cycle, limit, side, change, trials = NEAR[name]
     values = [
         measured(GOOD.changed(cycle, **change(t)).evaluate(draws=50), identity, cycle)[0] for t in trials
@@ -217,17 +217,30 @@ def brought_to(name: str, place: float) -> tuple[MadeTest, Callable[[RunEvaluati
     slope = (values[1] - values[0]) / (trials[1] - trials[0])
     by = trials[0] + (limit - values[0]) / slope
     at_limit, expanded = measured(GOOD.changed(cycle, **change(by)).evaluate(), identity, cycle)
-    by += (limit + side * place * expanded - at_limit) / slope
-    return GOOD.changed(
-        cycle, **change(by)
-    ), lambda run: side * (measured(run, identity, cycle)[0] - limit) / measured(run, identity, cycle)[1]
+
+    def distance(run: RunEvaluation) -> float:
+        value, wide = measured(run, identity, cycle)
+        return side * (value - limit) / wide
+
+    def brought(place: float) -> tuple[MadeTest, Callable[[RunEvaluation], float]]:
+        return (
+            GOOD.changed(cycle, **change(by + (limit + side * place * expanded - at_limit) / slope)),
+            distance,
+        )
+
+    return brought
 
 
-@pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("name", NEAR)
-def test_requirement_near_its_limit(name: str, place: float) -> None:
+def test_requirement_near_its_limit(name: str) -> None:
+    brought = near(name)
+    for place in PLACES:
+        check(name, place, *brought(place))
+
+
+def check(name: str, place: float, test: MadeTest, distance: Callable[[RunEvaluation], float]) -> None:
+    """Assert what is said of a requirement whose figure lies at a place, by either rule."""
     identity, cycle = NEAR[name][:2]
-    test, distance = brought_to(name, place)
     for rule, verdict in zip(("simple", "guard-band"), PLACES[place], strict=True):
         run = test.evaluate(decision_rule=rule)
         assert distance(run) == pytest.approx(place, abs=0.3)

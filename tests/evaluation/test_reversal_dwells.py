@@ -82,8 +82,10 @@ def evaluated(record: Record) -> RunEvaluation:
     return evaluate_run(record, facts, Options(draws=200, seed=1))
 
 
-@pytest.mark.parametrize("dwell_s", [0.005, 0.02, 0.05, 0.1])
-@pytest.mark.parametrize("moving_Hz", [0.3, 1.0, 2.5])
+@pytest.mark.parametrize(
+    "dwell_s", [0.02, 0.1, *(pytest.param(dwell_s, marks=pytest.mark.long) for dwell_s in (0.005, 0.05))]
+)
+@pytest.mark.parametrize("moving_Hz", [0.3, pytest.param(1.0, marks=pytest.mark.long), 2.5])
 @pytest.mark.parametrize("noise", ["white", "flicker", "hum"])
 def test_a_dwell_at_the_turns_belongs_to_the_cycle(
     moving_Hz: float,

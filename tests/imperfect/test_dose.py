@@ -13,7 +13,7 @@ from .imperfections import KINDS
 from .judgement import Judgement
 from .kinds import noise, rows, stamps, thermometers
 
-SOUND, MOST = 40, 10
+SOUND, MOST = 16, 10
 ROOMS = {room.__name__ for room in (noise, rows, stamps, thermometers)}
 ASKED = [kind.name for kind in KINDS if kind.make.__module__ in ROOMS]
 

@@ -27,7 +27,7 @@ def start_demo(folder: Path) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_interrupted_demo_ends_safe_with_whole_files_and_one_line(
     tmp_path: Path, number: signal.Signals
 ) -> None:

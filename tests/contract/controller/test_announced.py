@@ -77,7 +77,10 @@ def test_no_order_of_the_suite_goes_beyond_what_it_announces(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("words", "told"),
-    [((), f"add --yes-move {STAND}"), (("--yes-move", "S2"), f"“S2” was given, and the stand is “{STAND}”")],
+    [
+        pytest.param((), f"add --yes-move {STAND}", marks=pytest.mark.long),
+        (("--yes-move", "S2"), f"“S2” was given, and the stand is “{STAND}”"),
+    ],
 )
 def test_without_consent_nothing_is_ordered(tmp_path: Path, words: tuple[str, ...], told: str) -> None:
     done, orders = run_on_hardware(tmp_path, *words)

@@ -18,7 +18,14 @@ def coded(column: int, rows: list[int], code: float) -> Change:
     return change
 
 
-@pytest.mark.parametrize("code", [9.91e37, -9.9e37, 1e9, 9999.0, -9999.0, 99999.9])
+@pytest.mark.parametrize(
+    "code",
+    [
+        9.91e37,
+        *(pytest.param(code, marks=pytest.mark.long) for code in (-9.9e37, 1e9, -9999.0, 99999.9)),
+        9999.0,
+    ],
+)
 @pytest.mark.parametrize("rows", [[1500], [1500, 1501, 1502, 1503], [0, 700, 2900]])
 @pytest.mark.parametrize("column", [1, 2])
 def test_codes_are_no_readings(column: int, rows: list[int], code: float) -> None:

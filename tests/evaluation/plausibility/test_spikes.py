@@ -37,7 +37,9 @@ def test_two_in_a_row() -> None:
     assert finding.end_s == 2.602
 
 
-@pytest.mark.parametrize("row", [50, 700, 1500, 2200, 3000])
+@pytest.mark.parametrize(
+    "row", [50, 1500, *(pytest.param(row, marks=pytest.mark.long) for row in (700, 2200, 3000))]
+)
 @pytest.mark.parametrize(("column", "share"), [(1, 0.3), (1, -0.5), (2, 0.5), (2, -0.1)])
 def test_a_spike_is_left_out_as_if_it_were_lost(column: int, share: float, row: int) -> None:
     """Cycles, verdicts and figures are those of the record without it, within U; its size matters nothing."""

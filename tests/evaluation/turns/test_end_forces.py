@@ -94,7 +94,7 @@ def test_noise_of_a_reading_is_what_it_says() -> None:
     assert np.mean(read) == pytest.approx(300.0, abs=0.3)
 
 
-@pytest.mark.parametrize("noise_kN", [0.05, 1.0])
+@pytest.mark.parametrize("noise_kN", [pytest.param(0.05, marks=pytest.mark.long), 1.0])
 def test_what_the_speed_does_stays_within_u(noise_kN: float) -> None:
     """Noise that hides the loss of an ellipse near its turn makes U wider, not the force wrong."""
     time = np.arange(0.0, 6.0, 0.01)
