@@ -50,6 +50,14 @@ def unguarded(plan: Plan, stand_file: StandFile) -> tuple[str, ...]:
     )
 
 
+def what_is_unguarded(sentences: Collection[str]) -> tuple[str, ...]:
+    """Return what each sentence of :func:`unguarded` says is missing, without names, figures and reasons.
+
+    By these two plans are held against each other.
+    """
+    return tuple(text.partition(":")[0].partition(" (")[0] for text in sentences)
+
+
 def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile) -> None:
     """Refuse a specimen that heat destroys on a stand that does not see it, unless somebody has said why.
 

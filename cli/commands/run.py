@@ -53,6 +53,7 @@ def command(
     Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3
     when a limit or the operator stopped it, 4 on a fault of a device.
     """
+    from cli.as_begun import demand_same_kind
     from cli.campaigns import prepare
     from cli.running import consent_to_move, perform
     from daq.folder import load_record
@@ -61,6 +62,7 @@ def command(
     record = load_record(out)
     if record is not None:
         _check_begun_anew(record, out)
+        demand_same_kind(record, out, simulate=simulate)
     consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
     outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent)
     return finish(outcome, out)
