@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 from cli.commands.plan import command
+from cli.main import main
 from daq.unguarded import demand_thermometers, is_reason, unguarded
 from drivers.stand_file import load_stand
 from foundation.errors import BadInput
@@ -174,15 +173,10 @@ def test_plan_shows_it_and_its_json_has_it(tmp_path: Path) -> None:
     assert '"not_guarded": [' in CliRunner().invoke(command, [str(path), "--json"]).output
 
 
-def test_plan_refuses_with_one_line_and_status_2(tmp_path: Path) -> None:
+def test_plan_refuses_with_one_line_and_status_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = Files(tmp_path).write(stand=blind_stand())
-    done = subprocess.run(
-        [sys.executable, "-m", "cli", "plan", str(path)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
+    with pytest.raises(SystemExit) as ended:
+        main(["plan", str(path)])
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
     assert "limits: this campaign has no temperature stop" in line
