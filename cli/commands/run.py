@@ -53,7 +53,6 @@ def command(
     Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3
     when a limit or the operator stopped it, 4 on a fault of a device.
     """
-    from cli.as_begun import demand_same_kind
     from cli.campaigns import prepare
     from cli.running import consent_to_move, perform
     from daq.folder import load_record
@@ -61,15 +60,16 @@ def command(
     prepared = prepare(campaign)
     record = load_record(out)
     if record is not None:
-        _check_begun_anew(record, out)
-        demand_same_kind(record, out, simulate=simulate)
+        _check_begun_anew(record, out, simulate=simulate)
     consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
     outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent)
     return finish(outcome, out)
 
 
-def _check_begun_anew(record: CampaignRecord, out: Path) -> None:
+def _check_begun_anew(record: CampaignRecord, out: Path, *, simulate: bool) -> None:
     """Say that a start which recorded nothing is begun anew; refuse a folder that holds a campaign."""
+    from cli.as_begun import demand_same_kind
+
     if not record.recorded_nothing(out):
         over, total = sum(step.over for step in record.steps), len(record.steps)
         whole = f"write its report (bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))})"
@@ -79,6 +79,7 @@ def _check_begun_anew(record: CampaignRecord, out: Path) -> None:
             file=out,
             remedy=f"{next_is}, or choose another folder",
         )
+    demand_same_kind(record, out, simulate=simulate)
     why = f": {record.reason}" if record.reason else ""
     click.echo(
         f"the start before recorded nothing ({record.status}{why}): "
