@@ -23,6 +23,9 @@ from drivers.connect import Look, look_at_controller
 from foundation.errors import BadInput, DeviceFault
 
 OPTION = "--accept-controller"
+BEGUN_REAL = "this campaign was begun on the stand that its stand file leads to"
+BEGUN_SIMULATED = "this campaign was begun with --simulate"
+NEVER_MIXED = "real and simulated runs never come into one folder"
 
 
 def going_on_simulated(
@@ -40,7 +43,8 @@ def going_on_simulated(
     Raises
     ------
     BadInput
-        If it was begun on the stand that its stand file leads to and is to go on on a simulated one.
+        If it was begun on the stand that its stand file leads to and is to go on on a simulated one, or if a
+        speed is given for it.
     """
     known = begun(record, folder)
     if known.simulate is None:
@@ -49,19 +53,48 @@ def going_on_simulated(
         speed = known.speed if speed is None else speed
         if not simulate:
             click.echo(
-                "this campaign was begun with --simulate: it goes on on a simulated stand, at "
-                f"{speed:g} times real time; the real stand is not touched",
+                f"{BEGUN_SIMULATED}: it goes on on a simulated stand, at {speed:g} "
+                "times real time; the real stand is not touched",
                 err=True,
             )
         return True, speed
-    if simulate and not record.recorded_nothing(folder):
+    if simulate:
         raise BadInput(
-            "this campaign was begun on the stand that its stand file leads to, and goes on there only: real "
-            "and simulated runs never come into one folder",
+            f"{BEGUN_REAL}, and goes on there only: {NEVER_MIXED}",
             file="--simulate",
             remedy="resume without it, or rehearse in another folder: bufferstand run … --simulate --out",
         )
-    return simulate, speed or 1.0
+    if speed not in (None, 1.0):
+        raise BadInput(
+            f"{BEGUN_REAL}: a real stand cannot go at {speed:g} times real time",
+            file="--speed",
+            remedy="resume without it",
+        )
+    return False, 1.0
+
+
+def demand_same_kind(record: CampaignRecord, folder: Path, *, simulate: bool) -> None:
+    """Refuse to begin a campaign anew on another kind of stand, also where nothing was recorded.
+
+    Parameters
+    ----------
+    record, folder
+        The campaign.
+    simulate : bool
+        Whether it is to begin on a stand that the program starts.
+
+    Raises
+    ------
+    BadInput
+        With what to do.
+    """
+    if begun(record, folder).simulate in (None, simulate):
+        return
+    raise BadInput(
+        f"{BEGUN_REAL if simulate else BEGUN_SIMULATED}: {NEVER_MIXED}",
+        file=folder,
+        remedy="give --out another folder",
+    )
 
 
 def accepted_changes(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from daq.unguarded import demand_consent, unguarded, watching_of
+from daq.unguarded import demand_consent, demand_thermometers, unguarded, watching_of
 from drivers.leeway import leeway_of
 from drivers.stand_file import StandFile, load_stand, wires_from
 from foundation.specimen import SpecimenFile, load_specimen
@@ -82,6 +82,7 @@ def prepare(
     demand_consent(campaign, specimen, stand_file)
     plan = make_plan(campaign, of_stand, predictor, specimen, over=over)
     demand_heat_is_seen(plan)
+    demand_thermometers(plan, stand_file, {str(step["plan_hash"]) for step in over})
     plan = replace(plan, not_guarded=unguarded(plan, stand_file))
     if model_path is not None and specimen_file.catalogue is not None:
         plan = replace(plan, notes=(BOTH.format(specimen=campaign.specimen_path.name), *plan.notes))

@@ -13,6 +13,8 @@ from daq.folder import CampaignRecord, begin_record
 from daq.inputs import FileEdit, Inputs
 from daq.limits import DEFAULT_TILT_MM, SPEED_FACTOR
 from daq.same_steps import same_steps
+from daq.unguarded import what_is_unguarded
+from drivers.profile import SHIPPED
 from drivers.stand_file import StandFile
 from protocols.guard_table import GuardTable, TripAction
 from protocols.plan import Plan
@@ -27,6 +29,12 @@ TEST = ("temperature_stop_C", "temperature_resume_C", "temperature_stale_s", "fo
 """Of ``[limits]`` beside the bounds in force; smaller is stricter, as in ``[guards]`` and ``[zero]``."""
 OWN = ("temperature_stop_C", "temperature_resume_C")
 """Limits that a step may have of its own."""
+SAID_OTHERWISE = (
+    "this campaign has no temperature stop", "one thermometer on the specimen",
+    "a specimen that heats too fast is only noted", "a frozen channel is only noted",
+    "the specimen's own stroke is not stated",
+)  # fmt: skip
+"""What is not guarded and stands among the limits by its own figures: sensors, actions, strokes."""
 SHOWN = ("kind", "prestress_mm", "amplitude_mm", "frequency_Hz", "peak_speed_mm_per_s", "cycles",
          "compensate")  # fmt: skip
 """Of a step, where no more is known of what was asked for."""
@@ -57,6 +65,53 @@ def means_nothing(edits: Sequence[FileEdit]) -> bool:
         except tomllib.TOMLDecodeError:
             return False
     return True
+
+
+def edits_shown(
+    edits: Sequence[FileEdit], record: CampaignRecord, prepared: Prepared
+) -> tuple[FileEdit, ...]:
+    """Return edits as they are shown: a file that takes the place of another is held against that one.
+
+    A register profile may take the place of a shipped one, of which the campaign has no copy, or give its
+    own up for that.
+
+    Parameters
+    ----------
+    edits : sequence of FileEdit
+        By the files' places.
+    record : CampaignRecord
+        With the files as they were taken.
+    prepared : Prepared
+        Of the edited files.
+    """
+    gone, new = ([edit for edit in edits if there(edit) is None] for there in (_now, _before))
+    if len(gone) > 1 or len(new) > 1 or not (gone or new):
+        return tuple(edits)
+    was = str(_stand_document(record).get("controller", {}).get("profile"))
+    is_now = prepared.stand_file.controller.profile
+    old = (
+        (gone[0].place, gone[0].before) if gone else (f"profile “{was}”", _shipped(was, new[0].place, is_now))
+    )
+    now = (new[0].place, new[0].now) if new else (f"profile “{is_now}”", _shipped(is_now, gone[0].place, was))
+    if old[1] is None or now[1] is None:
+        return tuple(edits)
+    others = [edit for edit in edits if edit not in gone and edit not in new]
+    return (*others, FileEdit(f"{now[0]} in place of {old[0]}", old[1], now[1]))
+
+
+def _now(edit: FileEdit) -> str | None:
+    return edit.now
+
+
+def _before(edit: FileEdit) -> str | None:
+    return edit.before
+
+
+def _shipped(name: str, other_place: str, other_name: str) -> str | None:
+    """Return the text of a shipped profile whose place another file takes; None where it is none."""
+    path = SHIPPED / f"{name}.toml"
+    same = Path(other_place).name == Path(other_name).name
+    return path.read_text("utf-8") if same and path.is_file() else None
 
 
 def steps_told(record: CampaignRecord, plan: Plan, folder: Path) -> list[str]:
@@ -116,6 +171,8 @@ def limits_edited(record: CampaignRecord, copies: Inputs, prepared: Prepared) ->
         _guards(old_guards, tilts[0], speeds[0]), _guards(campaign.guards, tilts[1], speeds[1])
     )
     found += _of_stand(_stand_document(record), prepared.stand_file)
+    if (unguarded := record.plan.get("not_guarded")) is not None:
+        found += _no_longer_guarded(unguarded, prepared.plan.not_guarded)
     found += _actions(old_guards, campaign.guards)
     found += _zeros(ZeroTable.model_validate(before.get("zero", {})), campaign.zero)
     return (*found, *_own_limits(record, prepared.plan))
@@ -199,14 +256,44 @@ def _of_stand(before: Mapping[str, Any], now: StandFile) -> list[LimitEdit]:
     if watchdog_s is not None:
         name = "controller.watchdog_s"
         found += _compared({name: float(watchdog_s)}, {name: now.controller.watchdog_s})
-    sensors = (before.get("temperature") or {}).get("sensor", ())
-    was = sum(sensor.get("role", "specimen") == "specimen" for sensor in sensors)
-    table = now.temperature
-    there = 0 if table is None else sum(sensor.role == "specimen" for sensor in table.sensor)
-    if was != there:
-        direction: Direction = "stricter" if there > was else "LOOSER"
-        found.append(LimitEdit("thermometers on the specimen", was, there, direction))
+    for role, words in (("specimen", "thermometers on the specimen"), ("ambient", "thermometers in the air")):
+        was, there = _thermometers(before, role), _thermometers(now.model_dump(mode="json"), role)
+        if there < was:
+            found.append(LimitEdit(words, was, there, "LOOSER"))
+        elif there > was and role == "specimen":  # more in the air guard nothing of their own
+            found.append(LimitEdit(words, was, there, "stricter"))
+    return [*found, *_plausible(before, now)]
+
+
+def _thermometers(stand: Mapping[str, Any], role: str) -> int:
+    sensors = (stand.get("temperature") or {}).get("sensor", ())
+    return sum(sensor.get("role", "specimen") == role for sensor in sensors)
+
+
+def _plausible(before: Mapping[str, Any], now: StandFile) -> list[LimitEdit]:
+    """Return the channels of which it is no longer, or is now, stated what they can show."""
+    channels = {channel.name: channel for channel in now.controller.channel}
+    found = []
+    for channel in before.get("controller", {}).get("channel", ()):
+        name = str(channel.get("name"))
+        if name not in channels:
+            continue
+        was, there = bool(channel.get("plausible")), channels[name].plausible is not None
+        if was != there:
+            direction: Direction = "stricter" if there else "LOOSER"
+            found.append(LimitEdit(f"controller.channel[{name}].plausible", was, there, direction))
     return found
+
+
+def _no_longer_guarded(before: Sequence[str], now: Sequence[str]) -> list[LimitEdit]:
+    """Return what the stand, as edited, cannot guard any more, and what it guards now."""
+    was, there = (
+        [what for what in what_is_unguarded(said) if what not in SAID_OTHERWISE] for said in (before, now)
+    )
+    return [
+        *(LimitEdit("not guarded:", "–", what, "LOOSER") for what in there if what not in was),
+        *(LimitEdit("not guarded:", what, "–", "stricter") for what in was if what not in there),
+    ]
 
 
 def _zeros(before: ZeroTable, now: ZeroTable) -> list[LimitEdit]:

@@ -7,6 +7,7 @@ them. A limit that was made stricter is never left out.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,7 +17,7 @@ import click
 
 from cli.arming import is_terminal, typed_line, user_name
 from cli.campaigns import Prepared, prepare
-from cli.edit_meaning import LimitEdit, limits_edited, means_nothing, steps_told
+from cli.edit_meaning import LimitEdit, edits_shown, limits_edited, means_nothing, steps_told
 from daq.changes import file_changes
 from daq.folder import CampaignFolder, CampaignRecord
 from daq.inputs import (
@@ -82,16 +83,18 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Goi
     which = f"the campaign's files in {record.originals}"
     if edits is by_copies:
         which = f"the campaign's copies in {folder / INPUTS_NAME}"
-    click.echo(_told(which, edits, steps_told(record, prepared.plan, folder), limits), err=True)
+    shown = edits_shown(edits, record, prepared)
+    click.echo(_told(which, shown, steps_told(record, prepared.plan, folder), limits), err=True)
     if means_nothing(edits):
         click.echo("only comments or layout were edited: nothing changes, and nothing is asked", err=True)
         return Going(prepared, _taken("no change in meaning"))
     if choice is None and record.recorded_nothing(folder):
         click.echo("nothing was recorded yet: it begins with the files as they are now", err=True)
         return Going(prepared, _taken("nothing was recorded"))
-    how = _asked(which, edits) if choice is None else choice
+    if choice != "keep" and not record.recorded_nothing(folder):
+        _check_taken(which, edits, limits)
+    how = _asked(which, edits, limits) if choice is None else choice
     if how == "take":
-        _check_taken(record, folder, which, limits)
         return Going(prepared, _taken("typed" if choice is None else "--take-edits"))
     _check_kept(edits, limits)
     if any(not Path(edit.place).is_absolute() for edit in by_copies):
@@ -174,33 +177,41 @@ def _check_specimen(record: CampaignRecord, folder: Path, prepared: Prepared) ->
     )
 
 
-def _check_taken(record: CampaignRecord, folder: Path, which: str, limits: tuple[LimitEdit, ...]) -> None:
+def _check_taken(which: str, edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> None:
     looser = [limit.text() for limit in limits if limit.direction == "LOOSER"]
-    if looser and not record.recorded_nothing(folder):
-        raise BadInput(
-            f"nothing was moved: in {which} a limit was made looser, which never counts within a campaign: "
-            f"{', '.join(looser)}",
-            remedy="undo it (what was made stricter counts), or begin a campaign of its own with "
-            "bufferstand run … --out another folder",
-        )
+    if not looser:
+        return
+    keep = "" if _cannot_keep(edits, limits) else ", go on with the files as they were taken (--keep),"
+    raise BadInput(
+        f"nothing was moved: in {which} a limit was made looser, which never counts within a campaign: "
+        f"{', '.join(looser)}",
+        remedy=f"undo it (what was made stricter counts){keep} or begin a campaign of its own with "
+        "bufferstand run … --out another folder",
+    )
 
 
 def _check_kept(edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> None:
+    if why := _cannot_keep(edits, limits):
+        looser = any(limit.direction == "LOOSER" for limit in limits)
+        raise BadInput(
+            why,
+            file="--keep",
+            remedy="undo in the files what was made looser, and take the rest (--take-edits)"
+            if looser
+            else "take the edits (--take-edits), or undo them in the files",
+        )
+
+
+def _cannot_keep(edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> str:
+    """Return why a campaign cannot go on without the edits; empty if it can."""
     if stricter := [limit.text() for limit in limits if limit.direction == "stricter"]:
-        raise BadInput(
-            f"a limit that was made stricter is not left out: {', '.join(stricter)}",
-            file="--keep",
-            remedy="take the edits (--take-edits), or undo them in the files",
-        )
+        return f"a limit that was made stricter is not left out: {', '.join(stricter)}"
     if outside := [edit.place for edit in edits if Path(edit.place).is_absolute()]:
-        raise BadInput(
-            f"{', '.join(outside)}: named by an absolute path, so the folder has no copy to go by",
-            file="--keep",
-            remedy="take the edits (--take-edits), or undo them in the file",
-        )
+        return f"{', '.join(outside)}: named by an absolute path, so the folder has no copy to go by"
+    return ""
 
 
-def _told(which: str, edits: tuple[FileEdit, ...], steps: list[str], limits: tuple[LimitEdit, ...]) -> str:
+def _told(which: str, edits: Sequence[FileEdit], steps: list[str], limits: tuple[LimitEdit, ...]) -> str:
     lines = [f"{which} were edited since they were taken:"]
     lines += [edit.diff() for edit in edits]
     lines += [f"changed: {change.text()}" for change in file_changes(edits)]
@@ -209,21 +220,29 @@ def _told(which: str, edits: tuple[FileEdit, ...], steps: list[str], limits: tup
     return "\n".join(lines)
 
 
-def _asked(which: str, edits: tuple[FileEdit, ...]) -> Choice:
+def _asked(which: str, edits: tuple[FileEdit, ...], limits: tuple[LimitEdit, ...]) -> Choice:
+    """Ask whether to take or to keep, or which of them is left to be said yes to."""
     summary = ", ".join(edit.summary() for edit in edits)
+    cannot_keep = _cannot_keep(edits, limits)
     if not (is_terminal(sys.stdin) and is_terminal(sys.stderr)):
+        only = "" if cannot_keep else ", or --keep to go on with those that were taken"
         raise BadInput(
-            f"nothing was moved: {which} were edited since they were taken: {summary}",
-            remedy="add --take-edits to go on with them, or --keep to go on with those that were taken",
+            f"nothing was moved: {which} were edited since they were taken: {summary}"
+            + (f"; {cannot_keep}" if cannot_keep else ""),
+            remedy=f"add --take-edits to go on with them{only}" + (", or undo them" if cannot_keep else ""),
         )
-    answer = typed_line("Type take to go on with the edits, keep to go on without them: ")
+    if cannot_keep:
+        click.echo(cannot_keep, err=True)
+        question = "Type take to go on with the edits: "
+    else:
+        question = "Type take to go on with the edits, keep to go on without them: "
+    answer = typed_line(question)
     if answer == "take":
         return "take"
-    if answer == "keep":
+    if answer == "keep" and not cannot_keep:
         return "keep"
-    raise BadInput(
-        "nothing was moved: neither take nor keep was answered", remedy="resume again and say which"
-    )
+    wanted = "take was not answered" if cannot_keep else "neither take nor keep was answered"
+    raise BadInput(f"nothing was moved: {wanted}", remedy="resume again and say which")
 
 
 def _taken(how: str) -> dict[str, Any]:

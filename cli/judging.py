@@ -13,6 +13,7 @@ import click
 from cli.options import FILE, FiniteFloat, warn
 from evaluation.choices import DecisionRule, ForceCell
 from foundation.errors import BadInput
+from foundation.shares import MOVING_MASS_MOST_KG
 
 if TYPE_CHECKING:
     from evaluation.requirements.limit_set import LimitSet
@@ -132,10 +133,10 @@ def _mass(moving_mass_kg: float | None) -> float | None:
     BadInput
         If it can be none.
     """
-    if moving_mass_kg is not None and not 0.0 <= moving_mass_kg < float("inf"):
+    if moving_mass_kg is not None and not 0.0 <= moving_mass_kg <= MOVING_MASS_MOST_KG:
         raise BadInput(
             f"{moving_mass_kg:g} kg can be no moving mass",
             file="--moving-mass",
-            remedy="give kilograms, 0 or more",
+            remedy=f"give kilograms, 0 to {MOVING_MASS_MOST_KG:g}",
         )
     return moving_mass_kg

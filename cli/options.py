@@ -53,6 +53,8 @@ def _finite(
     return number
 
 
+SPRING_C = FiniteRange(min=-100.0, max=200.0)
+"""Temperatures that a spring of rubber, elastomer or steel, and the air around it, may have [°C]."""
 EXISTING = _Named(exists=True, path_type=Path)
 FOLDER = _Named(file_okay=False, path_type=Path)
 FILE = _Named(dir_okay=False, path_type=Path)

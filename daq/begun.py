@@ -33,7 +33,7 @@ class Begun:
     speed : float
         Stand time in multiples of real time, of a stand that it started.
     simulated : bool or None
-        Whether the recorded runs were made on a simulated stand; None where there is none, or nobody knows.
+        Whether the campaign was begun on a simulated stand; None where nobody knows.
     controller : mapping
         The controller of the last start that came to one: ``device``, ``serial``, ``profile`` …
     software : str
@@ -55,9 +55,9 @@ def software_version() -> str:
 def begun(record: CampaignRecord | None, folder: Path) -> Begun:
     """Return how a campaign was begun, by its folder.
 
-    A start that recorded nothing binds nobody: what it was made on does not count for the runs. A folder of
-    before 2026-11-24 does not say it: who was asked for consent was about to move what its stand file leads
-    to, and who was not had the stand started by the program.
+    The kind of stand is that of the first start, also where nothing was recorded; which controller it was
+    binds nobody then. A folder of before 2026-11-24 does not say it: who was asked for consent was about to
+    move what its stand file leads to, and who was not had the stand started by the program.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def begun(record: CampaignRecord | None, folder: Path) -> Begun:
     """
     if record is None:
         return Begun()
-    # Every start of a campaign was made on the same kind of stand, or recorded nothing.
+    # Every start of a campaign is made on the same kind of stand.
     simulate = record.last(SIMULATE)
     if simulate is None and record.starts:
         simulate = not any(start.get("arming") for start in record.starts)
@@ -79,11 +79,11 @@ def begun(record: CampaignRecord | None, folder: Path) -> Begun:
         record.last(CONTROLLER) or {},
         record.last(SOFTWARE) or "",
     )
-    if record.recorded_nothing(folder):
-        return replace(known, controller={})
     simulated = record.last(KEY)
     if simulated is None and simulate:
         simulated = True
+    if record.recorded_nothing(folder):
+        return replace(known, controller={}, simulated=simulated)
     if known.controller and known.software:
         return replace(known, simulated=simulated)
     return _with_runs(replace(known, simulated=simulated), record, folder)

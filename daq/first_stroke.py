@@ -10,7 +10,7 @@ from protocols.admissible import Judge, shows_the_curve
 from protocols.curve_predictor import CurvePredictor, curve_of_stroke
 from protocols.plan import Plan
 from protocols.prediction import Predictor
-from protocols.steps import PlannedStep
+from protocols.steps import Hold, PlannedStep, TouchOff, WaitUntilCool
 from recording.runfile import open_run
 
 
@@ -58,7 +58,7 @@ class Acquaintance:
         conditions = campaign.content.conditions
         known: Predictor | None = None if self._curve is None else self._curve.bounding()
         if known is None:
-            moves = step.cycles is not None or step.run_kind is not None
+            moves = [one for one in step.motions if not isinstance(one, Hold | TouchOff | WaitUntilCool)]
             if shows_the_curve(request.step) or not moves:
                 return None
             return f"step “{step.name}”: no slow stroke of this campaign has shown the specimen's curve yet"

@@ -5,7 +5,7 @@ One place: plan, start, run file and report show these sentences, and nothing el
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from drivers.profile import Profile
 from drivers.stand_bounds import power_on_C
@@ -17,11 +17,14 @@ from protocols.campaign import Campaign
 from protocols.guard_bounds import Watching
 from protocols.guard_table import GuardTable
 from protocols.plan import Plan
+from protocols.steps import PlannedStep, WaitUntilCool
 
 HARMED_BY_HEAT = ("elastomer", "rubber-steel", None)
 """Elastic systems that heat destroys; one that nobody has stated counts as such."""
 CONSENT = "no_temperature_stop"
 """Key of ``[limits]`` that states why a campaign may do without the temperature stop."""
+REASON_WORDS, REASON_LETTERS = 3, 10
+"""A reason has at least so many different words, and so many letters: “TODO” and “.” are none."""
 
 
 def thermometers_on_specimen(stand_file: StandFile) -> tuple[str, ...]:
@@ -47,6 +50,14 @@ def unguarded(plan: Plan, stand_file: StandFile) -> tuple[str, ...]:
     )
 
 
+def what_is_unguarded(sentences: Collection[str]) -> tuple[str, ...]:
+    """Return what each sentence of :func:`unguarded` says is missing, without names, figures and reasons.
+
+    By these two plans are held against each other.
+    """
+    return tuple(text.partition(":")[0].partition(" (")[0] for text in sentences)
+
+
 def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile) -> None:
     """Refuse a specimen that heat destroys on a stand that does not see it, unless somebody has said why.
 
@@ -55,7 +66,7 @@ def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile
     BadInput
         With what to do.
     """
-    stated = campaign.limits.no_temperature_stop.strip()
+    stated = _stated(campaign)
     path = ("limits", CONSENT)
     if thermometers_on_specimen(stand_file):
         if stated:
@@ -67,6 +78,15 @@ def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile
                 remedy="leave the key out",
             )
         return
+    if stated and not is_reason(stated):
+        raise BadInput(
+            f"{CONSENT} = {campaign.limits.no_temperature_stop!r} gives no reason: one has at least "
+            f"{REASON_WORDS} words and {REASON_LETTERS} letters",
+            file=campaign.path,
+            place=place_of(path, read_text(campaign.path)),
+            remedy="write why heat cannot harm this specimen here, such as “two slow strokes of a cold "
+            "spring”; the report shows it",
+        )
     if stated or specimen.elastic_system not in HARMED_BY_HEAT:
         return
     system = specimen.elastic_system
@@ -77,15 +97,91 @@ def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile
         file=campaign.path,
         place=place_of(("limits",), read_text(campaign.path)),
         remedy=f"put a thermometer on it ([[temperature.sensor]] with role = “specimen” in the stand file), "
-        f'or state why it may do without: {CONSENT} = "reason" under [limits]'
+        f'or state why it may do without: {CONSENT} = "reason" (at least {REASON_WORDS} words) under [limits]'
         + ("" if system else "; or state elastic_system in the specimen file, if it is a ring spring"),
     )
+
+
+def is_reason(text: str) -> bool:
+    """Return whether a text can be a reason: words enough, letters enough, and not one of them repeated.
+
+    What shows nothing (blanks, characters of no width) is no letter, and neither are signs and figures.
+    """
+    words = [word for part in text.split() if (word := "".join(filter(str.isalpha, part)))]
+    return (
+        len({word.casefold() for word in words}) >= REASON_WORDS
+        and sum(map(len, words)) >= REASON_LETTERS
+        and len({letter for word in words for letter in word.casefold()}) >= REASON_LETTERS // 2
+    )
+
+
+def demand_thermometers(plan: Plan, stand_file: StandFile, over: Collection[str] = ()) -> None:
+    """Refuse a step that goes by the specimen's temperature on a stand that has no thermometer on it.
+
+    A wait that nobody can see the end of would end at once, and a band in which a step begins would hold
+    whatever the specimen is like.
+
+    Parameters
+    ----------
+    plan : Plan
+        With all of its steps.
+    stand_file : StandFile
+        Its thermometers.
+    over : collection of str
+        Plan hashes of steps that are complete: they are not refused any more.
+
+    Raises
+    ------
+    BadInput
+        With the step, what it needs the thermometer for, and what to do.
+    """
+    if thermometers_on_specimen(stand_file):
+        return
+    for step in plan.steps:
+        what = _goes_by_temperature(step)
+        if not what or step.plan_hash in over:
+            continue
+        raise BadInput(
+            f"step {step.index} “{step.name}” {what}, and stand “{stand_file.stand.id}” has no thermometer "
+            "on the specimen: nobody would see its temperature",
+            file=plan.campaign.path,
+            place=step.place,
+            remedy="put one on it ([[temperature.sensor]], role = “specimen”, in the stand file), or leave "
+            + _what_to_leave(step),
+        )
+
+
+def _goes_by_temperature(step: PlannedStep) -> str:
+    """Return what a step needs the specimen's temperature for; empty if it needs none."""
+    if step.start_band is not None:
+        return f"begins at {step.start_band.text()} °C"
+    if step.warmth is not None:
+        return f"ends when the specimen is at {step.warmth.temperature_C:g} °C"
+    for motion in step.motions:
+        if isinstance(motion, WaitUntilCool):
+            return f"waits until the specimen is at {motion.temperature_C:g} °C or below"
+    return ""
+
+
+def _what_to_leave(step: PlannedStep) -> str:
+    if step.start_band is not None:
+        return "start_temperature_C out"
+    if step.pause:
+        return "order = “soonest” under [plan] out: it waits for the specimen to cool"
+    instead = "; a wait by the clock is a step kind = “hold” with duration_s and neither stroke nor force"
+    return "the step out" + (instead if step.only_waits else "")
+
+
+def _stated(campaign: Campaign) -> str:
+    """Return what stands in the consent, without what shows nothing."""
+    text = campaign.limits.no_temperature_stop
+    return "".join(sign if sign.isprintable() else " " for sign in text).strip()
 
 
 def _heat(stand_file: StandFile, plan: Plan) -> Iterator[str]:
     names = thermometers_on_specimen(stand_file)
     if not names:
-        reason = plan.campaign.limits.no_temperature_stop.strip()
+        reason = _stated(plan.campaign)
         stated = f"; stated reason: {reason}" if reason else ""
         yield f"this campaign has no temperature stop: no thermometer on the specimen{stated}"
     elif len(names) == 1:

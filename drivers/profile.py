@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -32,7 +33,7 @@ from drivers.registers import (
 )
 from foundation.canonical import content_hash
 from foundation.errors import BadInput
-from foundation.settings import Settings, load_settings
+from foundation.settings import Settings, parse_settings, read_text
 
 SHIPPED = Path(__file__).parent / "profiles"
 """Folder of the profiles that come with the software."""
@@ -476,7 +477,13 @@ def load_profile(name: str, folder: Path | None = None) -> Profile:
                 f"there is no register profile “{name}”",
                 remedy=f"shipped are: {shipped}; or give the path of a .toml file",
             )
-    content = load_settings(path, ProfileFile)
+    return _profile_of(path, read_text(path))
+
+
+@lru_cache(maxsize=16)
+def _profile_of(path: Path, text: str) -> Profile:
+    """Return the profile that a text holds; a campaign asks for it a dozen times."""
+    content = parse_settings(text, ProfileFile, path)
     as_data = content.model_dump(mode="json", by_alias=True)
     if content.wire is None:  # a profile without this table keeps the hash that it always had
         del as_data["wire"]

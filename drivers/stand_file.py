@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -111,7 +112,7 @@ class Limits(Settings):
         last_kN = self.force_speed[-1][0]
         if last_kN < self.force_max_kN:
             raise ValueError(
-                f"force_speed ends at {last_kN:g} kN, below force_max_kN = {self.force_max_kN:g}: add the "
+                f"force_speed ends at {last_kN:g} kN, below force_max_kN = {self.force_max_kN:g}; add the "
                 "speed that is left there"
             )
         return self
@@ -172,7 +173,8 @@ class ControllerSettings(Settings):
         if self.watchdog_s < 2 * self.timeout_s:
             raise ValueError(
                 f"watchdog_s = {self.watchdog_s:g} must be at least twice timeout_s = {self.timeout_s:g}, "
-                "or one slow reply stops the stand"
+                f"or one slow reply stops the stand; write timeout_s = {0.5 * self.watchdog_s:g} or less, or "
+                "a longer watchdog_s"
             )
         return self
 
@@ -212,7 +214,8 @@ class AmplifierSettings(Settings):
             most = self.baud / (bits * size)
             if self.rate_Hz > most:
                 raise ValueError(
-                    f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}"
+                    f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}; "
+                    f"write rate_Hz = {math.floor(most):g} or less, or a larger baud"
                 )
         return self
 

@@ -6,15 +6,18 @@ from typing import Annotated
 
 from pydantic import Field
 
+from foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
 from foundation.wanted import Within
 
 Baud = Annotated[
     int, Field(gt=0, le=4_000_000), Within(300, 4_000_000, "no serial line here is slower or faster")
 ]
 MovingMass = Annotated[
-    float, Field(ge=0), Within(0.0, 10_000.0, "no stand moves 10 t between load cell and specimen")
+    float, Field(ge=0), Within(0.0, MOVING_MASS_MOST_KG, "no stand moves 10 t between load cell and specimen")
 ]
-MassAccuracy = Annotated[float, Field(ge=0), Within(0.0, 100.0, "known no better it is not known")]
+MassAccuracy = Annotated[
+    float, Field(ge=0), Within(0.0, MASS_ACCURACY_MOST_PERCENT, "known no better it is not known")
+]
 StandForce = Annotated[
     float,
     Field(gt=0),

@@ -20,6 +20,7 @@ from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
+from foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
 
 WINDOW = 0.2
 """Acceleration: quartic over this share of the shortest cycle (at least 7 samples)."""
@@ -89,15 +90,21 @@ def correct_inertia(
     Raises
     ------
     BadInput
-        If the mass, or the limit of its error, is negative or no number.
+        If the mass, or the limit of its error, is negative, no number, or larger than any.
     """
     mass = option.over(stand)
     kg = mass.kg or 0.0
     percent = MASS_ACCURACY_PERCENT if mass.accuracy_percent is None else mass.accuracy_percent
-    if not (np.isfinite(kg) and kg >= 0.0):
-        raise BadInput(f"a moving mass of {kg:g} kg is none", remedy="state 0 kg or more (0: no correction)")
-    if not (np.isfinite(percent) and percent >= 0.0):
-        raise BadInput(f"the moving mass cannot be known to {percent:g} %", remedy="state 0 % or more")
+    if not 0.0 <= kg <= MOVING_MASS_MOST_KG:
+        raise BadInput(
+            f"a moving mass of {kg:g} kg is none",
+            remedy=f"state 0 to {MOVING_MASS_MOST_KG:g} kg (0: no correction)",
+        )
+    if not 0.0 <= percent <= MASS_ACCURACY_MOST_PERCENT:
+        raise BadInput(
+            f"the moving mass cannot be known to {percent:g} %",
+            remedy=f"state 0 to {MASS_ACCURACY_MOST_PERCENT:g} %",
+        )
     if kg == 0.0 or not cycles:
         return record, InertiaCorrection(), None
     cell: ForceCell = mass.force_cell or "moving-side"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping, Sequence
 from datetime import date
 from typing import Any
@@ -57,7 +58,7 @@ class Complaint:
         # Where several types were tried, the one that led furthest is what was meant.
         self._finding, self._found = max(chosen, key=lambda pair: len(pair[1].path))
         self.others = len(groups) - 1
-        self.path = (*within, *self._found.path)
+        self.path = (*within, *self._found.path, *_key_told(self._finding, self._found))
 
     def said(self) -> tuple[str, str]:
         """Return what is wrong and what to do."""
@@ -157,6 +158,15 @@ def _own_words(text: str, value: object) -> tuple[str, str]:
     if isinstance(value, dict | list | tuple | BaseModel):
         return problem, remedy
     return f"{problem} (got {shown(value)})", remedy
+
+
+def _key_told(finding: Finding, found: Found) -> tuple[str, ...]:
+    """Return the first key that a check of ours on a whole table names, and that is written there."""
+    written = finding.get("input")
+    if finding["type"] != "value_error" or found.spot.model is None or not isinstance(written, dict):
+        return ()
+    words = re.findall(r"\w+", str(finding["ctx"]["error"]))
+    return next(((word,) for word in words if word in written), ())
 
 
 def _wrong(kind: str, value: object) -> str:

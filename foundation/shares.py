@@ -14,3 +14,9 @@ TILT_LEAST_MM = 5.0
 def tilt_bound_mm(travel_mm: float) -> float:
     """Return the largest tilt that may be allowed [mm], on a stand whose piston travels so far [mm]."""
     return max(TILT_LEAST_MM, TILT_SHARE * travel_mm)
+
+
+MOVING_MASS_MOST_KG = 10_000.0
+"""No stand moves more between load cell and specimen [kg]."""
+MASS_ACCURACY_MOST_PERCENT = 100.0
+"""Known no better than to this a moving mass is not known [%]."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, get_args, get_origin
 
 import annotated_types as at
@@ -43,11 +44,8 @@ def first_breach(settings: BaseModel) -> Breach | None:
 
 def _breaches(spot: Spot, value: Any, path: Path, outer: tuple[Within, ...]) -> Iterator[Breach]:
     if isinstance(value, BaseModel):
-        own = Spot(type(value))
-        for key, info in fields_by_key(type(value)).items():
-            name = next(name for name, one in type(value).model_fields.items() if one is info)
-            if (inner := own.key(key)) is not None:
-                yield from _breaches(inner, getattr(value, name), (*path, key), ())
+        for key, name, inner in _spots_of(type(value)):
+            yield from _breaches(inner, getattr(value, name), (*path, key), ())
         return
     withins = (*outer, *spot.withins)
     if isinstance(value, tuple | list):
@@ -57,6 +55,15 @@ def _breaches(spot: Spot, value: Any, path: Path, outer: tuple[Within, ...]) -> 
         for within in withins:
             if not within.low <= value <= within.high:
                 yield Breach(path, value, within)
+
+
+@cache
+def _spots_of(model: type[BaseModel]) -> tuple[tuple[str, str, Spot], ...]:
+    """Return of each field of a schema its key, its name in code, and what may stand there."""
+    own = Spot(model)
+    names = {id(info): name for name, info in model.model_fields.items()}
+    found = ((key, names[id(info)], own.key(key)) for key, info in fields_by_key(model).items())
+    return tuple((key, name, inner) for key, name, inner in found if inner is not None)
 
 
 def _entry(spot: Spot, position: int) -> Spot:

@@ -5,6 +5,7 @@ Each is declared once, as one entry of :data:`RELATIVE`; the docs' table and the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,7 @@ from foundation.shares import TILT_LEAST_MM, TILT_SHARE, TRIP_SHARE, tilt_bound_
 from foundation.specimen import Specimen
 from protocols.campaign import Campaign, CampaignFile
 from protocols.kinds import RepeatStep, Step, StepSettings
-from protocols.limits import STROKE_TRIP_MARGIN_MM, Bound, StandLimits, envelope
+from protocols.limits import OF_CAMPAIGN, STROKE_TRIP_MARGIN_MM, Bound, StandLimits, envelope
 from protocols.physical import POWER_ON_C
 
 FORCE_TRIP_ROOM_KN = 20.0
@@ -87,6 +88,9 @@ class Span:
     high: float
     low_from: str = ""
     high_from: str = ""
+    low_key: tuple[str, str] | None = None
+    """The key of the campaign file that sets it; None where another file or nothing does."""
+    high_key: tuple[str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,8 @@ class Relative:
         The reason.
     span : callable
         Its value, from what it depends on.
+    why_not_more : str
+        The reason of the upper bound, where it is another.
     """
 
     table: str
@@ -113,6 +119,7 @@ class Relative:
     words: str
     why: str
     span: Callable[[Ground], Span]
+    why_not_more: str = ""
 
     def value(self, content: CampaignFile) -> float | None:
         """Return what the campaign says, None where it is left to the default that follows from others."""
@@ -126,13 +133,14 @@ def _force_trip(ground: Ground) -> Span:
     high_from = (
         force.text() if own <= most else f"force_max_kN = {ground.stand.force_max_kN:g} kN (the stand)"
     )
-    return Span(force.value, min(own, most), force.text(), high_from)
+    high_key = _key_of(force) if own <= most else None
+    return Span(force.value, min(own, most), force.text(), high_from, _key_of(force), high_key)
 
 
 def _stroke_trip(ground: Ground) -> Span:
     stroke, most = ground.stroke, (1.0 + TRIP_SHARE) * ground.stand.stroke_max_mm
     own = max((1.0 + TRIP_SHARE) * stroke.value, stroke.value + STROKE_TRIP_MARGIN_MM)
-    return Span(0.01, min(own, most), "", stroke.text())
+    return Span(0.01, min(own, most), "", stroke.text(), None, _key_of(stroke))
 
 
 def _stop(ground: Ground) -> Span:
@@ -142,6 +150,7 @@ def _stop(ground: Ground) -> Span:
         ground.watching.power_on_C,
         f"{ABOVE_AIR_K:g} K above [conditions] ambient_C = {air_C:g} °C",
         "what a thermometer that lost its supply shows",
+        ("conditions", "ambient_C"),
     )
 
 
@@ -165,12 +174,18 @@ def _tilt(ground: Ground) -> Span:
 
 def _speed_trip(ground: Ground) -> Span:
     speed = ground.speed
-    return Span(1.0, SPEED_TRIP_FACTOR * speed.value, "", speed.text())
+    return Span(1.0, SPEED_TRIP_FACTOR * speed.value, "", speed.text(), None, _key_of(speed))
 
 
 def _release(ground: Ground) -> Span:
     stroke, speed = ground.stroke, ground.speed
-    return Span(min(stroke.value / RELEASE_S, speed.value), speed.value, stroke.text(), speed.text())
+    low = min(stroke.value / RELEASE_S, speed.value)
+    return Span(low, speed.value, stroke.text(), speed.text(), _key_of(stroke), _key_of(speed))
+
+
+def _key_of(bound: Bound) -> tuple[str, str] | None:
+    """Return the key of the campaign file that sets a limit; None where stand or specimen do."""
+    return ("limits", bound.name) if bound.source == OF_CAMPAIGN else None
 
 
 _TILT_WORDS = (
@@ -270,6 +285,7 @@ RELATIVE = (
         f"from the stroke limit in force / {RELEASE_S:g} s to the speed limit in force",
         "the safe stop switches the valve off after 60 s, and a slower release has not ended by then",
         _release,
+        "a release is a motion like any other",
     ),
 )
 """Every bound that depends on other keys."""
@@ -298,19 +314,56 @@ def demand_bounds(campaign: Campaign, stand: StandLimits, specimen: Specimen, wa
     for rule, path, value in _settings(campaign.content):
         span = rule.span(ground)
         too_low = value < span.low * (1.0 - 1e-9)
-        if not too_low and value <= span.high * (1.0 + 1e-9):
-            continue
-        bound, source = (span.low, span.low_from) if too_low else (span.high, span.high_from)
-        follows = f" ({source})" if source else ""
-        side = "below" if too_low else "above"
-        if span.low > span.high:
-            bound, follows = span.high, f" ({span.high_from}), and cannot keep {span.low:g} ({span.low_from})"
-        raise BadInput(
-            f"{rule.key} = {value!r} is {side} its bound of {bound:g} {rule.unit}{follows}",
-            file=campaign.path,
-            place=place_of(path, read_text(campaign.path)),
-            remedy=f"write {'at least' if too_low else 'at most'} {bound:g}: {rule.why}",
+        if too_low or value > span.high * (1.0 + 1e-9):
+            raise _refusal(campaign, rule, path, value, span, too_low=too_low)
+
+
+def _refusal(
+    campaign: Campaign,
+    rule: Relative,
+    path: tuple[str | int, ...],
+    value: float,
+    span: Span,
+    *,
+    too_low: bool,
+) -> BadInput:
+    """Return what is said of a setting: at the key that somebody wrote, with the bound and what to write."""
+    text, unit = read_text(campaign.path), rule.unit
+    bound, source = (span.low, span.low_from) if too_low else (span.high, span.high_from)
+    setter = span.low_key if too_low else span.high_key
+    follows = f" ({source})" if source else ""
+    if span.low > span.high:
+        bound, follows = span.high, f" ({span.high_from}), and cannot keep {span.low:g} ({span.low_from})"
+    side, limit = ("below", "more") if too_low else ("above", "less")
+    said = f"{rule.key} = {value!r} is {side} its bound of {bound:g} {unit}{follows}"
+    write = f"write {rule.key} = {kept_text(bound, up=too_low)} or {limit}"
+    if not _written(path, campaign.content):
+        said = (
+            f"{rule.key}, which is {value:g} {unit} where it is not written, is {side} its bound of "
+            f"{bound:g} {unit}{follows}"
         )
+        write += f" under [{rule.table}]"
+        if setter is not None and _written(setter, campaign.content):
+            path = setter
+            write += f", or a {'smaller' if too_low else 'larger'} {setter[1]}"
+    why = rule.why if too_low or not rule.why_not_more else rule.why_not_more
+    return BadInput(said, file=campaign.path, place=place_of(path, text), remedy=f"{write}: {why}")
+
+
+def _written(path: tuple[str | int, ...], content: CampaignFile) -> bool:
+    """Return whether a key is written in the file; what a step has of its own always is."""
+    table, key = path[0], path[-1]
+    if len(path) > 2:
+        return True
+    return table in content.model_fields_set and key in getattr(content, str(table)).model_fields_set
+
+
+def kept_text(bound: float, *, up: bool) -> str:
+    """Return a bound with six digits that keeps it."""
+    digits = 5 - math.floor(math.log10(abs(bound))) if bound else 0
+    scaled = bound * 10.0**digits
+    whole = math.ceil(scaled - 1e-9 * scaled) if up else math.floor(scaled + 1e-9 * scaled)
+    return f"{whole / 10.0**digits:.6g}"
 
 
 def _settings(content: CampaignFile) -> Iterator[tuple[Relative, tuple[str | int, ...], float]]:

@@ -116,6 +116,8 @@ class StandLimits:
         return {**self.hashed(), **self.machine.as_dict()}
 
 
+OF_CAMPAIGN = "[limits] of the campaign"
+"""Who sets a limit that stands there."""
 _NOT_OF_A_RESULT = ("on_temperature_stop", "temperature_resume_C", "no_temperature_stop")
 """Keys that say how a campaign goes on, or why it may be run, and make no other test of a step."""
 
@@ -159,15 +161,20 @@ class TestLimits(Settings):
         if not self.temperature_resume_C < self.temperature_stop_C:
             raise ValueError(
                 f"temperature_resume_C = {self.temperature_resume_C} must be below "
-                f"temperature_stop_C = {self.temperature_stop_C}"
+                f"temperature_stop_C = {self.temperature_stop_C}; write temperature_resume_C below "
+                f"{self.temperature_stop_C:g}, or a higher temperature_stop_C"
             )
         if self.force_trip_kN is not None and self.force_trip_kN < self.force_max_kN:
             raise ValueError(
-                f"force_trip_kN = {self.force_trip_kN} must not be below force_max_kN = {self.force_max_kN}"
+                f"force_trip_kN = {self.force_trip_kN} must not be below force_max_kN = {self.force_max_kN}; "
+                f"write force_trip_kN = {self.force_max_kN:g} or more, or a smaller force_max_kN"
             )
         trip, top = self.stroke_trip_mm, self.stroke_max_mm
         if trip is not None and top is not None and trip < top:
-            raise ValueError(f"stroke_trip_mm = {trip} must not be below stroke_max_mm = {top}")
+            raise ValueError(
+                f"stroke_trip_mm = {trip} must not be below stroke_max_mm = {top}; "
+                f"write stroke_trip_mm = {top:g} or more, or a smaller stroke_max_mm"
+            )
         return self
 
     def hashed(self) -> dict[str, Any]:
@@ -237,7 +244,7 @@ def envelope(stand: StandLimits, test: TestLimits, specimen: Specimen) -> Envelo
     specimen : Specimen
         Its ``max_stroke_mm``, where known, bounds the stroke.
     """
-    stand_text, test_text = "the stand", "[limits] of the campaign"
+    stand_text, test_text = "the stand", OF_CAMPAIGN
     force = _narrowest(
         "force_max_kN", "kN", [(test.force_max_kN, test_text), (stand.force_max_kN, stand_text)]
     )

@@ -12,6 +12,7 @@ from typing import Any
 
 from foundation.durations import duration_text
 from foundation.errors import BadInput
+from foundation.settings import place_of, read_text
 from foundation.specimen import Specimen
 from protocols.admissible import Breach, Judge, shows_the_curve
 from protocols.asked import asked_text
@@ -255,7 +256,12 @@ def make_plan(
     ramp_speed = campaign.content.motion.ramp_speed_mm_per_s
     judge = Judge(bounds, predictor.bounding(), ramp_speed, min(conditions.ambient_C, conditions.start_C()))
     if found := judge.motion_breach(campaign.content.motion):
-        raise BadInput(found.problem, file=campaign.path, place="[motion]", remedy=found.remedy())
+        key = next(iter(found.nearest))
+        written = key in campaign.content.motion.model_fields_set
+        said = found.problem if written else f"{found.problem} (so fast where {key} is not written)"
+        path = ("motion", key) if written else ("limits", bounds.speed.name)
+        place = place_of(path, read_text(campaign.path))
+        raise BadInput(said, file=campaign.path, place=place, remedy=f"{found.remedy()}, under [motion]")
 
     def heat_of(step: HarmonicStep) -> float:
         frequency, _ = step.rate()

@@ -38,6 +38,10 @@ FADE_SHARE = 0.4
 linearly, between friction (a) and viscous loss (a**2)."""
 PIECES = 50
 """Into how many pieces a long motion is cut, each at the temperature reached by then."""
+EACH_CYCLE = 200
+"""So many slow cycles of a motion are each predicted at their own temperature."""
+SAME_CYCLE_K = 0.05
+"""Beyond them, one stands for all within this [K]: forces follow temperature by 1 % in a kelvin."""
 WARM_PIECE_K = 0.25
 """While it is warmed up, a piece heats the specimen by so much [K], or by a quarter of the band."""
 LONGEST_WAIT_S = 7.0 * 86400.0
@@ -341,10 +345,11 @@ class Walker:
 
     def _static(self, motion: StaticCycles) -> float:
         duration_s = 0.0
+        known: dict[int, StaticEstimate] = {}
         for number in range(motion.cycles):
             if self._warmth is not None and self._expected_C() >= self._warmth.temperature_C:
                 break
-            cycle = self._slow(motion.force_limit_kN, motion.stroke_limit_mm, motion.speed_mm_per_s)
+            cycle = self._slow_again(motion, known, number)
             # It is the piston that moves at the constant speed, whosever the limit of the stroke is.
             top_mm = piston_mm(cycle.end_stroke_mm, cycle.peak_force_kN, self._around.give_mm_per_kN)
             cycle_s = 2.0 * top_mm / motion.speed_mm_per_s
@@ -353,6 +358,17 @@ class Walker:
             self._advance(pause_s, 0.0)
             duration_s += cycle_s + pause_s
         return duration_s
+
+    def _slow_again(
+        self, motion: StaticCycles, known: dict[int, StaticEstimate], number: int
+    ) -> StaticEstimate:
+        """Return the slow cycle at the present temperature; of many, one for each small part of a kelvin."""
+        part = round(self._now.mass_C / SAME_CYCLE_K)
+        cycle = known.get(part) if number >= EACH_CYCLE else None
+        if cycle is None:
+            cycle = self._slow(motion.force_limit_kN, motion.stroke_limit_mm, motion.speed_mm_per_s)
+            known[part] = cycle
+        return cycle
 
     def _between_forces(self, motion: ForceCycles) -> float:
         """Load to the lower force, cycle from there; the strokes follow the temperature in pieces."""

@@ -8,9 +8,10 @@ from typing import Any, get_args
 
 import click
 
-from cli.options import EXISTING, FILE, FiniteFloat, key_values, out_option, warn
+from cli.options import EXISTING, FILE, FiniteRange, key_values, out_option, warn
 from foundation.errors import BadInput, ExitStatus
 from foundation.kind import Kind
+from foundation.rates import LOGGER_HZ
 
 
 @click.command(
@@ -27,7 +28,9 @@ from foundation.kind import Kind
 @click.option("--unit", "units", multiple=True, metavar="NAME=UNIT", help="Unit of a column, e.g. force=kip.")
 @click.option("--invert", "inverted", multiple=True, metavar="NAME", help="Turn a column's sign.")
 @click.option("--specimen", metavar="FILE.toml", type=FILE, help="Facts of specimen and test.")
-@click.option("--sample-rate", metavar="HZ", type=FiniteFloat(), help="For a record without a time column.")
+@click.option(
+    "--sample-rate", metavar="HZ", type=FiniteRange(*LOGGER_HZ), help="For a record without a time column."
+)
 @click.option("--sheet", metavar="NAME", help="Sheet of a workbook.")
 @click.option("--group", "groups", multiple=True, metavar="NAME", help="Group of channels (TDMS, MDF4).")
 @click.option("--block", metavar="N", type=int, help="Which one, where a file holds several records.")

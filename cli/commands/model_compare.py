@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FOLDER, FiniteFloat, show_table, warn
+from cli.options import EXISTING, FOLDER, SPRING_C, show_table, warn
 from foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     "--ambient",
     "ambient_C",
     metavar="C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     help="Of the air (default the run's own sensor).",
 )
 @click.option(
     "--temperature",
     "temperature_C",
     metavar="C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     help="Of the spring at every run's start (default its sensor's).",
 )
 @click.option("--isothermal", is_flag=True, help="Keep that temperature, as the paper's Fig. 10 does.")

@@ -7,7 +7,7 @@ from typing import get_args
 
 import click
 
-from cli.options import EXISTING, FILE, FOLDER, FiniteFloat, warn
+from cli.options import EXISTING, FILE, FOLDER, SPRING_C, warn
 from foundation.errors import BadInput
 from model.export.choices import Positive, Units
 
@@ -35,17 +35,17 @@ from model.export.choices import Positive, Units
     "--temperature",
     "temperatures",
     metavar="°C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     multiple=True,
     help="Of a table; repeatable.",
 )
 @click.option(
     "--initial-temperature",
     metavar="°C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     help="FMU: spring at the start. [default: T_ref]",
 )
-@click.option("--ambient", metavar="°C", type=FiniteFloat(), help="FMU: surroundings. [default: T_ref]")
+@click.option("--ambient", metavar="°C", type=SPRING_C, help="FMU: surroundings. [default: T_ref]")
 def command(
     model: Path,
     fmu: Path | None,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from cli.options import EXISTING, FILE, FiniteFloat, warn
+from cli.options import EXISTING, FILE, SPRING_C, warn
 from foundation.errors import BadInput, ExitStatus
 from foundation.text_file import write_text
 from model.identification.laws import NAMES
@@ -41,14 +41,14 @@ from model.identification.laws import NAMES
     "--reference",
     "reference_C",
     metavar="C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     help="Reference temperature of the curves (default 25, if the runs were that warm).",
 )
 @click.option(
     "--ambient",
     "ambient_C",
     metavar="C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     help="Temperature of the air (default: the run's own sensor).",
 )
 @click.option(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, FiniteFloat, warn
+from cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn
 from foundation.errors import BadInput, ExitStatus
 from foundation.text_file import write_text
 
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 _RATE_Hz = 200.0
+_MOST_SAMPLES = 5e6
+"""Of a sine: more fill the memory before they tell more."""
+STROKE_MM = FiniteRange(min=0.0, max=1000.0)
+FREQUENCY_HZ = FiniteRange(min=0.0001, max=100.0)
 _COLUMNS = "time [s],stroke [mm],force [kN],temperature_1 [°C],bulk_temperature [°C],heat [J],work [J]"
 
 
@@ -30,22 +34,22 @@ _COLUMNS = "time [s],stroke [mm],force [kN],temperature_1 [°C],bulk_temperature
 @click.option(
     "--run", "run_file", metavar="FILE", type=EXISTING, help="The stroke of a run file, or of a CSV table."
 )
-@click.option("--prestress", "prestress_mm", metavar="MM", type=FiniteFloat(), help="Mean stroke of a sine.")
-@click.option("--amplitude", "amplitude_mm", metavar="MM", type=FiniteFloat(), help="Half its range.")
-@click.option("--frequency", "frequency_Hz", metavar="HZ", type=FiniteFloat(), help="Its frequency.")
+@click.option("--prestress", "prestress_mm", metavar="MM", type=STROKE_MM, help="Mean stroke of a sine.")
+@click.option("--amplitude", "amplitude_mm", metavar="MM", type=STROKE_MM, help="Half its range.")
+@click.option("--frequency", "frequency_Hz", metavar="HZ", type=FREQUENCY_HZ, help="Its frequency.")
 @click.option("--cycles", type=click.IntRange(1, 100_000), default=5, show_default=True, help="How many.")
 @click.option(
     "--temperature",
     "temperature_C",
     metavar="C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     help="Of the spring at the start (default 25).",
 )
 @click.option(
     "--ambient",
     "ambient_C",
     metavar="C",
-    type=FiniteFloat(),
+    type=SPRING_C,
     help="Of the air (default as the spring).",
 )
 @click.option("--isothermal", is_flag=True, help="Keep the temperature.")
@@ -134,6 +138,12 @@ def _sine(prestress: float, amplitude: float, frequency: float, cycles: int) -> 
             remedy=f"give at most {prestress:g}",
         )
     rate = max(_RATE_Hz, 200.0 * frequency)
+    if (samples := cycles / frequency * rate) > _MOST_SAMPLES:
+        raise BadInput(
+            f"{cycles} cycles at {frequency:g} Hz are {samples:.2g} samples of the sine",
+            file="--cycles",
+            remedy=f"give at most {int(_MOST_SAMPLES / rate * frequency)}, or a greater --frequency",
+        )
     low = prestress - amplitude
     ramp = np.linspace(0.0, low, max(2, round(low / 20.0 * rate) + 1))
     phase = np.linspace(0.0, 2.0 * np.pi * cycles, round(cycles / frequency * rate) + 1)

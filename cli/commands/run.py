@@ -60,14 +60,16 @@ def command(
     prepared = prepare(campaign)
     record = load_record(out)
     if record is not None:
-        _check_begun_anew(record, out)
+        _check_begun_anew(record, out, simulate=simulate)
     consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
     outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent)
     return finish(outcome, out)
 
 
-def _check_begun_anew(record: CampaignRecord, out: Path) -> None:
+def _check_begun_anew(record: CampaignRecord, out: Path, *, simulate: bool) -> None:
     """Say that a start which recorded nothing is begun anew; refuse a folder that holds a campaign."""
+    from cli.as_begun import demand_same_kind
+
     if not record.recorded_nothing(out):
         over, total = sum(step.over for step in record.steps), len(record.steps)
         whole = f"write its report (bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))})"
@@ -77,6 +79,7 @@ def _check_begun_anew(record: CampaignRecord, out: Path) -> None:
             file=out,
             remedy=f"{next_is}, or choose another folder",
         )
+    demand_same_kind(record, out, simulate=simulate)
     why = f": {record.reason}" if record.reason else ""
     click.echo(
         f"the start before recorded nothing ({record.status}{why}): "

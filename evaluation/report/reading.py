@@ -49,7 +49,7 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
     Raises
     ------
     BadInput
-        If there are no runs, or none can be read.
+        If there are no runs, none can be read, or two different ones have the same id.
     """
     files = run_files([path])
     findings = [
@@ -69,7 +69,35 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
         loaded.append(Loaded(run, record if record.time_s.size else None, "; ".join(facts.problems)))
     if not loaded:
         raise BadInput("none of the run files can be read", file=path, remedy="see “bufferstand verify”")
-    return sorted(loaded, key=lambda one: _order(one.run)), findings
+    return _each_once(sorted(loaded, key=lambda one: _order(one.run)), findings), findings
+
+
+def _each_once(loaded: Sequence[Loaded], findings: list[str]) -> list[Loaded]:
+    """Return the runs without copies of one, which become findings.
+
+    Raises
+    ------
+    BadInput
+        If two runs have one id: results, statements and trends of a report go by it.
+    """
+    first: dict[str, Run] = {}
+    kept = []
+    for one in loaded:
+        run = one.run
+        before = first.setdefault(run.id, run)
+        if before is run:
+            kept.append(one)
+            continue
+        if before.sha256 == run.sha256:
+            findings.append(f"{run.path} is the same recording as {before.path}; it is in this report once")
+            continue
+        raise BadInput(
+            f"run “{run.id}” is another than that of {before.path}, which has the same id: one report cannot "
+            "tell them apart",
+            file=run.path,
+            remedy="make a report of each campaign’s own folder, or put one of the two files elsewhere",
+        )
+    return kept
 
 
 @dataclass(frozen=True)

@@ -120,8 +120,9 @@ class SlowJudge:
 
     def _stroke(self, key: str, asked_mm: float, speed_mm_per_s: float) -> Breach | None:
         """Judge a compression to a stroke by stroke and force."""
-        if asked_mm <= 0.0:
-            return None
+        if asked_mm <= 0.0 or self.grounds.predictor.known_to_mm == 0.0:
+            # Where nothing is known the first slow stroke shows the force, before this moves.
+            return over(key, asked_mm, self.grounds.limits.stroke)
         if found := self.grounds.unknown(asked_mm):
             nearest_mm = {key: self.grounds.predictor.known_to_mm}
             return Breach(found.limit, found.problem, nearest_mm)

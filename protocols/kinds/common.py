@@ -73,11 +73,12 @@ class UntilSteady(Settings):
         if self.min_cycles < self.window:
             raise ValueError(
                 f"min_cycles = {self.min_cycles} is fewer than window = {self.window}: "
-                "so few cycles cannot be compared"
+                f"so few cycles cannot be compared; write min_cycles = {self.window} or more"
             )
         if self.max_cycles < self.min_cycles:
             raise ValueError(
-                f"max_cycles = {self.max_cycles} must not be below min_cycles = {self.min_cycles}"
+                f"max_cycles = {self.max_cycles} must not be below min_cycles = {self.min_cycles}; "
+                f"write max_cycles = {self.min_cycles} or more, or fewer min_cycles"
             )
         return self
 

@@ -44,12 +44,13 @@ class ForceCyclesStep(StepSettings):
         least_kN = 2.0 * 0.01 * self.tolerance_percent * self.force_max_kN
         if not self.force_max_kN > self.force_min_kN:
             raise ValueError(
-                f"force_max_kN = {self.force_max_kN:g} must be above force_min_kN = {self.force_min_kN:g}"
+                f"force_max_kN = {self.force_max_kN:g} must be above force_min_kN = {self.force_min_kN:g}; "
+                "force_min_kN is where it unloads to: write the smaller one there"
             )
         if self.force_max_kN - self.force_min_kN < least_kN:
             raise ValueError(
                 f"force_max_kN = {self.force_max_kN:g} and force_min_kN = {self.force_min_kN:g} are nearer "
                 f"than twice tolerance_percent = {self.tolerance_percent:g} of force_max_kN "
-                f"({least_kN:g} kN): put them further apart, or narrow the tolerance"
+                f"({least_kN:g} kN); put them further apart, or narrow the tolerance"
             )
         return self

@@ -13,7 +13,9 @@ from foundation.canonical import file_hash
 from foundation.channel import ChannelUncertainty
 from foundation.errors import BadInput
 from foundation.kind import Kind
+from foundation.rates import LOGGER_HZ
 from foundation.settings import Day, Settings, load_settings
+from foundation.wanted import Within
 from recording.foreign.columns import DATE_TIME, Wish, full_name
 
 
@@ -120,7 +122,9 @@ class MappingFile(Settings):
     name: str = ""
     """What export it describes; kept in the run file."""
     kind: Kind | None = None
-    sample_rate_Hz: float | None = Field(default=None, gt=0)
+    sample_rate_Hz: (
+        Annotated[float, Field(gt=0), Within(*LOGGER_HZ, "no logger is slower or faster")] | None
+    ) = None
     time_zone: str | None = None
     """Of dates and times that state none, e.g. ``Europe/Vienna``."""
     file: FileForm = FileForm()

@@ -7,6 +7,7 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,12 @@ def base_campaign(kind: str = "harmonic", *, nested: str = "") -> Table:
 
 
 def base_stand() -> Table:
-    """Return the sample stand, without its model's path."""
+    """Return the sample stand."""
+    return copy.deepcopy(_sample_stand())
+
+
+@cache
+def _sample_stand() -> Table:
     return tomllib.loads((SAMPLES / "stand.toml").read_text("utf-8"))
 
 

@@ -6,8 +6,11 @@ import math
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from foundation.errors import BadInput
+from protocols.guard_bounds import kept_text
 from tests.bounds.files import Files, Table, base_campaign, base_stand, guards_of, with_key
 
 # The sample stand: 600 kN, 250 mm, 800 mm/s, thermometers read once a second; specimen 105 mm; air 21 °C.
@@ -64,6 +67,74 @@ def test_what_switched_a_guard_off_without_a_word_is_refused(
 ) -> None:
     with pytest.raises(BadInput, match=rf"line 11: limits\.{key}.*{bound}"):
         Files(tmp_path).prepare(campaign=with_key(base_campaign(), (table, key), value))
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        (
+            {"limits": {"speed_max_mm_per_s": 0.8}},
+            (
+                "line 11: limits.speed_max_mm_per_s: release_speed_mm_per_s, which is 20 mm/s where",
+                "above its bound of 0.8 mm/s (speed_max_mm_per_s = 0.8 mm/s ([limits] of the campaign))",
+                "write release_speed_mm_per_s = 0.8 or less under [motion], or a larger speed_max_mm_per_s",
+            ),
+        ),
+        (
+            {"limits": {"speed_max_mm_per_s": 3.0}, "motion": {"release_speed_mm_per_s": 3.0}},
+            (
+                "line 11: limits.speed_max_mm_per_s: ramp_speed_mm_per_s = 20 mm/s is above",
+                "(so fast where ramp_speed_mm_per_s is not written)",
+                "nearest admissible: ramp_speed_mm_per_s = 3, under [motion]",
+            ),
+        ),
+        (
+            {"conditions": {"ambient_C": 45.0}},
+            (
+                "line 11: conditions.ambient_C: temperature_stop_C, which is 40 °C where it is not written",
+                "below its bound of 46 °C (1 K above [conditions] ambient_C = 45 °C)",
+                "write temperature_stop_C = 46 or more under [limits], or a smaller ambient_C",
+            ),
+        ),
+        (
+            {"limits": {"force_max_kN": 300.0, "force_trip_kN": 200.0}},
+            (
+                "line 12: limits.force_trip_kN: force_trip_kN = 200.0 must not be below force_max_kN = 300.0",
+                "write force_trip_kN = 300 or more, or a smaller force_max_kN",
+            ),
+        ),
+        (
+            {"limits": {"temperature_stop_C": 25.0}},
+            (
+                "line 11: limits.temperature_stop_C: temperature_resume_C = 30.0 must be below",
+                "write temperature_resume_C below 25, or a higher temperature_stop_C",
+            ),
+        ),
+        (
+            {"motion": {"release_speed_mm_per_s": 1.0 / 3.0}},
+            (
+                "line 11: motion.release_speed_mm_per_s: release_speed_mm_per_s = 0.3333333333333333",
+                "is below its bound of 2.1 mm/s (stroke_max_mm = 105 mm (max_stroke_mm of the specimen))",
+                "write release_speed_mm_per_s = 2.1 or more",
+            ),
+        ),
+    ],
+)
+def test_a_bound_is_said_at_the_key_that_was_written_with_what_to_write(
+    tmp_path: Path, tables: Table, said: tuple[str, ...]
+) -> None:
+    with pytest.raises(BadInput) as caught:
+        Files(tmp_path).prepare(campaign=base_campaign() | tables)
+    for part in said:
+        assert part in caught.value.message()
+
+
+@given(st.floats(1e-6, 1e6))
+def test_what_is_proposed_keeps_the_bound(bound: float) -> None:
+    for up in (True, False):
+        proposed = float(kept_text(bound, up=up))
+        assert math.isclose(proposed, bound, rel_tol=2e-5)
+        assert proposed >= bound * (1.0 - 1e-9) if up else proposed <= bound * (1.0 + 1e-9)
 
 
 def test_a_step_has_no_higher_stop_than_the_campaign_may_have(tmp_path: Path) -> None:

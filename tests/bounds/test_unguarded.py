@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 from cli.commands.plan import command
-from daq.unguarded import unguarded
+from cli.main import main
+from daq.unguarded import demand_thermometers, is_reason, unguarded
+from drivers.stand_file import load_stand
 from foundation.errors import BadInput
-from tests.bounds.files import Files, Table, base_campaign, base_specimen, base_stand, guards_of, with_key
+from tests.bounds.files import (
+    SINE,
+    Files,
+    Table,
+    base_campaign,
+    base_specimen,
+    base_stand,
+    guards_of,
+    with_key,
+)
 
 REASON = "two slow strokes of a cold spring"
 
@@ -35,7 +44,9 @@ def test_rubber_without_a_thermometer_needs_a_stated_consent(tmp_path: Path, sys
     if system is not None:
         specimen["specimen"]["elastic_system"] = system
     files = Files(tmp_path)
-    with pytest.raises(BadInput, match=r"no temperature stop.*no_temperature_stop = .reason. under"):
+    with pytest.raises(
+        BadInput, match=r"no temperature stop.*no_temperature_stop = .reason. .at least 3 words. under"
+    ):
         files.prepare(stand=blind_stand(), specimen=specimen)
     plan = files.prepare(stand=blind_stand(), specimen=specimen, campaign=consent()).plan
     assert any(text.endswith(f"stated reason: {REASON}") for text in plan.not_guarded)
@@ -53,6 +64,65 @@ def test_a_thermometer_in_the_air_is_none_on_the_specimen(tmp_path: Path) -> Non
         sensor["role"] = "ambient"
     with pytest.raises(BadInput, match="has no thermometer on the specimen"):
         Files(tmp_path).prepare(stand=stand)
+
+
+NO_REASONS = (
+    ".", "TODO", "to do", "none", "because", "x x x x x x x x x x", "no no no no no no", "- - - - - - - -",
+    "1 2 3 4 5 6 7 8 9 10", "\u200b", "\u200b \u200b \u200b", "\u3164 \u3164 \u3164",
+)  # fmt: skip
+REASONS = ("two slow strokes", "eine Feder aus Stahl", "a peer has none; its springs are bits")
+
+
+@pytest.mark.parametrize("text", REASONS)
+def test_a_reason_has_words(text: str) -> None:
+    assert is_reason(text)
+
+
+def test_what_is_no_reason_is_no_consent(tmp_path: Path) -> None:
+    files = Files(tmp_path)
+    for text in NO_REASONS:
+        campaign = with_key(base_campaign(), ("limits", "no_temperature_stop"), text)
+        with pytest.raises(
+            BadInput, match=r"no_temperature_stop = .* gives no reason|has no temperature stop"
+        ):
+            files.prepare(stand=blind_stand(), campaign=campaign)
+
+
+COOLS = {"kind": "cool-down", "temperature_C": 25.0}
+WARMS = {"kind": "warm-up", **SINE, "temperature_C": 24.0}
+BAND = {"kind": "harmonic", **SINE, "start_temperature_C": [18.0, 25.0]}
+
+
+@pytest.mark.parametrize(
+    ("step", "needs", "instead"),
+    [
+        (COOLS, "waits until the specimen is at 25 °C or below", "kind = “hold” with duration_s"),
+        (WARMS, "ends when the specimen is at 24 °C", "leave the step out"),
+        (BAND, "begins at start_temperature_C = .18, 25. °C", "leave start_temperature_C out"),
+        ({"kind": "repeat", "times": 2, "step": [COOLS]}, "waits until", "or leave the step out"),
+    ],
+)
+def test_a_step_that_goes_by_a_thermometer_is_refused_without_one(
+    tmp_path: Path, step: Table, needs: str, instead: str
+) -> None:
+    campaign = consent()
+    campaign["step"].append(step)
+    files = Files(tmp_path)
+    with pytest.raises(
+        BadInput, match=rf"step 2 .*{needs}.*no thermometer on the specimen.*{instead}"
+    ) as caught:
+        files.prepare(campaign=campaign, stand=blind_stand())
+    assert "[[step]] 2" in caught.value.place
+    del campaign["limits"]
+    plan = files.prepare(campaign=campaign).plan
+    demand_thermometers(
+        plan, load_stand(blind(files)), {one.plan_hash for one in plan.steps}
+    )  # done: no matter
+
+
+def blind(files: Files) -> Path:
+    files.write(stand=blind_stand())
+    return files.folder / "stand.toml"
 
 
 def test_a_consent_to_what_is_not_so_is_refused(tmp_path: Path) -> None:
@@ -103,15 +173,10 @@ def test_plan_shows_it_and_its_json_has_it(tmp_path: Path) -> None:
     assert '"not_guarded": [' in CliRunner().invoke(command, [str(path), "--json"]).output
 
 
-def test_plan_refuses_with_one_line_and_status_2(tmp_path: Path) -> None:
+def test_plan_refuses_with_one_line_and_status_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = Files(tmp_path).write(stand=blind_stand())
-    done = subprocess.run(
-        [sys.executable, "-m", "cli", "plan", str(path)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
+    with pytest.raises(SystemExit) as ended:
+        main(["plan", str(path)])
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
     assert "limits: this campaign has no temperature stop" in line

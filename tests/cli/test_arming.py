@@ -24,6 +24,7 @@ from tests.terminals import in_terminal
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 SPECIMEN = "A-105-E-01"
+COOLS = '[[step]]\nkind = "cool-down"\ntemperature_C = 30.0\n'
 CAMPAIGN = f"""
 [campaign]
 id = "armed"
@@ -113,7 +114,8 @@ def test_a_limit_of_heat_is_announced_only_where_a_thermometer_can_keep_it(
         text = text.replace('role = "specimen"', f'role = "{role}"')
     (tmp_path / "stand.toml").write_text(text)
     consent = '\n[limits]\nno_temperature_stop = "two slow strokes"\n' if cut or role else ""
-    (tmp_path / "armed.toml").write_text(CAMPAIGN.replace("\n[[step]]", f"{consent}\n[[step]]", 1))
+    campaign = CAMPAIGN.replace(COOLS, "") if consent else CAMPAIGN
+    (tmp_path / "armed.toml").write_text(campaign.replace("\n[[step]]", f"{consent}\n[[step]]", 1))
     shown = campaign_movement(prepare(tmp_path / "armed.toml"), ()).facts
     assert dict(shown)["limits"].endswith(f" mm, {told}")
     without = [text for name, text in shown if name == "not guarded" and "no temperature stop" in text]

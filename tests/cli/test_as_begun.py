@@ -9,9 +9,9 @@ import pytest
 
 from cli import as_begun
 from cli.arming import Consent
-from cli.as_begun import accepted_changes, accepted_serial, going_on_simulated
+from cli.as_begun import accepted_changes, accepted_serial, demand_same_kind, going_on_simulated
 from cli.campaigns import Prepared, prepare
-from daq.begun import Begun, software_version
+from daq.begun import Begun, begun, software_version
 from daq.folder import CampaignFolder, CampaignRecord
 from drivers.connect import Look
 from drivers.interfaces import Identity
@@ -60,10 +60,31 @@ def test_a_campaign_begun_on_the_stand_is_never_continued_on_a_simulated_one(lab
         going_on_simulated(record, lab.out, simulate=True, speed=None)
 
 
-def test_nothing_recorded_binds_nobody(tmp_path: Path) -> None:
+def test_the_kind_of_stand_is_fixed_from_the_beginning_nothing_recorded_or_not(tmp_path: Path) -> None:
     lab = Lab(tmp_path, done=False)
-    record = restart(lab, simulate=False)
-    assert going_on_simulated(record, lab.out, simulate=True, speed=3.0) == (True, 3.0)
+    record = restart(lab, simulate=False, simulated=None)
+    with pytest.raises(
+        BadInput, match="begun on the stand that its stand file leads to, and goes on there only"
+    ):
+        going_on_simulated(record, lab.out, simulate=True, speed=3.0)
+    with pytest.raises(BadInput, match="never come into one folder; give --out another folder"):
+        demand_same_kind(record, lab.out, simulate=True)
+    demand_same_kind(record, lab.out, simulate=False)
+    record = restart(lab, simulate=True, simulated=True)
+    with pytest.raises(BadInput, match="begun with --simulate: real and simulated runs never"):
+        demand_same_kind(record, lab.out, simulate=False)
+    assert begun(record, lab.out).simulated is True
+    record = restart(lab, simulate=False, simulated=True)
+    assert begun(record, lab.out).simulated is True, "a served simulated stand binds as well"
+
+
+def test_a_speed_for_a_real_stand_is_refused_without_sending_to_another_option(lab: Lab) -> None:
+    record = restart(lab, simulate=False, simulated=False)
+    with pytest.raises(
+        BadInput, match=r"--speed: this campaign was begun on .* cannot go at 5 times"
+    ) as refused:
+        going_on_simulated(record, lab.out, simulate=False, speed=5.0)
+    assert "--simulate" not in refused.value.message()
 
 
 # --- what is another ---------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +13,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cli import edits
 from cli.campaigns import prepare
 from cli.edits import Choice, Going, going_on
 from daq.folder import CampaignFolder, CampaignRecord, load_record
 from daq.inputs import edits_between
 from daq.metadata import CampaignFacts
 from daq.starting import begin, left_to_do
+from drivers.profile import SHIPPED
 from foundation.errors import BadInput
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
@@ -209,6 +212,68 @@ def test_a_looser_limit_is_called_so_and_may_be_left_out(
     going = lab.resume("keep")
     assert "limit: temperature_stop_C 40 → 45 (LOOSER)" in capsys.readouterr().err
     assert going.prepared.campaign.limits.temperature_stop_C == 40.0
+
+
+def test_an_answer_that_would_be_refused_is_not_offered(tmp_path: Path) -> None:
+    """Without a terminal: what is looser is refused at once, and what is stricter can only be taken."""
+    lab = Lab(tmp_path)
+    lab.edit("temperature_stop_C = 40.0", "temperature_stop_C = 45.0")
+    for choice in (None, "take"):
+        with pytest.raises(BadInput, match="made looser, which never counts") as refused:
+            lab.resume(choice)  # type: ignore[arg-type]
+        assert "--take-edits" not in refused.value.message()
+        assert "--keep" in refused.value.remedy
+    lab.edit("temperature_stop_C = 45.0", "temperature_stop_C = 38.0")
+    with pytest.raises(BadInput, match="were edited since they were taken") as refused:
+        lab.resume()
+    assert "--take-edits" in refused.value.remedy
+    assert "--keep" not in refused.value.message()
+    lab.edit("[limits]", "[guards]\ntilt_max_mm = 6.0\n[limits]")
+    for choice in (None, "take", "keep"):
+        with pytest.raises(BadInput) as refused:
+            lab.resume(choice)  # type: ignore[arg-type]
+        assert "undo" in refused.value.remedy
+        assert ("--take-edits" in refused.value.remedy) == (choice == "keep")
+
+
+def test_at_a_terminal_what_cannot_be_kept_is_not_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[str] = []
+
+    def answer(question: str) -> str:
+        asked.append(question)
+        return "keep" if len(asked) == 1 else "take"
+
+    monkeypatch.setattr(edits, "is_terminal", lambda stream: True)  # noqa: ARG005 - any stream
+    monkeypatch.setattr(edits, "typed_line", answer)
+    lab = Lab(tmp_path)
+    lab.edit("temperature_stop_C = 40.0", "temperature_stop_C = 38.0")
+    with pytest.raises(BadInput, match="take was not answered"):
+        lab.resume()
+    assert lab.resume().edits["how"] == "typed"
+    assert asked == ["Type take to go on with the edits: "] * 2
+    assert "made stricter is not left out: temperature_stop_C 40 → 38" in capsys.readouterr().err
+
+
+def test_a_profile_of_ones_own_is_held_against_the_one_that_it_replaces(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lab = Lab(tmp_path)
+    text = (SHIPPED / "ring.toml").read_text()
+    places = ("ring", "own.toml", "other.toml")
+    for number in (1, 2):
+        was, now = places[number - 1 : number + 1]
+        (tmp_path / "lab" / now).write_text(text.replace('edition = "3"', f'edition = "{3 + number}"'))
+        lab.edit(f'profile = "{was}"', f'profile = "{now}"', "lab/stand.toml")
+        lab.start(lab.resume("take"))
+        shown = capsys.readouterr().err
+        replaced = "profile “ring”" if was == "ring" else was
+        assert [line for line in shown.splitlines() if line.startswith("changed: ")] == [
+            f"changed: stand.toml: controller.profile: {was} → {now}",
+            f"changed: {now} in place of {replaced}: profile.edition: {2 + number} → {3 + number}",
+        ]
+        assert len(shown.splitlines()) < 40
 
 
 def test_copies_that_were_edited_count_as_edits_and_are_kept_aside(tmp_path: Path) -> None:
@@ -436,12 +501,23 @@ def test_edits_are_what_differs_and_nothing_else(before: dict[str, str], now: di
     assert edits_between(now, now) == ()
 
 
+def without(stand: str, name: str) -> str:
+    """Return a stand file's text without the tables that begin with, or are called by, a name."""
+    tables = re.split(r"(?m)^(?=\[)", stand)
+    kept = (one for one in tables if f"[{name}" not in one and f'name = "{name}"' not in one)
+    return "".join(kept)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("watchdog_s = 2.0", "watchdog_s = 1.5", "controller.watchdog_s 2 → 1.5 (stricter)"),
         ("watchdog_s = 2.0", "watchdog_s = 10.0", "controller.watchdog_s 2 → 10 (LOOSER)"),
         ('role = "specimen"', 'role = "ambient"', "thermometers on the specimen {n} → {fewer} (LOOSER)"),
+        ("amplifier", "", "not guarded: – → no second force (LOOSER)"),
+        ("temperature_1", "", "thermometers on the specimen {n} → {fewer} (LOOSER)"),
+        ("temperature_3", "", "thermometers in the air 1 → 0 (LOOSER)"),
+        ('"ring"', '"polling"', "not guarded: – → no sample ring (LOOSER)"),
     ],
 )
 def test_guards_of_the_stand_file_are_limits_too_and_a_looser_one_never_counts(
@@ -450,7 +526,8 @@ def test_guards_of_the_stand_file_are_limits_too_and_a_looser_one_never_counts(
     lab = Lab(tmp_path)
     stand = lab.campaign.with_name("stand.toml")
     sensors = stand.read_text().count('role = "specimen"')
-    stand.write_text(stand.read_text().replace(old, new, 1))
+    text = stand.read_text()
+    stand.write_text(text.replace(old, new, 1) if new else without(text, old))
     told = said.format(n=sensors, fewer=sensors - 1)
     refused, taken = ("keep", "take") if told.endswith("(stricter)") else ("take", "keep")
     with pytest.raises(BadInput) as why:

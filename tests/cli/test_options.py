@@ -13,6 +13,9 @@ from cli.options import FiniteFloat, FiniteRange
 
 STAND = Path(__file__).parents[2] / "sample_runs" / "stand.toml"
 DEMO = STAND.with_name("demo.toml")
+RUNS = STAND.with_name("runs")
+MODEL = STAND.with_name("models") / "category-a-elastomer.toml"
+SINE = ("--prestress", "20", "--amplitude", "5")
 
 
 def commands(group: click.Group, *names: str) -> Iterator[tuple[str, click.Command]]:
@@ -50,6 +53,15 @@ def test_no_option_takes_a_number_that_is_none(name: str) -> None:
             ("run", DEMO, "--simulate", "--out", ""),
             "--out': it is empty; give a name (bufferstand run --help)",
         ),
+        (
+            ("model", "simulate", MODEL, "--prestress", "1e308", "--amplitude", "1", "--frequency", "1"),
+            "x<=1000",
+        ),
+        (("model", "simulate", MODEL, *SINE, "--frequency", "5e-324"), "0.0001<=x"),
+        (("model", "simulate", MODEL, *SINE, "--frequency", "0.0001", "--cycles", "9"), "give at most 2, or"),
+        (("model", "simulate", MODEL, *SINE, "--frequency", "1", "--temperature", "1e308"), "x<=200"),
+        (("import", DEMO, "--out", "x", "--sample-rate", "1e308"), "x<=10000000"),
+        (("evaluate", RUNS, "--moving-mass", "1e308"), "give kilograms, 0 to 10000"),
         (("stand", "read", "nix.toml"), "'nix.toml' does not exist (bufferstand stand read --help)"),
     ],
 )

@@ -21,6 +21,7 @@ FITS = (
     '[[step]]\nkind = "harmonic"\nprestress_mm = 50.0\namplitude_mm = 20.0\nfrequency_Hz = 0.5\ncycles = 2\n'
 )
 BEYOND = FITS.replace("20.0", "45.0")
+HOLD = '[[step]]\nkind = "hold"\nstroke_mm = 20.0\nduration_s = 1.0\n'
 
 
 def run(tmp_path: Path, steps: str) -> CampaignOutcome:
@@ -48,7 +49,7 @@ def run(tmp_path: Path, steps: str) -> CampaignOutcome:
 
 
 def test_what_the_first_stroke_shows_lets_the_rest_run(tmp_path: Path) -> None:
-    outcome = run(tmp_path, SLOW + FITS)
+    outcome = run(tmp_path, SLOW + FITS + HOLD)
     assert (outcome.status, outcome.exit_status) == ("complete", 0), outcome.reason
     assert len(outcome.runs) == 2
 

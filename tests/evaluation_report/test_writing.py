@@ -94,6 +94,24 @@ def test_a_damaged_run_is_named_and_the_others_are_reported(report: Made, tmp_pa
     assert any("12-left.journal" in text for text in source.findings)
 
 
+def test_two_runs_of_one_id_are_told_apart_or_refused_by_name(tmp_path: Path) -> None:
+    """A copy is the same run and is in the report once; another run of the same id cannot be."""
+    folder = write_campaign(tmp_path / "campaign", FEW)
+    file = sorted((folder / "runs").glob("*.h5"))[0]
+    shutil.copy(file, file.with_name("copy.h5"))
+    source = read_source(folder, hand_made_document(FEW))
+    assert len(source.runs) == len(FEW)
+    (finding,) = source.findings
+    assert str(file) in finding
+    assert "copy.h5" in finding
+    other = write_campaign(tmp_path / "other", FEW, specimen="another")
+    shutil.copytree(other, folder / "other")
+    with pytest.raises(BadInput, match="which has the same id: one report cannot tell them apart") as refused:
+        read_source(folder, hand_made_document(FEW))
+    assert str(folder / "other") in refused.value.message()
+    assert str(folder / "runs") in refused.value.message()
+
+
 def test_a_damaged_file_alone_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run.h5"
     file.write_bytes(b"no HDF5")

@@ -76,13 +76,13 @@ def test_an_absolute_path_stays(tmp_path: Path) -> None:
         (harmonic(20, 20, rate=""), "line 5", "exactly one of frequency_Hz and peak_speed_mm_per_s"),
         (
             harmonic(20, 20, rate="frequency_Hz = 1\npeak_speed_mm_per_s = 10"),
-            "line 5",
+            "line 9",
             "exactly one of frequency_Hz and peak_speed_mm_per_s",
         ),
         (harmonic(20, 0.0), "line 8", "from 0.01 to 1000"),
         (harmonic(20, 20, cycles=0), "line 10", "from 1 to 100000"),
-        ("[limits]\ntemperature_resume_C = 40\n" + harmonic(20, 20), "line 5", "must be below"),
-        ("[limits]\nforce_trip_kN = 500\n" + harmonic(20, 20), "line 5", "must not be below force_max_kN"),
+        ("[limits]\ntemperature_resume_C = 40\n" + harmonic(20, 20), "line 6", "must be below"),
+        ("[limits]\nforce_trip_kN = 500\n" + harmonic(20, 20), "line 6", "must not be below force_max_kN"),
         (
             '[limits]\non_temperature_stop = "go-on"\n' + harmonic(20, 20),
             "line 6",

@@ -14,11 +14,12 @@ from hypothesis import strategies as st
 from foundation.durations import duration_text
 from foundation.errors import BadInput
 from model.spring import HeatBalance
+from protocols import thermal
 from protocols.campaign import HarmonicStep, MotionSettings
 from protocols.expansion import motions_of
 from protocols.limits import StandLimits, TestLimits, envelope
 from protocols.plan import HEADER, DataRate
-from protocols.prediction import Temperatures, sensor_after
+from protocols.prediction import StaticCycle, Temperatures, sensor_after
 from protocols.steps import Harmonic, Hold, PlannedStep
 from protocols.thermal import FADE_SHARE, Surroundings, Walk, Walker, cooling_time_s
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
@@ -55,6 +56,30 @@ def test_a_steps_duration_is_the_sum_of_its_motions(plan: MakePlan) -> None:
         assert len(step.estimates) == len(step.motions)
         assert step.duration_s == pytest.approx(sum(e.duration_s for e in step.estimates), rel=1e-12)
     assert made.duration_s == pytest.approx(sum(step.duration_s for step in made.steps), rel=1e-12)
+
+
+def test_many_slow_cycles_are_planned_by_few_predictions(
+    plan: MakePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The tests' spring takes 1 % less in a kelvin; held against a prediction for each cycle."""
+    asked: list[float] = []
+
+    class Counting(ClosedFormSpring):
+        def static(self, *args: float) -> StaticCycle:
+            asked.append(args[3])
+            return super().static(*args)
+
+    text = '[[step]]\nkind = "static"\ncycles = 1500\nforce_limit_kN = 200.0\n'
+    spring = Counting(capacity_J_per_K=1e6)
+    (quick,) = plan(text, spring=spring).steps
+    by_few = len(asked)
+    asked.clear()
+    monkeypatch.setattr(thermal, "EACH_CYCLE", 10**6)
+    (exact,) = plan(text, spring=spring).steps
+    assert len(asked) > 1500 > 3 * by_few
+    assert exact.end_temperature_C - 21.0 > 1.0
+    assert quick.end_temperature_C - 21.0 == pytest.approx(exact.end_temperature_C - 21.0, rel=1e-3)
+    assert quick.duration_s == pytest.approx(exact.duration_s, rel=1e-3)
 
 
 def test_durations_in_closed_form(plan: MakePlan) -> None:

@@ -1,0 +1,6 @@
+"""How fast records come."""
+
+from __future__ import annotations
+
+LOGGER_HZ = (0.001, 1e7)
+"""Least and greatest sample rate of a record without time: no logger of a stand is slower or faster [Hz]."""
