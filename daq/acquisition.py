@@ -6,7 +6,6 @@ Sensors read in threads of their own; here they are only drained, so that no slo
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -16,8 +15,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.awake import Awake, StoodStill
 from daq.blocks import join_blocks
 from daq.clock_guard import PAUSE_S, HostMemory, evaluate_host
+from daq.complaints import Complaints
+from daq.device_time import DeviceTime
 from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
@@ -32,8 +34,6 @@ from foundation.clock import Clock, steady_s
 from foundation.errors import DeviceFault, NotInCharge, WireLost
 from foundation.zero import Zero
 
-LONGEST_CALL_S = 4.0
-"""No call to a controller takes longer where its ``timeout_s`` is half a second [s of the wall]."""
 ASK_AGAIN_S = 1.0
 """So often it is asked whether another program still has the controller [s of the wall]."""
 LONG_LOOK_S = 0.0005
@@ -43,20 +43,6 @@ CATCH_UP_S = 0.2
 SHARE_OF_POLL = 0.25
 """Share of a poll's period after which the next pass comes."""
 _WRAP, _HALF = 1 << 32, 1 << 31
-
-
-EXPLAINS_S = 2.0
-"""So long a pause of this program explains a device's fault that is seen behind it [s of the wall]."""
-ANEW_MOST, ANEW_WITHIN_S = 3, 60.0
-"""So often a wait takes a controller anew that does not go on as it did, within a time [s of the wall]."""
-
-
-class StoodStill(Exception):  # noqa: N818 - it names the fact
-    """This program did not look for so long that nothing seen before is to be believed."""
-
-    def __init__(self, for_s: float) -> None:
-        super().__init__(f"{for_s:.1f} s")
-        self.for_s = for_s
 
 
 class Recorder(Recording, Protocol):
@@ -211,18 +197,9 @@ class Acquisition:
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
         self._hands_off, self._ask_again_s = False, -np.inf
-        self.when_lock_is_lost: Callable[[NotInCharge], object] | None = None
-        """In a wait with the valve off: told that another program has the stand; None: a reason to stop."""
-        self.take_anew: Callable[[], str] | None = None
-        """Looks at the stand as at a start, and takes it again; returns why it cannot be had."""
-        self.longest_call_s = LONGEST_CALL_S
-        """No call to the controller takes longer [s of the wall]: else this program stood still in it."""
-        self._awake_s = clock.wall_s()
-        self._explains_until_s = -np.inf
-        self._anew_at_s: deque[float] = deque(maxlen=ANEW_MOST)
-        self._device_at_s = clock.now_s()
-        self._device_shift_s = 0.0
-        self._going_on: tuple[float, float] | None = None
+        self.awake = Awake(clock.wall_s())
+        """Notices that this program stood still; knows what a wait with the valve off does then."""
+        self._complaints, self._device_time = Complaints(), DeviceTime(clock.now_s())
         self._heard_s = self._seen_last_s = clock.wall_s()
         self._overwritten = 0
         self._status_force = StatusForceMemory()
@@ -242,9 +219,13 @@ class Acquisition:
     @property
     def latest(self) -> Latest:
         """Return the newest values."""
-        device_s = None if self._device_us is None else self._device_us / 1e6 + self._device_shift_s
         return Latest(
-            self.clock.now_s(), device_s, dict(self._values), self._status, self._samples, self._lost
+            self.clock.now_s(),
+            self._device_time.now_s,
+            dict(self._values),
+            self._status,
+            self._samples,
+            self._lost,
         )
 
     @property
@@ -255,7 +236,7 @@ class Acquisition:
     @property
     def last_sample(self) -> tuple[int | None, float]:
         """Return the newest stamp of the controller [µs], and how much stand time has passed since [s]."""
-        return self._device_us, self.clock.now_s() - self._device_at_s
+        return self._device_us, self.clock.now_s() - self._device_time.at_s
 
     def take_zero(self, zero: Zero | None) -> None:
         """Scale what comes from now on from this zero; from the calibrations alone with None."""
@@ -271,12 +252,15 @@ class Acquisition:
 
     def attach(self, recorder: Recorder) -> None:
         """Record from now on, beginning with a clock anchor."""
+        self._complaints.end()
         self._recorder = recorder
         self._recording.begin()
         self._anchor, self._anchor_due_s = None, -np.inf
 
     def detach(self) -> Recorder | None:
         """Record no longer; return the recorder, which is not closed."""
+        for stream, text in self._complaints.end():
+            self.say("sensor", text, stream=stream)
         recorder, self._recorder = self._recorder, None
         return recorder
 
@@ -360,7 +344,7 @@ class Acquisition:
             if not self.is_cut_off:
                 self._ask_controller()
         except StoodStill as still:
-            self._go_on_anew(_slept(still.for_s), still.for_s)
+            self._go_on_anew(str(still), still.for_s)
         except DeviceFault as fault:
             self._take_fault(fault)
         self._drain_sensors()
@@ -373,11 +357,6 @@ class Acquisition:
         return said
 
     # --- a pause of this program ----------------------------------------------------------------------
-
-    @property
-    def _waits(self) -> bool:
-        """Whether the campaign waits with the valve off, and may take its stand anew."""
-        return self.when_lock_is_lost is not None and self.take_anew is not None
 
     def _see_pause(self, most_s: float, *, look: bool = True) -> None:
         """See whether this program stood still: nothing that it does takes longer than ``most_s`` [s].
@@ -393,19 +372,17 @@ class Acquisition:
             If the wire fails, or the right to give commands was lost meanwhile.
         """
         wall_s = self.clock.wall_s()
-        still_s, self._awake_s = wall_s - self._awake_s, wall_s
-        if still_s <= most_s:
-            if wall_s > self._explains_until_s:
+        if not (still_s := self.awake.look(wall_s, most_s)):
+            if not self.awake.explains(wall_s):
                 self.panel.explained_by = ""
             return
-        if self._waits:
+        if self.awake.waits:
             raise StoodStill(still_s)
         if self._waited_for:  # it stood still as well
             return
         self.panel.explained_by = (
             f"this program stood still for {still_s:.1f} s (suspended computer, debugger, overloaded machine)"
         )
-        self._explains_until_s = wall_s + EXPLAINS_S
         if look and self.feeding and self.stand.controller.in_charge and not self.is_cut_off:
             self._read_status()
             self.stand.controller.look_at_lock()
@@ -413,13 +390,13 @@ class Acquisition:
     def _go_on_anew(self, why: str, slept_s: float = 0.0) -> None:
         """In a wait with the valve off: look at the stand as at a start, take it again, and say so."""
         rides, clock = self.rides, self.clock
-        if self.take_anew is None:
+        if self.awake.take_anew is None:
             raise RuntimeError("nobody can look at the stand anew")
         if slept_s:  # an outage is counted from now on, and so is every silence
             self._heard_s = clock.wall_s()
         self.panel.begin_anew(clock.wall_s())
         try:
-            trouble = self.take_anew()
+            trouble = self.awake.take_anew()
         except WireLost as lost:
             self.panel.latch(Trip("anew", Action.NOTE, f"{why}; it is not reached yet", clock.now_s()))
             if self.lose(lost) and rides is not None:
@@ -428,7 +405,7 @@ class Acquisition:
         except DeviceFault as fault:
             trouble = str(fault)
         finally:
-            self._awake_s = clock.wall_s()
+            self.awake.look(clock.wall_s(), 0.0)
         if trouble:
             self._hands_off = True
             self._latch_fault(f"{why}; the stand cannot be taken again: {trouble}")
@@ -450,8 +427,7 @@ class Acquisition:
         self._heard_s = self._seen_last_s = wall_s
         for sensor in self.stand.sensors:
             sensor.drain()  # read before
-        if (device_s := self.latest.device_s) is not None and self._going_on is None:
-            self._going_on = device_s, self._device_at_s
+        self._device_time.begin_anew()
         self._age_s, self._up_to_date = None, False
         self._host = HostMemory(self._civil_s(), steady_s(), now_s)
         self.renew_status()
@@ -479,13 +455,13 @@ class Acquisition:
         if self.is_cut_off:
             return
         try:
-            self._see_pause(self.longest_call_s)
+            self._see_pause(self.awake.longest_call_s)
             undisturbed = self._read_until(end_s)
             for request in (self._feed, self._look_if_overdue):
                 if undisturbed and request():
                     undisturbed = self._read_until(end_s)
         except StoodStill as still:
-            self._go_on_anew(_slept(still.for_s), still.for_s)
+            self._go_on_anew(str(still), still.for_s)
         except DeviceFault as fault:
             self._take_fault(fault)
 
@@ -501,9 +477,10 @@ class Acquisition:
 
     def _take_fault(self, fault: DeviceFault) -> None:
         """Let a fault of the controller or its wire be a reason to stop, unless an outage is ridden out."""
-        still_s, self._awake_s = self.clock.wall_s() - self._awake_s, self.clock.wall_s()
-        if self._waits and still_s > self.longest_call_s:
-            self._go_on_anew(_slept(still_s), still_s)
+        try:
+            self._see_pause(self.awake.longest_call_s, look=False)
+        except StoodStill as still:
+            self._go_on_anew(str(still), still.for_s)
             return
         if isinstance(fault, WireLost) and self.lose(fault):
             return
@@ -513,21 +490,17 @@ class Acquisition:
             self._latch_fault(f"the controller or its wire failed: {fault}")
             return
         self._hands_off = self._another_has_it()
-        if self.when_lock_is_lost is None:
+        if self.awake.lock_lost is None:
             self._latch_fault(f"the right to give commands was lost: {fault}")
         elif self._hands_off or not self._goes_on_behind(fault):
             self.panel.cut_off = self._hands_off
             self.panel.expect_valve(None)
-            self.when_lock_is_lost(fault)
+            self.awake.lock_lost(fault)
 
     def _goes_on_behind(self, fault: DeviceFault) -> bool:
         """Return whether a controller that does not go on as it did is taken anew, as behind its restart."""
-        wall_s, before = self.clock.wall_s(), self._anew_at_s
-        if not self._waits:
+        if not self.awake.may_take_anew(self.clock.wall_s()):
             return False
-        if len(before) == ANEW_MOST and wall_s - before[0] < ANEW_WITHIN_S:
-            return False
-        before.append(wall_s)
         self._go_on_anew(f"the controller does not go on as it did ({fault})")
         return True
 
@@ -546,7 +519,7 @@ class Acquisition:
         self._ask_again_s = wall_s + ASK_AGAIN_S
         if self._another_has_it():
             return False
-        if self._waits:
+        if self.awake.waits:
             self._go_on_anew("nobody else gives the controller commands any more")
             return not self._hands_off
         self.stand.controller.skip_backlog()
@@ -575,7 +548,7 @@ class Acquisition:
         if rides is None:
             return False
         told = self._status_at_s == -np.inf  # something since the last look
-        told = told and not self._waits  # in a wait with the valve off nothing is told
+        told = told and not self.awake.waits  # in a wait with the valve off nothing is told
         rides.begin(self._heard_s, wall_s, self._status, self, commanding=told)
         if remark := rides.remark(wall_s):
             self.panel.latch(Trip("outage", Action.NOTE, remark, self.clock.now_s()))
@@ -602,7 +575,7 @@ class Acquisition:
             rides.abandon()
             self.panel.cut_off = False
             raise
-        self._awake_s = clock.wall_s()  # it may have waited for a killed program's stand
+        self.awake.look(clock.wall_s(), 0.0)  # it may have waited for a killed program's stand
         self.panel.came_back(clock.wall_s())
         self.panel.latch(trip)
 
@@ -612,7 +585,7 @@ class Acquisition:
         if self.feeding and self.stand.controller.in_charge:
             self.stand.controller.feed_watchdog()
             self._fed_s = wall_s
-            self._see_pause(self.longest_call_s)
+            self._see_pause(self.awake.longest_call_s)
 
     def read_backlog(self, limit_s: float) -> bool:
         """Read and judge what waits in the ring, feeding meanwhile; return False if a guard has tripped."""
@@ -673,7 +646,7 @@ class Acquisition:
         try:
             while not self._up_to_date:
                 block = self.stand.controller.read_block()
-                self._see_pause(self.longest_call_s)
+                self._see_pause(self.awake.longest_call_s)
                 self._heard_s = self._seen_last_s = wall_s()
                 self._up_to_date = block is None or not block.more
                 if block is not None:
@@ -717,7 +690,7 @@ class Acquisition:
     def _read_status(self) -> ControllerStatus:
         asked_s = self.clock.wall_s()
         status = self.stand.controller.status()
-        self._see_pause(self.longest_call_s, look=False)
+        self._see_pause(self.awake.longest_call_s, look=False)
         self._status = status
         now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
         self._status_at_s = self._status_read_s = wall_s
@@ -754,7 +727,8 @@ class Acquisition:
             for item in sensor.drain():
                 if isinstance(item, SensorFault):
                     self.panel.complain(item)
-                    self.say("sensor", f"{item.stream}: {item.what}", stream=item.stream)
+                    if self._complaints.is_new(item):
+                        self.say("sensor", f"{item.stream}: {item.what}", stream=item.stream)
                 else:
                     self._take(item)
 
@@ -783,10 +757,7 @@ class Acquisition:
         if not len(block):
             return
         self._device_us = int(block.time_us[-1])
-        self._device_at_s = block.received_s
-        if self._going_on is not None:
-            (device_s, at_s), self._going_on = self._going_on, None
-            self._device_shift_s = device_s + block.received_s - at_s - self._device_us / 1e6
+        self._device_time.take(self._device_us, block.received_s)
         pair = (self._device_us, block.received_s)
         if self._anchor is None or _delay_s(pair) < _delay_s(self._anchor):
             self._anchor = pair
@@ -826,10 +797,6 @@ def _age_s(tick_us: int | None, stamp_us: int | None) -> float | None:
     if tick_us is None or stamp_us is None:
         return None
     return ((tick_us - stamp_us + _HALF) % _WRAP - _HALF) * 1e-6
-
-
-def _slept(for_s: float) -> str:
-    return f"the computer slept {for_s:.0f} s (or this program stood still: stopped, overloaded)"
 
 
 def _delay_s(pair: tuple[int, float]) -> float:

@@ -583,7 +583,7 @@ class Session:
             self._need().safe_stop.arm()  # what was seen then says nothing of a stand that is another's
             self._showing.message(f"WARNING: {fault}; this campaign asks for the stand again before it moves")
 
-        acquisition.when_lock_is_lost = lost
+        acquisition.awake.lock_lost = lost
         self._need().panel.expect_valve(False)
         try:
             with self._need().rides.while_waiting():
@@ -594,7 +594,7 @@ class Session:
             self._stop_anew_if_on()
             raise
         finally:
-            acquisition.when_lock_is_lost = None
+            acquisition.awake.lock_lost = None
 
     def _stop_anew_if_on(self) -> None:
         """Let the safe stop stop once more unless the valve is seen to be off still: it was off in a wait."""
