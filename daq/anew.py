@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from daq.acquisition import Acquisition
+from daq.controller_guard import WATCHDOG_FAULT, fault_text
 from daq.guards import Action, Trip
 from daq.ride_out import VALVE_OFF_S
 from drivers.interfaces import ControllerStatus, DeviceFault, Identity, NotInCharge, WireLost
@@ -61,8 +62,11 @@ class Anew:
         if why := differs(self._identity, controller.connect()) or self._free_trouble():
             acquisition.feeding = False  # it is not this program's
             return why
+        status = controller.status()
+        if status.fault_code not in (0, WATCHDOG_FAULT):
+            return f"it reports {fault_text(status.fault_code)} since; look at its own messages"
         controller.take_charge()
-        restarted = self._restarted(controller.status()) or self._goes_on_elsewhere()
+        restarted = self._restarted(status) or self._goes_on_elsewhere()
         if restarted:
             controller.skip_backlog(anew=True)
             self._say("the controller was started anew meanwhile; by its serial number it is the same one")

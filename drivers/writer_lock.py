@@ -281,7 +281,8 @@ class WriterLock:
         """Return another program in words; empty where there is none."""
         if not holder:
             return ""
-        notice = None if self._board is None else self._board.find(holder)
+        board = self._board
+        notice = None if board is None else board.find(holder) if self._offered else board.find_locked()
         named = f"{ELSEWHERE}" if notice is None else notice.text
         return f"{named} (number {holder})"
 

@@ -52,8 +52,8 @@ class Notice:
         What it does.
     user, host : str
         Whose process, and where.
-    lives : bool
-        Whether the process lives.
+    lives : bool or None
+        Whether the process lives; None where it is another computer's, of which nobody here can tell.
     """
 
     writer: int
@@ -62,12 +62,14 @@ class Notice:
     doing: str
     user: str
     host: str
-    lives: bool
+    lives: bool | None
 
     @property
     def text(self) -> str:
         """The program in words."""
-        killed = "" if self.lives else ", which was killed"
+        if not self.pid:
+            return "an unknown program of this computer, which has posted no notice"
+        killed = ", which was killed" if self.lives is False else ""
         doing = f", {self.doing}" if self.doing else ""
         return f"process {self.pid} of {self.user} on {self.host}{doing}, since {self.since} UTC{killed}"
 
@@ -174,7 +176,7 @@ class NoticeBoard:
     def find(self, number: int) -> Notice | None:
         """Return the notice of another program of this computer that has this number, if there is one."""
         found = [notice for notice in self._others() if notice.writer == number]
-        return max(found, key=lambda notice: (notice.lives, notice.since), default=None)
+        return max(found, key=lambda notice: (notice.lives is not False, notice.since), default=None)
 
     def lock(self) -> bool:
         """Take the lock that stands for a controller without one; return False where another process has it.
@@ -218,7 +220,7 @@ class NoticeBoard:
 def _read(path: Path) -> Notice | None:
     """Return what a file says; None where it is no notice."""
     try:
-        lives = _is_locked(path)
+        lives: bool | None = _is_locked(path)
         file = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
         try:
             content = json.loads(os.read(file, LONGEST))
@@ -228,6 +230,8 @@ def _read(path: Path) -> Notice | None:
         writer, pid = int(content["writer"]), int(content["pid"])
         if not (0 < writer <= 0xFFFF and 0 < pid < GREATEST_PID):
             return None
+        if content["host"] != socket.gethostname() and not lives:
+            lives = None
         return Notice(writer, pid, since, doing, user, host, lives)
     except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return None
