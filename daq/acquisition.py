@@ -234,6 +234,11 @@ class Acquisition:
         return self._seen_last_s
 
     @property
+    def waited_for(self) -> bool:
+        """Return whether the stand waits for its reader: it stands still while this program does."""
+        return self._waited_for
+
+    @property
     def last_sample(self) -> tuple[int | None, float]:
         """Return the newest stamp of the controller [µs], and how much stand time has passed since [s]."""
         return self._device_us, self.clock.now_s() - self._device_time.at_s

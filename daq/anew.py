@@ -93,7 +93,7 @@ class Anew:
         """Return whether the controller does not count on from where it was."""
         acquisition, before = self._acquisition, self._acquisition.latest.status
         device_us, passed_s = acquisition.last_sample
-        if status.tick_us is None or device_us is None:
+        if status.tick_us is None or device_us is None or acquisition.waited_for:  # that one stood still, too
             return before is not None and status.done_sequence != before.done_sequence
         counted_s = (status.tick_us - device_us) * 1e-6
         off_s = (counted_s - passed_s + 0.5 * _WRAP_S) % _WRAP_S - 0.5 * _WRAP_S
