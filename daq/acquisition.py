@@ -15,8 +15,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.awake import Awake, StoodStill
 from daq.blocks import join_blocks
-from daq.clock_guard import HostMemory, evaluate_host
+from daq.clock_guard import PAUSE_S, HostMemory, evaluate_host
+from daq.complaints import Complaints
+from daq.device_time import DeviceTime
 from daq.guards import Action, Trip
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
@@ -27,7 +30,7 @@ from daq.status_force import StatusForceMemory, evaluate_status_force
 from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
-from foundation.clock import Clock
+from foundation.clock import Clock, steady_s
 from foundation.errors import DeviceFault, NotInCharge, WireLost
 from foundation.zero import Zero
 
@@ -176,7 +179,7 @@ class Acquisition:
         self._recording = RecorderGuard(panel.guards.disk_stop_s)
         self._civil_s = civil_s
         self._waited_for = waited_for
-        self._host = HostMemory(civil_s(), time.monotonic(), clock.now_s())
+        self._host = HostMemory(civil_s(), steady_s(), clock.now_s())
         self._guarded = self._was_silent = False
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
@@ -194,9 +197,10 @@ class Acquisition:
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
         self._hands_off, self._ask_again_s = False, -np.inf
-        self.when_lock_is_lost: Callable[[NotInCharge], object] | None = None
-        """What is done once the right to give commands is lost; None: that is a reason to stop."""
-        self._heard_s = clock.wall_s()
+        self.awake = Awake(clock.wall_s())
+        """Notices that this program stood still; knows what a wait with the valve off does then."""
+        self._complaints, self._device_time = Complaints(), DeviceTime(clock.now_s())
+        self._heard_s = self._seen_last_s = clock.wall_s()
         self._overwritten = 0
         self._status_force = StatusForceMemory()
         self.rides: RideOut | None = None
@@ -215,10 +219,29 @@ class Acquisition:
     @property
     def latest(self) -> Latest:
         """Return the newest values."""
-        device_s = None if self._device_us is None else self._device_us / 1e6
         return Latest(
-            self.clock.now_s(), device_s, dict(self._values), self._status, self._samples, self._lost
+            self.clock.now_s(),
+            self._device_time.now_s,
+            dict(self._values),
+            self._status,
+            self._samples,
+            self._lost,
         )
+
+    @property
+    def seen_last_s(self) -> float:
+        """Return when samples of the controller were asked for last with success [s of the wall]."""
+        return self._seen_last_s
+
+    @property
+    def waited_for(self) -> bool:
+        """Return whether the stand waits for its reader: it stands still while this program does."""
+        return self._waited_for
+
+    @property
+    def last_sample(self) -> tuple[int | None, float]:
+        """Return the newest stamp of the controller [µs], and how much stand time has passed since [s]."""
+        return self._device_us, self.clock.now_s() - self._device_time.at_s
 
     def take_zero(self, zero: Zero | None) -> None:
         """Scale what comes from now on from this zero; from the calibrations alone with None."""
@@ -234,12 +257,15 @@ class Acquisition:
 
     def attach(self, recorder: Recorder) -> None:
         """Record from now on, beginning with a clock anchor."""
+        self._complaints.end()
         self._recorder = recorder
         self._recording.begin()
         self._anchor, self._anchor_due_s = None, -np.inf
 
     def detach(self) -> Recorder | None:
         """Record no longer; return the recorder, which is not closed."""
+        for stream, text in self._complaints.end():
+            self.say("sensor", text, stream=stream)
         recorder, self._recorder = self._recorder, None
         return recorder
 
@@ -318,9 +344,12 @@ class Acquisition:
         """
         self._pass_began_s = self.clock.now_s()
         try:
+            self._see_pause(PAUSE_S)
             self._come_back()
             if not self.is_cut_off:
                 self._ask_controller()
+        except StoodStill as still:
+            self._go_on_anew(str(still), still.for_s)
         except DeviceFault as fault:
             self._take_fault(fault)
         self._drain_sensors()
@@ -331,6 +360,82 @@ class Acquisition:
         for trip in said:
             self.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
         return said
+
+    # --- a pause of this program ----------------------------------------------------------------------
+
+    def _see_pause(self, most_s: float, *, look: bool = True) -> None:
+        """See whether this program stood still: nothing that it does takes longer than ``most_s`` [s].
+
+        Where the stand is switched on, what it does is seen before anything else is done to it, unless it is
+        being looked at (``look``): a fault that is found then comes of the pause, and says so.
+
+        Raises
+        ------
+        StoodStill
+            If so, in a wait.
+        DeviceFault
+            If the wire fails, or the right to give commands was lost meanwhile.
+        """
+        wall_s = self.clock.wall_s()
+        if not (still_s := self.awake.look(wall_s, most_s)):
+            if not self.awake.explains(wall_s):
+                self.panel.explained_by = ""
+            return
+        if self.awake.waits:
+            raise StoodStill(still_s)
+        if self._waited_for:  # it stood still as well
+            return
+        self.panel.explained_by = (
+            f"this program stood still for {still_s:.1f} s (suspended computer, debugger, overloaded machine)"
+        )
+        if look and self.feeding and self.stand.controller.in_charge and not self.is_cut_off:
+            self._read_status()
+            self.stand.controller.look_at_lock()
+
+    def _go_on_anew(self, why: str, slept_s: float = 0.0) -> None:
+        """In a wait with the valve off: look at the stand as at a start, take it again, and say so."""
+        rides, clock = self.rides, self.clock
+        if self.awake.take_anew is None:
+            raise RuntimeError("nobody can look at the stand anew")
+        if slept_s:  # an outage is counted from now on, and so is every silence
+            self._heard_s = clock.wall_s()
+        self.panel.begin_anew(clock.wall_s())
+        try:
+            trouble = self.awake.take_anew()
+        except WireLost as lost:
+            self.panel.latch(Trip("anew", Action.NOTE, f"{why}; it is not reached yet", clock.now_s()))
+            if self.lose(lost) and rides is not None:
+                rides.doubt()
+            return
+        except DeviceFault as fault:
+            trouble = str(fault)
+        finally:
+            self.awake.look(clock.wall_s(), 0.0)
+        if trouble:
+            self._hands_off = True
+            self._latch_fault(f"{why}; the stand cannot be taken again: {trouble}")
+            return
+        self.panel.expect_valve(False)
+        text = f"{why}: the stand was looked at as at a start, and taken again; the wait goes on"
+        self.panel.latch(
+            Trip("anew", Action.NOTE, text, clock.now_s(), value=slept_s or None, unit="s" if slept_s else "")
+        )
+
+    def begin_anew(self) -> None:
+        """Go on as at a start, once the stand is taken again: nothing that was read before is believed.
+
+        The time of the device goes on by the stand's own, so that what is waited for is not cut short.
+        """
+        wall_s, now_s = self.clock.wall_s(), self.clock.now_s()
+        self.panel.begin_anew(wall_s)
+        self._hands_off, self._fed_s = False, -np.inf
+        self._heard_s = self._seen_last_s = wall_s
+        for sensor in self.stand.sensors:
+            sensor.drain()  # read before
+        self._device_time.begin_anew()
+        self._age_s, self._up_to_date = None, False
+        self._host = HostMemory(self._civil_s(), steady_s(), now_s)
+        self.renew_status()
 
     def _ask_controller(self) -> None:
         """Feed, read what the controller sampled, and look at its status."""
@@ -355,10 +460,13 @@ class Acquisition:
         if self.is_cut_off:
             return
         try:
+            self._see_pause(self.awake.longest_call_s)
             undisturbed = self._read_until(end_s)
             for request in (self._feed, self._look_if_overdue):
                 if undisturbed and request():
                     undisturbed = self._read_until(end_s)
+        except StoodStill as still:
+            self._go_on_anew(str(still), still.for_s)
         except DeviceFault as fault:
             self._take_fault(fault)
 
@@ -374,18 +482,32 @@ class Acquisition:
 
     def _take_fault(self, fault: DeviceFault) -> None:
         """Let a fault of the controller or its wire be a reason to stop, unless an outage is ridden out."""
+        try:
+            self._see_pause(self.awake.longest_call_s, look=False)
+        except StoodStill as still:
+            self._go_on_anew(str(still), still.for_s)
+            return
         if isinstance(fault, WireLost) and self.lose(fault):
             return
-        if isinstance(fault, NotInCharge):
-            self._hands_off = self._another_has_it()
-            if self.when_lock_is_lost is not None:
-                self.panel.cut_off = self._hands_off
-                self.panel.expect_valve(None)
-                self.when_lock_is_lost(fault)
-            else:
-                self._latch_fault(f"the right to give commands was lost: {fault}")
-        else:
+        if not isinstance(fault, NotInCharge):
+            if self._goes_on_behind(fault):
+                return
             self._latch_fault(f"the controller or its wire failed: {fault}")
+            return
+        self._hands_off = self._another_has_it()
+        if self.awake.lock_lost is None:
+            self._latch_fault(f"the right to give commands was lost: {fault}")
+        elif self._hands_off or not self._goes_on_behind(fault):
+            self.panel.cut_off = self._hands_off
+            self.panel.expect_valve(None)
+            self.awake.lock_lost(fault)
+
+    def _goes_on_behind(self, fault: DeviceFault) -> bool:
+        """Return whether a controller that does not go on as it did is taken anew, as behind its restart."""
+        if not self.awake.may_take_anew(self.clock.wall_s()):
+            return False
+        self._go_on_anew(f"the controller does not go on as it did ({fault})")
+        return True
 
     def _another_has_it(self) -> bool:
         """Return whether another program has the controller, whose samples are that one's then."""
@@ -402,6 +524,9 @@ class Acquisition:
         self._ask_again_s = wall_s + ASK_AGAIN_S
         if self._another_has_it():
             return False
+        if self.awake.waits:
+            self._go_on_anew("nobody else gives the controller commands any more")
+            return not self._hands_off
         self.stand.controller.skip_backlog()
         self._hands_off = self.panel.cut_off = False
         self.panel.came_back(self.clock.wall_s())
@@ -428,6 +553,7 @@ class Acquisition:
         if rides is None:
             return False
         told = self._status_at_s == -np.inf  # something since the last look
+        told = told and not self.awake.waits  # in a wait with the valve off nothing is told
         rides.begin(self._heard_s, wall_s, self._status, self, commanding=told)
         if remark := rides.remark(wall_s):
             self.panel.latch(Trip("outage", Action.NOTE, remark, self.clock.now_s()))
@@ -442,7 +568,9 @@ class Acquisition:
         rides, clock = self.rides, self.clock
         if rides is None or not rides.is_out:
             return
-        clock.sleep(rides.rest_s(clock.wall_s()))
+        rest_s = rides.rest_s(clock.wall_s())
+        clock.sleep(rest_s)
+        self._see_pause(PAUSE_S + rest_s)
         self._was_silent = True
         try:
             trip = rides.come_back(self, clock.wall_s, clock.now_s())
@@ -452,6 +580,7 @@ class Acquisition:
             rides.abandon()
             self.panel.cut_off = False
             raise
+        self.awake.look(clock.wall_s(), 0.0)  # it may have waited for a killed program's stand
         self.panel.came_back(clock.wall_s())
         self.panel.latch(trip)
 
@@ -461,6 +590,7 @@ class Acquisition:
         if self.feeding and self.stand.controller.in_charge:
             self.stand.controller.feed_watchdog()
             self._fed_s = wall_s
+            self._see_pause(self.awake.longest_call_s)
 
     def read_backlog(self, limit_s: float) -> bool:
         """Read and judge what waits in the ring, feeding meanwhile; return False if a guard has tripped."""
@@ -521,7 +651,8 @@ class Acquisition:
         try:
             while not self._up_to_date:
                 block = self.stand.controller.read_block()
-                self._heard_s = wall_s()
+                self._see_pause(self.awake.longest_call_s)
+                self._heard_s = self._seen_last_s = wall_s()
                 self._up_to_date = block is None or not block.more
                 if block is not None:
                     blocks.append(block)
@@ -563,7 +694,9 @@ class Acquisition:
 
     def _read_status(self) -> ControllerStatus:
         asked_s = self.clock.wall_s()
-        self._status = status = self.stand.controller.status()
+        status = self.stand.controller.status()
+        self._see_pause(self.awake.longest_call_s, look=False)
+        self._status = status
         now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
         self._status_at_s = self._status_read_s = wall_s
         self._status_took_s = wall_s - asked_s
@@ -599,7 +732,8 @@ class Acquisition:
             for item in sensor.drain():
                 if isinstance(item, SensorFault):
                     self.panel.complain(item)
-                    self.say("sensor", f"{item.stream}: {item.what}", stream=item.stream)
+                    if self._complaints.is_new(item):
+                        self.say("sensor", f"{item.stream}: {item.what}", stream=item.stream)
                 else:
                     self._take(item)
 
@@ -628,6 +762,7 @@ class Acquisition:
         if not len(block):
             return
         self._device_us = int(block.time_us[-1])
+        self._device_time.take(self._device_us, block.received_s)
         pair = (self._device_us, block.received_s)
         if self._anchor is None or _delay_s(pair) < _delay_s(self._anchor):
             self._anchor = pair
@@ -653,7 +788,7 @@ class Acquisition:
         self._host, said = evaluate_host(
             self._host,
             self._civil_s(),
-            time.monotonic(),
+            steady_s(),
             self.clock.now_s(),
             guarded=self.feeding and self._guarded and not self._was_silent,
         )

@@ -169,14 +169,17 @@ def evaluate_lag(
         if age_s == math.inf
         else f"; the newest sample is {age_s:.2f} s old" + (" and not getting younger" if grows else "")
     )
+    # One that falls back for good is not waited for: the time that is left would only make it later.
+    limit_s = soon_s if grows and behind_s <= guard.stop_s else guard.stop_s
+    until = f"stop at {limit_s:g} s" + (" where it does not catch up" if limit_s < guard.stop_s else "")
     return replace(memory, noted=True), Trip(
         "lag",
         Action.STOP if stops else Action.NOTE,
-        f"the reader has been behind the stand for {behind_s:.1f} s (stop at {guard.stop_s:g} s){old}: the "
+        f"the reader has been behind the stand for {behind_s:.1f} s ({until}){old}: the "
         "guards see samples late; relieve this computer or the network",
         at_s,
         value=behind_s,
-        limit=guard.stop_s,
+        limit=limit_s,
         unit="s",
         device_fault=stops,
     )

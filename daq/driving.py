@@ -450,7 +450,8 @@ class Driver:
                 ):  # nothing is under way that must come to its end
                     reason = f"stopped by the operator: {self._request.reason}"
                     self._refuse("operator", reason, device_fault=False)
-                if self._device_s() - began_s > timeout_s:
+                unread = None in panel.specimen_temperatures().values()  # as behind a sleep of the computer
+                if self._device_s() - began_s > timeout_s and not unread:
                     self._refuse("cool-down", f"not cool after {timeout_s:g} s: {why}", device_fault=False)
         finally:
             panel.change(guards)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from daq.acquisition import Acquisition
 from daq.alive import Alive
+from daq.anew import Anew
 from daq.before_start import (
     apart_trouble,
     delivery_remark,
@@ -49,6 +50,9 @@ from protocols.plan import Plan
 from protocols.prediction import Predictor
 from protocols.steps import PlannedStep
 from protocols.temperature_limits import limits_of
+
+CALL_TIMEOUTS, CALL_MORE_S = 6.0, 1.0
+"""No call to the controller takes longer than so many ``timeout_s`` and so much more [s]."""
 
 
 def trip_at(clock: Clock, guard: str, reason: str, *, device_fault: bool = True) -> Trip:
@@ -149,7 +153,11 @@ class Opening:
         )
         if self.watcher is not None:
             acquisition.observers.append(self.watcher.take)
-        rides = acquisition.rides = rides_of(acquisition, self.facts.watchdog_s, self.table, identity)
+        anew = Anew(acquisition, identity, self.free_trouble)
+        acquisition.awake.take_anew = anew.look
+        acquisition.awake.longest_call_s = CALL_TIMEOUTS * self._timeout_s + CALL_MORE_S
+        rides = rides_of(acquisition, self.facts.watchdog_s, self.table, anew.look)
+        acquisition.rides = rides
         acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
         release_mm_per_s = self.plan.campaign.content.motion.release_speed_mm_per_s
         driver = Driver(
@@ -169,6 +177,7 @@ class Opening:
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         zeroing = self._zeroing(acquisition, driver)
+        anew.doubt_zero = zeroing.doubt
         return Alive(identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides)
 
     def demand_free(self, *, wait: bool = False) -> None:
@@ -205,6 +214,25 @@ class Opening:
                 raise Halt(trip_at(self.clock, "operator", why, device_fault=False))
         if why:
             raise Halt(trip_at(self.clock, "controller", why))
+
+    def free_trouble(self) -> str:
+        """Wait for what a killed program has left; return why the stand is not to be had, empty if it is.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        try:
+            self.demand_free(wait=True)
+        except Halt as halt:
+            return halt.trip.reason
+        return ""
+
+    @property
+    def _timeout_s(self) -> float:
+        """The longest wait for one reply, by the stand file [s]."""
+        return float((self.facts.stand.get("controller") or {}).get("timeout_s") or 0.0)
 
     def look(self, alive: Alive, steps: Sequence[PlannedStep]) -> None:
         """Look at everything that can be looked at while nothing moves; say it, or refuse.

@@ -156,6 +156,8 @@ class GuardPanel:
         self.cut_off = False
         """Whether an outage is being ridden out, which has its own end: no silence of the controller then."""
         self._wiring = WiringWatch()
+        self.explained_by = ""
+        """What a device's fault that is seen now comes of: this program did not look meanwhile."""
 
     @property
     def trip(self) -> Trip | None:
@@ -181,6 +183,8 @@ class GuardPanel:
         if trip.action is Action.NOTE:
             self._said.append(trip)
             return
+        if self.explained_by and trip.device_fault and self._trip is None:
+            trip = replace(trip, reason=f"{self.explained_by}: {trip.reason}")
         if trip.action > self._action or trip.guard not in self._tripped:
             self._said.append(trip)
         self._tripped.add(trip.guard)
@@ -314,9 +318,16 @@ class GuardPanel:
         self.cut_off = False
         self._lag = LagMemory(wall_s)
 
-    def ask_anew(self, wall_s: float) -> None:
-        """Take the controller as it is now, as at a start [s of the wall]; what it shows is from before."""
+    def begin_anew(self, wall_s: float) -> None:
+        """Listen as at a start from now on [s of the wall]: nothing that was seen before is believed.
+
+        What the controller shows is from before; where its valve is to be, and the zero, stay.
+        """
+        self._wall_s, self._memories = wall_s, _Memories()
         self._controller = ControllerMemory(wall_s, wall_s, valve_on=self._controller.valve_on)
+        self._agreement, self._lag, self._missed = AgreementMemory(), LagMemory(wall_s), ()
+        self._wiring.begin_anew()
+        self.cut_off = False
 
     def listen(self, at_s: float, wall_s: float) -> None:
         """Judge every silence; called in each pass, after all that came in was observed."""

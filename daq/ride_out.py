@@ -29,7 +29,7 @@ VALVE_OFF_S = 900.0
 """So long an outage may last while a campaign waits with the valve off, and nothing moves [s of the wall]."""
 SAID_EVERY_S = 60.0
 """An outage of minutes is said anew so often [s of the wall]."""
-VALVE_OFF = (MotionState.OFF, MotionState.READY)
+VALVE_OFF = (MotionState.OFF, MotionState.READY, MotionState.FAULT)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class RideOut:
         self._time_of_day = time_of_day
         self.outage: Outage | None = None
         """The one under way."""
-        self._waits = self._stopping = False
+        self._waits = self._stopping = self._is_doubted = False
         self._tried_s = self._said_s = 0.0
 
     def begin(
@@ -225,7 +225,11 @@ class RideOut:
 
     def abandon(self) -> None:
         """Ride it out no longer."""
-        self.outage = None
+        self.outage, self._is_doubted = None, False
+
+    def doubt(self) -> None:
+        """Believe nothing that was seen before the outage under way: behind it it is asked as at a start."""
+        self._is_doubted = True
 
     def remark(self, wall_s: float) -> str:
         """Return a line for an outage of minutes, now and then."""
@@ -250,7 +254,8 @@ class RideOut:
         outage = self.outage
         if outage is None:
             raise RuntimeError("no outage is under way")
-        if self.is_calm and wall_s() - outage.heard_s > self.leeway.last_try_s:
+        late = self._is_doubted or wall_s() - outage.heard_s > self.leeway.last_try_s
+        if self.is_calm and late:
             return self._come_back_late(outage, wall_s, at_s)
         reached.feed_first()
         out_s = wall_s() - outage.heard_s
@@ -292,7 +297,7 @@ class RideOut:
         return Trip("controller", Action.EMERGENCY, text, at_s, value=out_s, unit="s", device_fault=True)
 
     def _end(self, trip: Trip) -> Trip:
-        self.outage = None
+        self.abandon()
         return trip
 
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from daq.acquisition import Acquisition
 from daq.ride_out import RideOut
-from daq.stand_use import use_trouble
-from drivers.interfaces import Identity
 from drivers.leeway import Leeway
 from protocols.guard_table import GuardTable
 
 
-def rides_of(acquisition: Acquisition, watchdog_s: float, table: GuardTable, identity: Identity) -> RideOut:
+def rides_of(
+    acquisition: Acquisition, watchdog_s: float, table: GuardTable, ask_anew: Callable[[], str]
+) -> RideOut:
     """Return what decides of an acquisition's outages.
 
     Parameters
@@ -23,21 +24,9 @@ def rides_of(acquisition: Acquisition, watchdog_s: float, table: GuardTable, ide
         The controller's watchdog [s of the wall].
     table : GuardTable
         ``[guards]`` in force.
-    identity : Identity
-        Who answered.
+    ask_anew : callable
+        Looks at the stand as at a start (:meth:`daq.anew.Anew.look`).
     """
     controller = acquisition.stand.controller
-
-    def ask_anew() -> str:
-        now = controller.connect()
-        if now.serial != identity.serial:
-            return f"controller {now.serial} answers where {identity.serial} did"
-        if why := use_trouble(controller, acquisition.clock, table.zero_force_max_kN):
-            return why
-        controller.skip_backlog()
-        acquisition.panel.ask_anew(acquisition.clock.wall_s())
-        acquisition.renew_status()
-        return ""
-
     leeway = Leeway(watchdog_s, table.controller_silence_s, controller.facts.clock == "device")
     return RideOut(leeway, controller.other_writer, ask_anew, time.time)

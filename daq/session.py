@@ -290,7 +290,7 @@ class Session:
             self._showing.await_step(step, f"waits for the specimen to cool: {too_warm}")
         with self._stopping():
             valve_off = self._valve_off() if too_warm else nullcontext()
-            with self._watched(), valve_off, alive.rides.while_waiting():
+            with self._watched(), valve_off:
                 alive.driver.cool(step.start_band.high_C, step.start_band.timeout_s)
             alive = self._guard(step, waiting=False)
             if why := too_cold(step, step.start_band, alive.panel.specimen_temperatures()):
@@ -548,7 +548,7 @@ class Session:
         self._showing.message(f"waiting at zero force, valve off: {alive.panel.warmer_than()}")
         alive.panel.change(alive.guards.valve_off().cooling())
         alive.panel.reset()
-        with self._watched(), self._keeping_lock(), alive.rides.while_waiting():
+        with self._watched(), self._keeping_lock():
             alive.driver.cool(None, self._settings.cool_limit_s)
         self._showing.message("cool enough: going on")
         self._switch_on()
@@ -576,22 +576,25 @@ class Session:
 
     @contextmanager
     def _keeping_lock(self) -> Iterator[None]:
-        """Inside, with the valve off, a lock that is lost stops nothing: it is asked for again behind it."""
+        """Inside, with the valve off, what is lost is asked for again: wire, lock, a controller's memory."""
         acquisition = self._need().acquisition
 
         def lost(fault: NotInCharge) -> None:
             self._need().safe_stop.arm()  # what was seen then says nothing of a stand that is another's
             self._showing.message(f"WARNING: {fault}; this campaign asks for the stand again before it moves")
 
-        acquisition.when_lock_is_lost = lost
+        acquisition.awake.lock_lost = lost
         self._need().panel.expect_valve(False)
         try:
-            yield
+            with self._need().rides.while_waiting():
+                yield
+                while acquisition.is_cut_off:  # what was waited for came by another wire
+                    self._need().driver.pump()
         except BaseException:
             self._stop_anew_if_on()
             raise
         finally:
-            acquisition.when_lock_is_lost = None
+            acquisition.awake.lock_lost = None
 
     def _stop_anew_if_on(self) -> None:
         """Let the safe stop stop once more unless the valve is seen to be off still: it was off in a wait."""

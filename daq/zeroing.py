@@ -128,6 +128,22 @@ class Zeroing:
                 return True
         return False
 
+    def doubt(self, why: str) -> None:
+        """Touch off anew before anything is compressed; a zero that no touch has found stays, and it is said.
+
+        Parameters
+        ----------
+        why : str
+            Why the zero may be none any more.
+        """
+        if self.zero is None:
+            return
+        if self._table.touch:
+            self.use(None)
+            self._say(f"{why}: first contact is touched off anew before the next stroke")
+        else:
+            self._say(f"WARNING: {why}: the zero of {self.zero.found:%Y-%m-%d %H:%M} UTC is counted from on")
+
     def use(self, zero: Zero | None) -> None:
         """Count strokes, forces and commands from a zero; from none with None."""
         self._acquisition.take_zero(zero)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -32,6 +32,7 @@ class ActuatorSwitch:
         self._lock = lock
         self._limits = panel.profile.span(LIMITS)
         self._beat: int | None = None
+        self._set: Sequence[int] = ()
 
     def feed_watchdog(self) -> None:
         """Write a heartbeat that differs from the last, as :meth:`drivers.writer_lock.WriterLock.feed`.
@@ -92,6 +93,7 @@ class ActuatorSwitch:
             "watchdog_time", "watchdog_time", panel.profile.encode("watchdog_time", watchdog_ms)
         )
         panel.demand_kept(self._limits.places[0].name, self._limits.places[-1].name, limits)
+        self._set = limits
         self.feed_watchdog()
         values = panel.read_status()
         if int(values["status_word"]) & cia402.FAULT_BIT:
@@ -111,6 +113,22 @@ class ActuatorSwitch:
         panel.set("control_word", last.control_word)
         panel.demand_state(last.reached, f"“{last.name}” after control word 0x{last.control_word:04X}")
         return was_off
+
+    def changed_limits(self) -> str:
+        """Return which limits are no longer those that were set, with both values; nothing is written.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        if not self._set:
+            return ""
+        first, last = self._limits.places[0].name, self._limits.places[-1].name
+        before = self._limits.decode(self._set)
+        now = self._limits.decode(self._panel.read_back(first, last))
+        changed = (name for name, value in now.items() if value != before[name])
+        return ", ".join(f"{name} {before[name]:g} → {now[name]:g}" for name in changed)
 
     def disable(self) -> None:
         """Switch off, and see that it is; the lock is kept.

@@ -184,7 +184,7 @@ class Controller(Protocol):
         """Open the wire, check identity and test-value registers; get who answers."""
         ...
 
-    def skip_backlog(self) -> None:
+    def skip_backlog(self, *, anew: bool = False) -> None:
         """Go on near the newest sample: what the ring holds from before concerns nobody, and is not lost."""
         ...
 
@@ -223,6 +223,14 @@ class Controller(Protocol):
 
     def look_at_lock(self) -> None:
         """See that the right to give commands is still this program's; raise NotInCharge if it is not."""
+        ...
+
+    def take_charge(self) -> None:
+        """Take the right to give commands as at a start, also where it was lost; nothing is switched."""
+        ...
+
+    def changed_limits(self) -> str:
+        """Return which limits are no longer those that :meth:`enable` set; empty where all are kept."""
         ...
 
     def give_back(self) -> None:

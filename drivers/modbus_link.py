@@ -51,6 +51,8 @@ Check = Callable[[Sequence[int]], str]
 
 HURRY_S = 0.1
 """A reply is waited for at least so long, in a hurry too [s]: a busy computer delays it."""
+GROWS_FOR = 100
+"""After so many tries in vain it grows no longer: it is the timeout by far then."""
 LONGER = 1.25
 """Each further try on a wire that is lost waits so many times as long."""
 _TIMED = 50
@@ -464,7 +466,8 @@ class ModbusLink:
     def _patience_s(self, *, hurry: bool) -> float:
         """Return how long a reply is waited for [s]: a little longer with each try on a wire that is lost."""
         if self.is_lost:
-            return min(self._timeout_s, self.patience_s * LONGER ** (self._tries_lost - 1))
+            tries = min(self._tries_lost - 1, GROWS_FOR)  # refused connections are thousands of tries
+            return min(self._timeout_s, self.patience_s * LONGER**tries)
         return self.patience_s if hurry else self._timeout_s
 
     def _ask(

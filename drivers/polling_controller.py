@@ -160,7 +160,7 @@ class PollingController:
         )
         self.facts = StreamFacts(STREAM, "host", self._channels, self._poll.rate_Hz, device)
 
-    def skip_backlog(self) -> None:
+    def skip_backlog(self, *, anew: bool = False) -> None:
         """Do nothing: polling began with the connection."""
 
     def read_block(self) -> SampleBlock | None:
@@ -309,6 +309,26 @@ class PollingController:
             If it is not; DeviceFault if the wire fails.
         """
         self._bus.call(self._inner.look_at_lock)
+
+    def take_charge(self) -> None:
+        """Take the right to give commands as at a start, also where it was lost; nothing is switched.
+
+        Raises
+        ------
+        DeviceFault
+            If another program has it, or the wire fails.
+        """
+        self._bus.call(self._inner.take_charge)
+
+    def changed_limits(self) -> str:
+        """Return which limits are no longer those that were set; empty where all are kept.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._bus.call(self._inner.changed_limits)
 
     def give_back(self) -> None:
         """Let another program give commands.

@@ -196,6 +196,26 @@ class RegisterController:
         """
         self._lock.confirm()
 
+    def take_charge(self) -> None:
+        """Take the right to give commands as at a start, also where it was lost; nothing is switched.
+
+        Raises
+        ------
+        DeviceFault
+            If another program has it, or the wire fails.
+        """
+        self._lock.take()
+
+    def changed_limits(self) -> str:
+        """Return which limits are no longer those that were set, with both values; nothing is written.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._switch.changed_limits()
+
     def give_back(self) -> None:
         """Let another program give commands.
 

@@ -120,17 +120,20 @@ class RingController(RegisterController):
                 f"takes {rate_Hz:g}; set a higher baud rate or a lower sample rate"
             )
 
-    def skip_backlog(self) -> None:
+    def skip_backlog(self, *, anew: bool = False) -> None:
         """Go on near the newest sample, by the device's clock: a ring of a minute takes seconds to read.
 
         What is left out is not counted as lost. A controller that shows no clock is read from its oldest
-        sample on.
+        sample on. One that was started ``anew`` counts from anywhere: that is no reason to doubt it then.
 
         Raises
         ------
         DeviceFault
             As :meth:`read_block` and :meth:`status`.
         """
+        if anew and self._reader is not None:
+            self._parts.clear()
+            self._reader.begin_anew()
         block = self.read_block()
         if block is None or self._reader is None:
             return
@@ -155,11 +158,14 @@ class RingController(RegisterController):
         Raises
         ------
         DeviceFault
-            If two blocks running cannot be true; WireLost if the wire fails or has altered both.
+            If two blocks running cannot be true; WireLost if the wire fails or has altered both; NotInCharge
+            if this program had the right to give commands and has lost it: nothing was acknowledged then.
         """
         reader = self._reader
         if reader is None:
             raise self._panel.fault("samples were asked for before connecting; call connect() first")
+        if self._lock.held:  # behind a pause of this program the ring may be another's: to read is to take
+            self._lock.demand_recent()
         if self._parts:
             return self._parts.popleft()
         early = self._link.has_asked_ahead

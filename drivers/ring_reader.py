@@ -108,6 +108,7 @@ class RingReader:
         self._period_us = 1e6 / sample_rate_Hz
         self._next_sequence: int | None = None
         self._first_ask = 0
+        self._floor = (0, 0)
         self._last_time_us = 0
         self._overruns: int | None = None
         self._doubted = b""
@@ -121,7 +122,17 @@ class RingReader:
     def skip(self, samples: int) -> None:
         """Ask next for what lies so many samples further on, as if nothing had been read yet."""
         self._first_ask = (self._next_sequence or 0) + samples
+        self._floor = (self._next_sequence or self._floor[0], self._last_time_us)
         self._next_sequence = None
+
+    def begin_anew(self) -> None:
+        """Take the ring as at a start: its device may have been started anew, and counts from anywhere then.
+
+        Sequence numbers and times go on behind those that were read, as if the device's counters had wrapped.
+        """
+        self._floor = (self._next_sequence or self._floor[0], self._last_time_us)
+        self._next_sequence, self._first_ask = None, 0
+        self._overruns = None
 
     def take(self, packed: bytes) -> RingRows | None:
         """Return the samples of a window, given as it came over the wire, and move on behind them.
@@ -215,7 +226,7 @@ class RingReader:
     def _place(self, first: int, rows: int) -> tuple[int, int]:
         """Return the absolute sequence of row 0 and the samples missing before it."""
         if self._next_sequence is None:
-            return first, 0
+            return _lifted(first, self._floor[0]), 0
         ahead = (first - self._next_sequence) % _WRAP
         if ahead >= _HALF:
             raise DoubtfulBlock(
@@ -239,7 +250,7 @@ class RingReader:
         if steps and (min(steps) < 0.5 * self._period_us or max(steps) > 1.5 * self._period_us):
             missed = self._missed_inside(steps)
         if self._next_sequence is None:
-            start = stamps[0]
+            start = _lifted(stamps[0], self._floor[1])
         else:
             expected_us = (lost + 1) * self._period_us
             step_us = (stamps[0] - self._last_time_us) % _WRAP
@@ -284,6 +295,11 @@ class RingReader:
                 f"the controller's overrun counter rose by {rose} at sequence {at} without a gap"
             )
         return rose
+
+
+def _lifted(counter: int, floor: int) -> int:
+    """Return the least number, not below a floor, of which a counter of 32 bits shows the end."""
+    return counter + max(0, -(-(floor - counter) // _WRAP)) * _WRAP
 
 
 def _with_hole(missed: tuple[tuple[int, int], ...], cycles: int) -> tuple[tuple[int, int], ...]:

@@ -193,7 +193,13 @@ class SerialAmplifier:
         if self._thread is not None:
             return
         try:
-            self._open()
+            self._open_patiently()
+        except serial.SerialTimeoutException:
+            self._let_go()
+            raise DeviceFault(
+                f"amplifier at {self._path}: its line took nothing for {QUIET_S:g} s, twice; look at plug, "
+                "adapter and handshake, and whether this computer is overloaded"
+            ) from None
         except (OSError, serial.SerialException) as error:
             self._let_go()
             raise DeviceFault(cannot_be_opened(f"amplifier at {self._path}", _reason(error))) from None
@@ -229,6 +235,15 @@ class SerialAmplifier:
             self._thread.join(timeout=2.0)
             self._thread = None
         self._let_go()
+
+    def _open_patiently(self) -> None:
+        """Open it; once more where the line takes nothing: an adapter, or a busy computer, may be late."""
+        try:
+            self._open()
+        except serial.SerialTimeoutException:
+            self._let_go()
+            self._stop.wait(QUIET_S)
+            self._open()
 
     def _open(self) -> Line:
         """Open the port and restart the stream, so that its first byte begins a value."""

@@ -7,7 +7,6 @@ file does for the programs of this computer what the register does for all.
 from __future__ import annotations
 
 import secrets
-import time
 from contextlib import suppress
 
 from drivers.interfaces import DeviceFault, NotInCharge, WriterSeen
@@ -15,6 +14,7 @@ from drivers.modbus_link import ModbusRefusal
 from drivers.profile import WATCHDOG_LEFT
 from drivers.register_panel import RegisterPanel
 from drivers.writer_notice import NoticeBoard
+from foundation.clock import steady_s
 
 LOOK_S = 1.0
 """A heartbeat is written only if the lock was seen to be the own so recently [s of the wall]: a pause of this
@@ -72,7 +72,7 @@ class WriterLock:
                 raise self._taken(holder)
         elif self._board is not None and not self._board.lock():
             raise self._taken(None)
-        self.held, self._seen_s = True, time.monotonic()
+        self.held, self._seen_s = True, steady_s()
         if self._board is not None:
             self._board.put(self.number)
 
@@ -86,6 +86,19 @@ class WriterLock:
         """
         self._lost = ""
         self.claim()
+
+    def take(self) -> None:
+        """Take the lock as at a start, whatever was known of it; see :meth:`claim`.
+
+        Raises
+        ------
+        DeviceFault
+            If another program has it, or the wire fails.
+        """
+        if self.held:
+            with suppress(NotInCharge):
+                self.confirm()
+        self.claim_anew()
 
     def keep(self) -> None:
         """Take the lock if this program never had it; whoever hurries asks the controller nothing.
@@ -130,7 +143,7 @@ class WriterLock:
             If the wire fails.
         """
         self.demand()
-        if time.monotonic() - self._seen_s > LOOK_S:
+        if steady_s() - self._seen_s > LOOK_S:
             self.confirm()
 
     def feed(self, beat: int) -> None:
@@ -171,7 +184,7 @@ class WriterLock:
             return
         if holder != self.number:
             self.confirm()  # read once more: the reply may have been altered on its way
-        self._seen_s = time.monotonic()
+        self._seen_s = steady_s()
 
     def confirm(self) -> None:
         """See that the lock is still this program's: one register is read.
@@ -187,7 +200,7 @@ class WriterLock:
         if self._offered and self._holder() != self.number and (holder := self._holder()) != self.number:
             self._lose(holder)  # read twice: the first reply may have been altered on its way
             self._demand_not_lost()
-        self._seen_s = time.monotonic()
+        self._seen_s = steady_s()
 
     def _lose(self, holder: int) -> None:
         who = (
@@ -268,7 +281,8 @@ class WriterLock:
         """Return another program in words; empty where there is none."""
         if not holder:
             return ""
-        notice = None if self._board is None else self._board.find(holder)
+        board = self._board
+        notice = None if board is None else board.find(holder) if self._offered else board.find_locked()
         named = f"{ELSEWHERE}" if notice is None else notice.text
         return f"{named} (number {holder})"
 

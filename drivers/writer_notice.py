@@ -12,7 +12,6 @@ import getpass
 import hashlib
 import json
 import os
-import re
 import secrets
 import socket
 import sys
@@ -25,9 +24,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+PREFIX = "bufferstand"
 LONGEST = 4096
 """A notice has at most so many bytes; what is longer is none."""
 LONGEST_TEXT = 200
+GREATEST_PID = 1 << 31
+FRESH_S = 60.0
+"""So young a notice is left alone, also unlocked: its process is about to lock it [s]."""
 _TRIES, _AGAIN_S = 5, 0.01
 _LOCKED_AT = 1 << 20
 """Where a lock is put on Windows: behind the content, which others are to read [byte]."""
@@ -49,8 +52,8 @@ class Notice:
         What it does.
     user, host : str
         Whose process, and where.
-    lives : bool
-        Whether the process lives.
+    lives : bool or None
+        Whether the process lives; None where it is another computer's, of which nobody here can tell.
     """
 
     writer: int
@@ -59,12 +62,14 @@ class Notice:
     doing: str
     user: str
     host: str
-    lives: bool
+    lives: bool | None
 
     @property
     def text(self) -> str:
         """The program in words."""
-        killed = "" if self.lives else ", which was killed"
+        if not self.pid:
+            return "an unknown program of this computer, which has posted no notice"
+        killed = ", which was killed" if self.lives is False else ""
         doing = f", {self.doing}" if self.doing else ""
         return f"process {self.pid} of {self.user} on {self.host}{doing}, since {self.since} UTC{killed}"
 
@@ -114,24 +119,36 @@ class NoticeBoard:
     @property
     def _prefix(self) -> str:
         self._key = self._key or address_key(self._address)
-        return f"bufferstand-{self._key}"
+        return f"{PREFIX}-{self._key}"
 
     def put(self, number: int) -> None:
         """Post that this program gives commands, under a number; what killed programs left is taken away."""
         self._take_away()
         with suppress(OSError):
-            for path in self._paths():
-                if not _is_locked(path):
-                    with suppress(OSError):  # another user's
-                        path.unlink()
+            self._tidy()
             path = self._folder / f"{self._prefix}-{os.getpid()}-{secrets.token_hex(4)}.json"
             if file := _write_locked(path, json.dumps(self._content(number)).encode()):
                 self._own = path, file
+
+    def _tidy(self) -> None:
+        """Take away what dead processes of this computer have left, of every controller."""
+        for path in self._folder.glob(f"{PREFIX}-*.json"):
+            if not _is_locked(path) and _is_left(path, own=path.name.startswith(self._prefix)):
+                with suppress(OSError):  # another user's
+                    path.unlink()
+        for path in self._folder.glob(f"{PREFIX}-*.new"):
+            with suppress(OSError):
+                if _age_s(path) > FRESH_S:
+                    path.unlink()
+        for path in self._folder.glob(f"{PREFIX}-*.lock"):
+            if not path.name.startswith(self._prefix):
+                _remove_unheld(path)
 
     def _content(self, number: int) -> dict[str, Any]:
         return {
             "writer": number,
             "pid": os.getpid(),
+            "began": _began(os.getpid()),
             "since": datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S"),
             "doing": self._doing[:LONGEST_TEXT],
             "user": _user(),
@@ -159,7 +176,7 @@ class NoticeBoard:
     def find(self, number: int) -> Notice | None:
         """Return the notice of another program of this computer that has this number, if there is one."""
         found = [notice for notice in self._others() if notice.writer == number]
-        return max(found, key=lambda notice: (notice.lives, notice.since), default=None)
+        return max(found, key=lambda notice: (notice.lives is not False, notice.since), default=None)
 
     def lock(self) -> bool:
         """Take the lock that stands for a controller without one; return False where another process has it.
@@ -168,15 +185,16 @@ class NoticeBoard:
         """
         if self._exclusive is not None:
             return True
-        file = _opened(self._folder / f"{self._prefix}.lock")
-        if file is None:
-            return True
+        path = self._folder / f"{self._prefix}.lock"
         for _ in range(_TRIES):  # whoever looks whether it is locked holds it for a moment
-            if _lock(file):
+            file = _opened(path)
+            if file is None:
+                return True
+            if _lock(file) and _is_same(file, path):
                 self._exclusive = file
                 return True
+            os.close(file)
             time.sleep(_AGAIN_S)
-        os.close(file)
         return False
 
     def find_locked(self) -> Notice | None:
@@ -202,21 +220,94 @@ class NoticeBoard:
 def _read(path: Path) -> Notice | None:
     """Return what a file says; None where it is no notice."""
     try:
-        lives = _is_locked(path)
+        lives: bool | None = _is_locked(path)
         file = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
         try:
             content = json.loads(os.read(file, LONGEST))
         finally:
             os.close(file)
         since, doing, user, host = (_plain(content[key]) for key in ("since", "doing", "user", "host"))
-        return Notice(int(content["writer"]), int(content["pid"]), since, doing, user, host, lives)
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        writer, pid = int(content["writer"]), int(content["pid"])
+        if not (0 < writer <= 0xFFFF and 0 < pid < GREATEST_PID):
+            return None
+        if content["host"] != socket.gethostname() and not lives:
+            lives = None
+        return Notice(writer, pid, since, doing, user, host, lives)
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return None
+
+
+def _is_left(path: Path, *, own: bool) -> bool:
+    """Return whether a notice that nobody holds locked was left by a process of this computer that is over.
+
+    One of the controller that this program has taken (``own``) is left in any case.
+    """
+    if own:
+        return True
+    try:
+        with path.open("rb") as file:
+            content = json.loads(file.read(LONGEST))
+        pid, began, host = int(content["pid"]), content.get("began"), content["host"]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
+        with suppress(OSError):
+            return _age_s(path) > FRESH_S  # no notice at all
+        return False
+    if host != socket.gethostname() or not 0 < pid < GREATEST_PID:
+        return False
+    return not _runs(pid) or (began is not None and _began(pid) != began)
+
+
+def _runs(pid: int) -> bool:
+    """Return whether a process of this computer has this number."""
+    if sys.platform == "win32":  # there a signal of 0 would end it
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def _began(pid: int) -> str | None:
+    """Return what tells a process from a later one of the same number; None where the system does not say."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return None
+    fields = stat.rpartition(")")[2].split()
+    return fields[19] if len(fields) > 19 else None  # starttime of proc(5), since the computer was started
+
+
+def _age_s(path: Path) -> float:
+    return time.time() - path.lstat().st_mtime
+
+
+def _is_same(file: int, path: Path) -> bool:
+    """Return whether an open file is still the one of that name: it may have been tidied away meanwhile."""
+    try:
+        return os.path.samestat(os.fstat(file), path.lstat())
+    except OSError:
+        return False
+
+
+def _remove_unheld(path: Path) -> None:
+    """Take a lock file away that nobody holds, holding it: who opened it before sees that it is gone."""
+    if sys.platform == "win32":  # an open file cannot be removed
+        return
+    with suppress(OSError):
+        file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        try:
+            if _lock(file) and _is_same(file, path) and _age_s(path) > FRESH_S:
+                path.unlink()
+        finally:
+            os.close(file)
 
 
 def _plain(text: Any) -> str:
     """Return a text of somebody else's as one that does nothing to a terminal."""
-    return re.sub(r"[^\x20-\x7e\xa0-\ufffd]", "?", str(text))[:LONGEST_TEXT]
+    return "".join(sign if sign.isprintable() else "?" for sign in str(text)[:LONGEST_TEXT])
 
 
 def _user() -> str:

@@ -9,6 +9,18 @@ MISSED_CYCLES_MAX_PER_MIN = 60
 """So many cycles a controller may miss in a minute where a campaign states nothing else: 0.1 % of 1 kHz."""
 
 
+_STEADY = getattr(time, "CLOCK_BOOTTIME", getattr(time, "CLOCK_MONOTONIC", None))
+
+
+def steady_s() -> float:
+    """Return a time of the wall that nobody sets, and that goes on while the computer is suspended [s].
+
+    A controller's watchdog and its writer's lock count on meanwhile. Python's ``time.monotonic`` stands
+    still on a suspended Linux or macOS.
+    """
+    return time.monotonic() if _STEADY is None else time.clock_gettime(_STEADY)
+
+
 class Clock(Protocol):
     """Monotonic stand time in seconds; one second of it is one second of the specimen's life."""
 
@@ -32,11 +44,11 @@ class WallClock:
         if not speed > 0.0:
             raise ValueError(f"speed must be positive, got {speed}")
         self.speed = speed
-        self._origin_s = time.monotonic()
+        self._origin_s = steady_s()
 
     def now_s(self) -> float:
         """Get the present stand time [s] since the clock was made."""
-        return (time.monotonic() - self._origin_s) * self.speed
+        return (steady_s() - self._origin_s) * self.speed
 
     def sleep(self, duration_s: float) -> None:
         """Wait for ``duration_s`` of stand time."""
@@ -44,4 +56,4 @@ class WallClock:
 
     def wall_s(self) -> float:
         """Get real seconds since the clock was made."""
-        return time.monotonic() - self._origin_s
+        return steady_s() - self._origin_s

@@ -144,5 +144,6 @@ def _next(out: Path) -> str:
 
     record = load_record(out)
     if record is not None and record.recorded_nothing(out):
-        return "nothing is recorded: give the same command again when it is mended"
+        when = "to begin" if record.stopped_by == "operator" else "when it is mended"
+        return f"nothing is recorded: give the same command again {when}"
     return f"go on with it: bufferstand resume {quote(str(out))}"

@@ -46,6 +46,11 @@ class WiringWatch:
         self._points = None
         self._begin()
 
+    def begin_anew(self) -> None:
+        """Forget what was seen, of thermometers, too; the zero stays, and what was said."""
+        self._heat, self._points = HeatJudge(), None
+        self._begin()
+
     def observe(
         self,
         guard: WiringGuard,

@@ -109,7 +109,7 @@ class InProcessController:
         with self._link.asking():
             return self._identity
 
-    def skip_backlog(self) -> None:
+    def skip_backlog(self, *, anew: bool = False) -> None:  # noqa: ARG002 - it counts on
         """Go on near the newest sample."""
         self._next = max(self._next, self._device.ring.total - self._block)
 
@@ -175,6 +175,13 @@ class InProcessController:
 
     def look_at_lock(self) -> None:
         """Do nothing: there is no lock that could be lost."""
+
+    def take_charge(self) -> None:
+        """Do nothing: there is no lock."""
+
+    def changed_limits(self) -> str:
+        """Return nothing: it was never started anew."""
+        return ""
 
     def give_back(self) -> None:
         """Do nothing: there is nobody to give it to."""

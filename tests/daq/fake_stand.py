@@ -205,7 +205,7 @@ class FakeController:
         self._wire("connect")
         return Identity("fake", "nowhere", "1", "ring", RATE_HZ)
 
-    def skip_backlog(self) -> None:
+    def skip_backlog(self, *, anew: bool = False) -> None:  # noqa: ARG002 - it counts on
         self._wire("skip_backlog")
 
     def read_block(self) -> SampleBlock | None:
@@ -285,6 +285,13 @@ class FakeController:
             self._wire("look_at_lock")
         if not self.in_charge:
             raise NotInCharge("fake: program 4711 has taken over; nothing more is sent to it")
+
+    def take_charge(self) -> None:
+        self._wire("take_charge")
+
+    def changed_limits(self) -> str:
+        self._wire("changed_limits")
+        return ""
 
     def give_back(self) -> None:
         self._wire("give_back")

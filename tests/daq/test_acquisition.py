@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -175,7 +174,7 @@ def test_a_late_pass_is_said_only_where_guards_were_to_look(
 ) -> None:
     """Not before the actuator is switched on, nor where the stand stood still with this program."""
     steady_s = [0.0]
-    monkeypatch.setattr("daq.acquisition.time", SimpleNamespace(monotonic=lambda: steady_s[0]))
+    monkeypatch.setattr("daq.acquisition.steady_s", lambda: steady_s[0])
     civil_s = lambda: 1000.0 + steady_s[0]  # noqa: E731
     acquisition, controller, recorder = acquire(civil_s=civil_s)
 

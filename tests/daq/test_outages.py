@@ -375,7 +375,7 @@ def test_a_stand_that_somebody_else_uses_by_then_is_left_to_him(tmp_path: Path) 
     outcome = case.run(settings=COARSE)
     assert outcome.exit_status == ExitStatus.DEVICE_FAULT
     assert "gives the controller commands: a program on another computer (number 4711)" in outcome.reason
-    assert case.clock.now_s() < 60.0
+    assert case.clock.now_s() < 70.0, "one that gives no sign of life is waited for, as at a start"
 
 
 def test_with_the_valve_off_a_quarter_of_an_hour_is_waited_and_no_longer() -> None:

@@ -223,3 +223,15 @@ def test_a_stop_that_gets_no_reply_does_not_make_the_next_request_a_hurried_one(
     assert not link.is_lost
     server.replies = [servers.silent]
     assert link.read(0, 2, "identity") == [0x4253, 3]
+
+
+def test_thousands_of_refused_connections_are_no_overflow() -> None:
+    """As within minutes at a controller that is switched off: the wait for a reply is the timeout then."""
+    with socket.socket() as closed:
+        closed.bind(("127.0.0.1", 0))  # nobody listens
+        link = ModbusLink(TcpWire("127.0.0.1", closed.getsockname()[1]), timeout_s=TIMEOUT_S)
+        link._tries_lost = 100_000
+        with pytest.raises(WireLost, match="cannot connect"):
+            link.read(0, 1, "anything")
+        assert link._patience_s(hurry=False) == TIMEOUT_S
+        link.close()

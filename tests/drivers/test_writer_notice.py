@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
+from drivers import writer_notice
 from drivers.writer_notice import NoticeBoard, address_key
 
 ADDRESS = "127.0.0.1:15020 unit 1"
 CHILD = """
 import sys
 from pathlib import Path
+from drivers import writer_notice
 from drivers.writer_notice import NoticeBoard
 board = NoticeBoard(sys.argv[1], "stand jog", Path(sys.argv[2]))
 print(board.lock(), flush=True)
@@ -84,7 +88,18 @@ def test_the_own_notice_is_nobody_elses_and_is_taken_away(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize(
     "content",
-    [b"", b"\xff\xfe", b"[]", b"{}", b'{"writer": "x"}', b'{"writer": 7, "pid": 1}', b"[" * 4000, b"7"],
+    [
+        b"",
+        b"\xff\xfe",
+        b"[]",
+        b"{}",
+        b'{"writer": "x"}',
+        b'{"writer": 7, "pid": 1}',
+        b"[" * 4000,
+        b"7",
+        b'{"writer": 7, "pid": Infinity, "since": "", "doing": "", "user": "", "host": ""}',
+        b'{"writer": 7, "pid": %s, "since": "", "doing": "", "user": "", "host": ""}' % (b"9" * 1000),
+    ],
 )
 def test_what_is_no_notice_is_none(tmp_path: Path, content: bytes) -> None:
     (tmp_path / f"bufferstand-{address_key(ADDRESS)}-1-ab.json").write_bytes(content)
@@ -98,7 +113,7 @@ def test_a_forged_notice_does_nothing_to_a_terminal(tmp_path: Path) -> None:
         "writer": 7,
         "pid": 1,
         "since": "x",
-        "doing": "\x1b[2J\n" + "y" * 500,
+        "doing": "\x1b[2J\n\u202e" + "y" * 500,
         "user": "u",
         "host": "h",
     }
@@ -108,8 +123,10 @@ def test_a_forged_notice_does_nothing_to_a_terminal(tmp_path: Path) -> None:
     assert found is not None
     assert "\x1b" not in found.text
     assert "\n" not in found.text
+    assert "\u202e" not in found.text
     assert len(found.text) < 400
-    assert not found.lives
+    assert found.lives is None, "of another computer's process nobody here knows"
+    assert "killed" not in found.text
 
 
 def test_a_folder_that_is_none_stops_nobody(tmp_path: Path) -> None:
@@ -126,3 +143,56 @@ def test_the_same_controller_has_the_same_key(tmp_path: Path) -> None:
     assert address_key(line) == address_key(named)
     assert address_key("localhost:502 unit 1") == address_key("127.0.0.1:502 unit 1")
     assert len({address_key(a) for a in (line, ADDRESS, "127.0.0.1:15021 unit 1")}) == 3
+
+
+def test_what_dead_processes_have_left_is_tidied_away(tmp_path: Path) -> None:
+    """Of every controller; not what may be another's that lives: another computer's, a living process's."""
+    with child(tmp_path) as other:
+        dead = other.pid
+        other.kill()
+        other.communicate()
+    (left,) = tmp_path.glob("*.json")
+    content = json.loads(left.read_text(encoding="utf-8"))
+    assert content["pid"] == dead
+
+    def leave(key: str, **changes: object) -> Path:
+        path = tmp_path / f"bufferstand-{key}-{dead}-ab.json"
+        path.write_text(json.dumps({**content, **changes}), encoding="utf-8")
+        return path
+
+    old = time.time() - 3600.0
+    gone = [left, leave("1" * 16), leave("2" * 16, pid=os.getpid(), began="1")]
+    junk, lock, held = (tmp_path / f"bufferstand-{name}" for name in ("3-1-a.json", "4.lock", "5.lock"))
+    for path in (junk, lock, held):
+        path.write_bytes(b"junk")
+        os.utime(path, (old, old))
+    kept = [leave("6" * 16, host="elsewhere"), leave("7" * 16, pid=os.getpid(), began=None), held]
+    kept += [tmp_path / "bufferstand-8-1-a.json", tmp_path / "someone-elses.json"]
+    for path in kept[-2:]:
+        path.write_bytes(b"young")
+    with held.open("rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        board = NoticeBoard(ADDRESS, folder=tmp_path)
+        board.put(1)
+        board.remove()
+    assert [path.name for path in (*gone, junk, lock) if path.exists()] == []
+    assert [path.name for path in kept if not path.exists()] == []
+
+
+def test_a_lock_file_tidied_away_is_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between opening and locking it: two programs that held two files of one name would both have it."""
+    first, second = (NoticeBoard(ADDRESS, folder=tmp_path) for _ in range(2))
+    lock, taken = writer_notice._lock, []
+
+    def too_late(file: int, *, shared: bool = False) -> bool:
+        if not taken:
+            taken.append(1)
+            (path,) = tmp_path.glob("*.lock")
+            path.unlink()
+        return lock(file, shared=shared)
+
+    monkeypatch.setattr(writer_notice, "_lock", too_late)
+    assert first.lock()
+    assert taken
+    assert second.find_locked() is not None
+    assert not second.lock()
