@@ -56,6 +56,7 @@ class Case:
     stroke_noise_mm: float = 0.01
     tilt: float = 0.001
     latency_s: float = 0.002
+    force_2_Hz: float = FORCE_2_HZ
     lost: float = 0.0
     """Share of the blocks that are lost."""
     wires: int = 2
@@ -165,7 +166,7 @@ def signals_of(case: Case) -> Signals:
     }
     if case.wires == 1:
         del values["stroke_2"]
-    second_s = np.arange(0.0, time[-1], 1.0 / FORCE_2_HZ)
+    second_s = np.arange(0.0, time[-1], 1.0 / case.force_2_Hz)
     second = np.interp(second_s, time, force) + (0.0 if case.counted else case.force_zero_kN)
     second = second + noise(case.force_noise_kN, len(second_s))
     reading_s, sensor, air = _heat(case, model, time, stroke, force)

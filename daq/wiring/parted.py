@@ -1,0 +1,180 @@
+"""Two ways to one force that went together and do no longer: which of them left.
+
+The specimen's force goes on without a break where its stroke does. So the one that jumps from one sample to
+the next, or shows one value to the last digit while the other one changes, is the wrong one, whatever the
+specimen is. Only where neither is seen its expected curve is asked, and only where that is decisive: right
+specimens are 40 % off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.wiring.track import GRID_S, Track
+
+Floats = NDArray[np.float64]
+
+FROZEN_S, FROZEN_SAMPLES = 0.4, 8
+"""So long, and so many samples, a force must show one value to be frozen while the other one changes."""
+NEVER_KN = 12.0
+"""… by this where it has shown one value from the beginning on."""
+MARGIN_S = 0.1
+"""The clocks of both differ by less [s]."""
+CHANGED_KN, CHANGED_SAID_KN, CHANGED_STEPS = 3.0, 1.0, 3.0
+"""… by this (less where something else says already that they part), and by so many counts of the one that
+stands."""
+BROKEN_KN, BROKEN_TIMES = 1.5, 1.5
+"""Both part at once by this at least, and by so many times what they do elsewhere."""
+NEAR_S = 0.12
+"""A jump is looked for so near to where they part [s]."""
+STEPS = (1, 2, 4, 8)
+"""… over so many samples: an amplifier's filter takes some."""
+OF_SIZE, SIGMAS, SHARPER = 0.4, 6.0, 1.5
+"""A jump has its size within this share, is so many times the scatter, and so many times anything else."""
+DECISIVE = 0.5
+"""One is that much nearer to the expected force than the other, in the logarithm of the ratio: more than a
+specimen that is 40 % off makes."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A force that left the other one at once.
+
+    Parameters
+    ----------
+    name : str
+        Its channel.
+    size_kN : float
+        By so much.
+    at_s : float
+        When, on the host's clock.
+    from_kN : float
+        What both showed before.
+    """
+
+    name: str
+    size_kN: float
+    at_s: float
+    from_kN: float
+
+
+@dataclass(frozen=True)
+class Standstill:
+    """A force that shows one value while the other one changes [kN], for so long [s]."""
+
+    name: str
+    for_s: float
+    other_kN: float
+
+
+def standstill(one: Track, other: Track, names: tuple[str, str], *, sure: bool = True) -> Standstill | None:
+    """Return whether the first of two forces stands still while the second one changes, None if not.
+
+    Holes of the one do not matter: it stands from one sample to the next, however far they are apart.
+
+    Parameters
+    ----------
+    one, other : Track
+    names : (str, str)
+    sure : bool
+        Whether nothing else has said yet that they part: then it takes :data:`FROZEN_S`.
+    """
+    since_s, count = one.stands
+    for_s = one.newest_s - since_s
+    least_s, least_kN = (FROZEN_S, CHANGED_KN) if sure else (2.0 * MARGIN_S, CHANGED_SAID_KN)
+    if count < FROZEN_SAMPLES or for_s < least_s:
+        return None
+    if not np.isfinite(one.least_step_kN):  # it never showed how fine its counts are
+        least_kN = NEVER_KN
+    time_s, force_kN = other.series()
+    within = (time_s > since_s + 0.5 * MARGIN_S) & (time_s < one.newest_s - 0.5 * MARGIN_S)
+    if np.count_nonzero(within) < 3:
+        return None
+    changed_kN = float(np.ptp(force_kN[within]))
+    count_kN = one.least_step_kN if np.isfinite(one.least_step_kN) else 0.0
+    if changed_kN < max(least_kN, CHANGED_STEPS * count_kN):
+        return None
+    return Standstill(names[0], for_s, changed_kN)
+
+
+def jump(first: Track, second: Track, time: Floats, one: Floats, two: Floats) -> Jump | None:
+    """Return which of both left the other at once, None where neither did, or both.
+
+    Parameters
+    ----------
+    first, second : Track
+        Of ``force`` and ``force_2``.
+    time, one, two : NDArray, shape (n,)
+        Both on one grid of :data:`daq.wiring.track.GRID_S`.
+    """
+    apart = two - one
+    if len(apart) < 20:
+        return None
+    mean = 0.5 * (apart[:-1] + apart[1:])
+    steps = np.zeros(len(apart))
+    steps[2:-2] = mean[3:] - mean[:-3]  # from the two points before one to the two behind it
+    at = int(np.argmax(np.abs(steps)))
+    elsewhere = np.abs(np.delete(steps, np.arange(max(0, at - 5), min(len(steps), at + 6))))
+    size_kN = float(steps[at])
+    if abs(size_kN) < max(BROKEN_KN, BROKEN_TIMES * float(np.quantile(elsewhere, 0.9))):
+        return None
+    at_s = float(time[at])
+    broke = {
+        name: _breaks(track.samples(), at_s, by_kN)
+        for name, track, by_kN in (("force", first, -size_kN), ("force_2", second, size_kN))
+    }
+    if broke["force"] == broke["force_2"]:
+        return None
+    name = "force" if broke["force"] else "force_2"
+    before = float((one if name == "force" else two)[max(0, at - round(MARGIN_S / GRID_S))])
+    return Jump(name, -size_kN if name == "force" else size_kN, at_s, before)
+
+
+def _breaks(samples: Floats, at_s: float, by_kN: float) -> bool:
+    """Return whether samples break by so much near a time, as they do nowhere else."""
+    time_s, value = samples
+    whole = time_s > at_s - 1.5
+    time_s, value = time_s[whole], value[whole]
+    if len(value) < 12 * max(STEPS):
+        return False
+    even_s = 3.0 * float(np.median(np.diff(time_s)))
+    sums = np.concatenate(([0.0], np.cumsum(value)))
+    for m in STEPS:
+        # The mean of m samples less that of the m before, less what it is two such ways before and behind.
+        means = (sums[m:] - sums[:-m]) / m
+        step, takes_s = means[m:] - means[:-m], time_s[2 * m - 1 :] - time_s[: 1 - 2 * m or None]
+        own = step[2 * m : -2 * m] - 0.5 * (step[: -4 * m] + step[4 * m :])
+        takes_s, middle = takes_s[2 * m : -2 * m], time_s[3 * m : 3 * m + len(own)]
+        whole = takes_s < 2 * m * even_s
+        near, far = whole & (np.abs(middle - at_s) < NEAR_S), whole & (np.abs(middle - at_s) > 2.0 * NEAR_S)
+        if not near.any() or np.count_nonzero(far) < 20:
+            continue
+        most = own[near][int(np.argmax(np.abs(own[near])))]  # half of it, the other way, is beside it
+        sizes = np.abs(own[far])
+        scatter_kN, most_kN = 1.4826 * float(np.median(sizes)), float(sizes.max())
+        if abs(most - by_kN) < OF_SIZE * abs(by_kN) and abs(most) > max(
+            SIGMAS * scatter_kN, SHARPER * most_kN
+        ):
+            return True
+    return False
+
+
+def farther(first_kN: float, second_kN: float, right_kN: float | None) -> str:
+    """Return which force is farther from what is expected; both where that is not decisive.
+
+    Parameters
+    ----------
+    first_kN, second_kN : float
+    right_kN : float or None
+        What is expected; None where nothing is.
+    """
+    both = "force, force_2"
+    if right_kN is None or right_kN < 1.0:
+        return both
+    one, two = (abs(float(np.log(max(kN, 1e-3) / right_kN))) for kN in (first_kN, second_kN))
+    if abs(one - two) < DECISIVE:
+        return both
+    return "force" if one > two else "force_2"
