@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
-from daq.wiring.parted import Jump, Standstill, farther, jump, standstill
+from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, standstill
 from daq.wiring.scene import Lasting, Scene
 from daq.wiring.track import GRID_S, Track, has_hole
 from foundation.likeness import likeness
@@ -122,6 +122,11 @@ class TwoForcesJudge:
             return None
         if float(np.max(np.abs(second))) > BEYOND * scene.guard.force_max_kN:
             return None  # saturated: its own watch says so, and the agreement with the first one has a guard
+        if scene.guard.speed <= FAST:
+            least_kN = JUMPED * (APART_KN if scene.counted else UNCOUNTED_KN)
+            broke = fresh_jump(self._first, self._second, time, first, second, least_kN=least_kN)
+            if self._lasting.sure("broke", broke is not None) and broke is not None:
+                return _jumped(broke)
         return self._judge(scene, first, second, one, time)
 
     def _judge(self, scene: Scene, first: Floats, second: Floats, one: Floats, time: Floats) -> Doubt | None:

@@ -32,8 +32,12 @@ NEAR_S = 0.12
 """A jump is looked for so near to where they part [s]."""
 STEPS = (1, 2, 4, 8)
 """… over so many samples: an amplifier's filter takes some."""
-OF_SIZE, SIGMAS, SHARPER = 0.4, 6.0, 1.5
-"""A jump has its size within this share, is so many times the scatter, and so many times anything else."""
+OF_SIZE, SIGMAS = 0.4, 6.0
+"""A jump has its size within this share, and is so many times the scatter; the other force has no more than
+this share of it there: what the specimen does both show."""
+LASTS_S, NEWEST_S, STANDS_OUT = 0.25, 0.7, 3.0
+"""A jump that nothing else has said lasts so long, is no older than this, and so many times what both part by
+elsewhere."""
 DECISIVE = 0.5
 """One is that much nearer to the expected force than the other, in the logarithm of the ratio: more than a
 specimen that is 40 % off makes."""
@@ -113,53 +117,92 @@ def jump(first: Track, second: Track, time: Floats, one: Floats, two: Floats) ->
     apart = two - one
     if len(apart) < 20:
         return None
+    steps = _steps(apart)
+    at = int(np.argmax(np.abs(steps)))
+    size_kN = float(steps[at])
+    if abs(size_kN) < max(BROKEN_KN, BROKEN_TIMES * _elsewhere(steps, at)):
+        return None
+    return _of_one(first, second, at_s=float(time[at]), by_kN=size_kN, before=(one, two), at=at)
+
+
+def fresh_jump(
+    first: Track, second: Track, time: Floats, one: Floats, two: Floats, *, least_kN: float
+) -> Jump | None:
+    """Return which of both has left the other at once a moment ago, and stays away by ``least_kN`` [kN].
+
+    The other parameters are those of :func:`jump`.
+    """
+    apart, lasts, newest = two - one, round(LASTS_S / GRID_S), round(NEWEST_S / GRID_S)
+    if len(apart) < 2 * newest:
+        return None
+    steps = _steps(apart)
+    at = len(apart) - newest + int(np.argmax(np.abs(steps[-newest:-lasts])))
+    size_kN = float(steps[at])
+    if abs(size_kN) < max(least_kN, STANDS_OUT * _elsewhere(steps, at)):
+        return None
+    stays_kN = float(np.median(apart[at + 3 :]) - np.median(apart[at - lasts : at - 2]))
+    if abs(stays_kN - size_kN) > OF_SIZE * abs(size_kN):
+        return None
+    return _of_one(first, second, at_s=float(time[at]), by_kN=size_kN, before=(one, two), at=at)
+
+
+def _steps(apart: Floats) -> Floats:
+    """Return by how much two forces part from the two points before each one to the two behind it [kN]."""
     mean = 0.5 * (apart[:-1] + apart[1:])
     steps = np.zeros(len(apart))
-    steps[2:-2] = mean[3:] - mean[:-3]  # from the two points before one to the two behind it
-    at = int(np.argmax(np.abs(steps)))
-    elsewhere = np.abs(np.delete(steps, np.arange(max(0, at - 5), min(len(steps), at + 6))))
-    size_kN = float(steps[at])
-    if abs(size_kN) < max(BROKEN_KN, BROKEN_TIMES * float(np.quantile(elsewhere, 0.9))):
-        return None
-    at_s = float(time[at])
-    broke = {
-        name: _breaks(track.samples(), at_s, by_kN)
-        for name, track, by_kN in (("force", first, -size_kN), ("force_2", second, size_kN))
-    }
-    if broke["force"] == broke["force_2"]:
-        return None
-    name = "force" if broke["force"] else "force_2"
-    before = float((one if name == "force" else two)[max(0, at - round(MARGIN_S / GRID_S))])
-    return Jump(name, -size_kN if name == "force" else size_kN, at_s, before)
+    steps[2:-2] = mean[3:] - mean[:-3]
+    return steps
 
 
-def _breaks(samples: Floats, at_s: float, by_kN: float) -> bool:
-    """Return whether samples break by so much near a time, as they do nowhere else."""
+def _elsewhere(steps: Floats, at: int) -> float:
+    return float(
+        np.quantile(np.abs(np.delete(steps, np.arange(max(0, at - 5), min(len(steps), at + 6)))), 0.9)
+    )
+
+
+def _of_one(
+    first: Track, second: Track, *, at_s: float, by_kN: float, before: tuple[Floats, Floats], at: int
+) -> Jump | None:
+    """Return the jump by the samples of the one that has it, None where they do not show it in one alone."""
+    tracks = (("force", first, -by_kN, before[0]), ("force_2", second, by_kN, before[1]))
+    breaks = [_break(track.samples(), at_s, kN) for _, track, kN, _ in tracks]
+    found = [
+        Jump(name, kN, at_s, float(own[max(0, at - round(MARGIN_S / GRID_S))]))
+        for (name, _, kN, own), here, there in zip(tracks, breaks, reversed(breaks), strict=True)
+        if any(
+            sharp and quiet < OF_SIZE * abs(kN) for (sharp, _), (_, quiet) in zip(here, there, strict=True)
+        )
+    ]
+    return found[0] if len(found) == 1 else None
+
+
+def _break(samples: Floats, at_s: float, by_kN: float) -> list[tuple[bool, float]]:
+    """Return for each width of :data:`STEPS` whether samples break by so much near a time, and the most that
+    they break there by [kN]; infinitely much where they do not show it."""
     time_s, value = samples
-    whole = time_s > at_s - 1.5
-    time_s, value = time_s[whole], value[whole]
-    if len(value) < 12 * max(STEPS):
-        return False
-    even_s = 3.0 * float(np.median(np.diff(time_s)))
+    recent = time_s > at_s - 1.5
+    time_s, value = time_s[recent], value[recent]
+    found = []
+    even_s = 3.0 * float(np.median(np.diff(time_s))) if len(time_s) > 2 else 0.0
     sums = np.concatenate(([0.0], np.cumsum(value)))
     for m in STEPS:
+        if len(value) < 12 * m + 20:
+            found.append((False, np.inf))
+            continue
         # The mean of m samples less that of the m before, less what it is two such ways before and behind.
         means = (sums[m:] - sums[:-m]) / m
-        step, takes_s = means[m:] - means[:-m], time_s[2 * m - 1 :] - time_s[: 1 - 2 * m or None]
+        step, takes_s = means[m:] - means[:-m], time_s[2 * m - 1 :] - time_s[: 1 - 2 * m]
         own = step[2 * m : -2 * m] - 0.5 * (step[: -4 * m] + step[4 * m :])
         takes_s, middle = takes_s[2 * m : -2 * m], time_s[3 * m : 3 * m + len(own)]
-        whole = takes_s < 2 * m * even_s
-        near, far = whole & (np.abs(middle - at_s) < NEAR_S), whole & (np.abs(middle - at_s) > 2.0 * NEAR_S)
-        if not near.any() or np.count_nonzero(far) < 20:
+        near = (takes_s < 2 * m * even_s) & (np.abs(middle - at_s) < NEAR_S)
+        if not near.any():
+            found.append((False, np.inf))
             continue
-        most = own[near][int(np.argmax(np.abs(own[near])))]  # half of it, the other way, is beside it
-        sizes = np.abs(own[far])
-        scatter_kN, most_kN = 1.4826 * float(np.median(sizes)), float(sizes.max())
-        if abs(most - by_kN) < OF_SIZE * abs(by_kN) and abs(most) > max(
-            SIGMAS * scatter_kN, SHARPER * most_kN
-        ):
-            return True
-    return False
+        scatter_kN = 1.4826 * float(np.median(np.abs(own)))
+        most = float(own[near][int(np.argmax(np.abs(own[near])))])  # half of it is beside it, the other way
+        sharp = abs(most - by_kN) < OF_SIZE * abs(by_kN) and abs(most) > SIGMAS * scatter_kN
+        found.append((sharp, abs(most)))
+    return found
 
 
 def farther(first_kN: float, second_kN: float, right_kN: float | None) -> str:
