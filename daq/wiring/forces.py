@@ -167,9 +167,7 @@ class TwoForcesJudge:
             return _late(fit.lag_s, scene.guard.delays_s)
         return _zero(scene, float(first[-1]), float(first[-1]) + fit.offset_kN, zero_kN, expected_kN)
 
-    def _left(
-        self, scene: Scene, time: Floats, first: Floats, second: Floats, *, flat: bool
-    ) -> Doubt | None:
+    def _left(self, scene: Scene, time: Floats, first: Floats, second: Floats, *, flat: bool) -> Doubt | None:
         """Return a doubt of the force that left the other one before the eyes; None if none was seen to.
 
         Beside one that is ``flat`` the other one jumps where the specimen's preload is met.

@@ -7,6 +7,7 @@ hang on the specimen and stand, or follow the plate; after a compression the spe
 only what is in contact is looked at: the first compression, and later what carries force.
 
 A delay shows where the speed changes: there ``position − F / k − wire`` has a part that goes with the speed.
+A wire that stands still as the piston comes to the specimen may only be late, and is waited for a moment.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from daq.wiring.behind import BACK_S, PATIENCE_MM, PATIENCE_S, BehindJudge, explained_late_s, late_piston
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
 from foundation.likeness import likeness
@@ -46,6 +48,8 @@ FINE_MM = 6.0
 SLOPE_MM, SLOPE_FROM_MM, SLOPE_OFF = 5.0, 1.0, 0.045
 """Wire against piston over so much of the first compression, from so far behind the contact on: 1, less what
 the machine gives way, to within this."""
+STILL_SLOPE, COMES_SHARE = 0.15, 0.35
+"""A wire that goes less of the piston's way now stands still; one that has gone less of it in all may be late."""
 LOOKS = 2
 
 
@@ -55,6 +59,7 @@ class _Contact:
 
     position_mm: float
     wires_mm: Mapping[str, float]
+    command_mm: float | None = None
 
 
 class WireJudge:
@@ -67,23 +72,36 @@ class WireJudge:
         self._farthest_mm = 0.0
         self._delay_due_s = -np.inf
         self._fine_mm: dict[str, float] = {}
+        self._behind = BehindJudge()
+        self._come: set[str] = set()
+        self._met_s: float | None = None
 
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with a wire, None if nothing is."""
         way, wires = scene.way, scene.points.wires
         if way is None or not wires:
             return None
-        now = {name: value for name in (way, *wires, "force") if (value := scene.now(name)) is not None}
+        names = ("command", "position", *wires, "force")
+        now = {name: value for name in names if (value := scene.now(name)) is not None}
         contact = self._met(scene, now, way)
         if contact is None:
             return None
         at_mm = now[way] - contact.position_mm
+        if doubt := self._piston_behind(scene, now, contact, at_mm):
+            return doubt
+        if self._behind.suspected:
+            return None
         speed = scene.speed_mm_per_s(way)
         first = at_mm > self._farthest_mm - 0.3 and speed > -0.1
         self._farthest_mm = max(self._farthest_mm, at_mm)
         against: dict[str, float] = {}
         if not scene.counted and at_mm < MET_MM + 3.0 and speed > 0.3:
             against = self._against(scene, now)
+        if self._met_s is None and at_mm > 0.3:
+            self._met_s = float(scene.points.table[-1, 0])
+        if at_mm <= 0.3:
+            self._met_s = None
+            self._come.clear()
         if at_mm <= 0.3 and not against:
             return self._before(scene, now, at_mm) if scene.counted else None
         if not first and not self._loaded(scene, now):
@@ -92,6 +110,7 @@ class WireJudge:
         off = self._off(scene, now, contact, at_mm, speed) | against
         if at_mm > FINE_MM / 2.0:
             self._fine_mm.update({name: at_mm for name in wires if name not in off})
+            self._come.update(name for name in wires if name not in off)
         doubt = self._apart(scene, off, now, contact, at_mm)
         if doubt is None and first:
             doubt = self._slope(scene, contact, at_mm, speed)
@@ -105,7 +124,7 @@ class WireJudge:
             return self._contact
         wires = scene.points.wires
         if scene.counted:
-            self._contact = _Contact(0.0, dict.fromkeys(wires, 0.0))
+            self._contact = _Contact(0.0, dict.fromkeys(wires, 0.0), 0.0)
             return self._contact
         if self._rest is None:
             rows = scene.points.last(REST_S)
@@ -118,8 +137,18 @@ class WireJudge:
             if scene.speed_mm_per_s(way) == 0.0:  # it stands: what it reads at rest is that of now
                 self._rest = None
             return None
-        self._contact = _Contact(now[way], {name: now[name] for name in wires})
+        self._contact = _Contact(now[way], {name: now[name] for name in wires}, now.get("command"))
         return self._contact
+
+    def _piston_behind(
+        self, scene: Scene, now: Mapping[str, float], contact: _Contact, at_mm: float
+    ) -> Doubt | None:
+        """Return a doubt of the position that is behind the wires, which go with the command."""
+        if scene.way != "position" or contact.command_mm is None:
+            return None
+        met = {"position": contact.position_mm, "command": contact.command_mm, **contact.wires_mm}
+        speed = scene.speed_mm_per_s("command")
+        return self._behind.look(scene, now, contact=met, close_mm=_close_mm(scene, at_mm, speed))
 
     def _before(self, scene: Scene, now: Mapping[str, float], at_mm: float) -> Doubt | None:
         """Return a doubt where a wire does not read its zero before the first compression."""
@@ -157,8 +186,7 @@ class WireJudge:
     ) -> dict[str, float]:
         """Return by how much each wire is off that is off by too much; positive: it lags behind [mm]."""
         least_mm, most_mm = self._given_mm(scene, now, at_mm)
-        close_mm = CLOSE_MM + SHARE * at_mm + DELAY_S * abs(speed)
-        close_mm += 0.0 if scene.counted else UNCOUNTED_MM
+        close_mm = _close_mm(scene, at_mm, speed)
         off: dict[str, float] = {}
         for name in scene.points.wires:
             behind_mm = at_mm - (now[name] - contact.wires_mm[name])
@@ -184,6 +212,8 @@ class WireJudge:
         if not self._lasting.sure("apart", bool(off)):
             return None
         wires = scene.points.wires
+        if self._may_come(scene, now, contact, off, at_mm):
+            return None
         name = max(off, key=lambda one: abs(off[one]))
         went_mm = now[name] - contact.wires_mm[name]
         if scene.exchanged(name, at_mm):
@@ -204,8 +234,34 @@ class WireJudge:
             expected_mm = at_mm = max(at_mm, abs(went_mm))
         shown = f"{who} {went_mm:.2f} mm where the piston goes {at_mm:.2f} mm"
         slope = self._lately(scene, contact, name)
+        if (late_s := self._came_late(scene, contact, name)) is not None:
+            return _late_doubt(sensor, late_s)
         kind, how = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
         return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, both=both)
+
+    def _may_come(
+        self, scene: Scene, now: Mapping[str, float], contact: _Contact, off: Mapping[str, float], at_mm: float
+    ) -> bool:
+        """Return whether the wires that are off have not moved yet, or only just, and may only be late."""
+        met_s = float(scene.points.table[-1, 0]) if self._met_s is None else self._met_s
+        if at_mm > PATIENCE_MM or float(scene.points.table[-1, 0]) - met_s > PATIENCE_S:
+            return False
+        for name in off:
+            slope, went_mm = self._lately(scene, contact, name), now[name] - contact.wires_mm[name]
+            if name in self._come or abs(went_mm) > COMES_SHARE * at_mm or slope < -STILL_SLOPE:
+                return False
+        return True
+
+    @staticmethod
+    def _came_late(scene: Scene, contact: _Contact, name: str) -> float | None:
+        """Return by how much a wire is late, where that explains its last seconds and nothing else does [s]."""
+        rows, column = scene.points.last(BACK_S), scene.points.column(name)
+        way, force = scene.points.column(scene.way or ""), scene.points.column("force")
+        if way is None or column is None or not len(rows):
+            return None
+        given = 0.0 if force is None else 0.5 * sum(scene.guard.given_way_mm(1.0)) * rows[:, force]
+        leader = np.maximum(rows[:, way] - contact.position_mm, 0.0) - np.maximum(given, 0.0)
+        return explained_late_s(rows[:, 0], leader, rows[:, column] - contact.wires_mm[name])
 
     def _lately(self, scene: Scene, contact: _Contact, name: str) -> float:
         """Return how far a wire went lately per way of the piston; not a number where that stood."""
@@ -315,7 +371,18 @@ class WireJudge:
                 late[name] = late_s
         if not late:
             return None
-        return _late_doubt(", ".join(late), max(late.values(), key=abs))
+        late_s = max(late.values(), key=abs)
+        stated_s = max(scene.guard.delays_s.get(name, 0.0) for name in late)
+        ahead = late_s < 0.0 and scene.way == "position" and len(late) == len(scene.points.wires)
+        if ahead and stated_s < 0.5 * abs(late_s):  # nothing measures before it happens
+            return late_piston(f"{' and '.join(late)} go {-late_s * 1e3:.0f} ms before the position", -late_s)
+        return _late_doubt(", ".join(late), late_s)
+
+
+def _close_mm(scene: Scene, at_mm: float, speed: float) -> float:
+    """Return within which wire and piston agree [mm]."""
+    own_mm = CLOSE_MM + SHARE * abs(at_mm) + DELAY_S * abs(speed)
+    return own_mm if scene.counted else own_mm + UNCOUNTED_MM
 
 
 def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str]:
@@ -323,8 +390,9 @@ def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str
 
     One that was right over some way before has no wrong scale: it has come off, or slipped.
     """
-    if abs(ratio) < 0.15 or abs(lately) < 0.15:
-        return "still", ": it stands still, it may have come off or its drum sticks"
+    if abs(ratio) < STILL_SLOPE or abs(lately) < STILL_SLOPE:
+        how = ": it stands still, it may have come off or its drum sticks"
+        return "still", how if right_before else f"{how}, or it comes much too late"
     if right_before:
         return "slipped", ": it was right before, and has slipped or come off"
     if ratio < -0.3:
@@ -338,7 +406,7 @@ def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str
 
 def _scaled_doubt(kind: Kind, sensor: str, text: str, value: float, limit: float, *, both: bool) -> Doubt:
     """Return a doubt of how far wires go; where both are alike, it may be the piston's own scale."""
-    setting = channel_setting(sensor, "calibration")
+    setting = channel_setting(sensor, "calibration and delay_s" if kind == "still" else "calibration")
     if both and kind == "scale":
         text += "; or the piston's own scale is wrong, in position and command alike"
         setting += f", or {channel_setting('position', 'calibration')}"
