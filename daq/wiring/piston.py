@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from daq.wiring.behind import BACK_S, follows, late_piston, since_s
+from daq.wiring.behind import BACK_S, explained_late_s, follows, late_piston, since_s
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene, slope_of
 from foundation.likeness import likeness
@@ -90,6 +90,11 @@ class PistonJudge:
         slope = slope_of(rows, position, command)
         if not self._lasting.sure("slope", abs(slope - 1.0) > SLOPE_OFF):
             return None
+        back = scene.points.last(BACK_S)
+        if len(back) and (late_s := explained_late_s(back[:, 0], back[:, command], back[:, position])):
+            return late_piston(
+                f"the piston's position goes {slope:.3f} times the way that it is told", late_s
+            )
         look = likeness(slope)
         text = (
             f"the piston's position goes {slope:.3f} times the way that it is told "

@@ -240,7 +240,12 @@ class WireJudge:
         return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, both=both)
 
     def _may_come(
-        self, scene: Scene, now: Mapping[str, float], contact: _Contact, off: Mapping[str, float], at_mm: float
+        self,
+        scene: Scene,
+        now: Mapping[str, float],
+        contact: _Contact,
+        off: Mapping[str, float],
+        at_mm: float,
     ) -> bool:
         """Return whether the wires that are off have not moved yet, or only just, and may only be late."""
         met_s = float(scene.points.table[-1, 0]) if self._met_s is None else self._met_s
