@@ -18,13 +18,15 @@ from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
 from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, standstill
 from daq.wiring.scene import Lasting, Scene
-from daq.wiring.track import GRID_S, Track, has_hole
+from daq.wiring.track import Means, Track, common_instants, has_hole
 from foundation.likeness import likeness
 
 Floats = NDArray[np.float64]
 
 WINDOW_S, EVERY_S = 3.0, 0.1
 """Over so long, so often [s]."""
+LEAST_WINDOW_S, LEAST_POINTS = 1.0, 10
+"""… and over no less than this, with so many instants."""
 TAKEN_KN = 4.0
 """A force that changes by less in the window shows neither scale nor delay."""
 APART_KN, UNCOUNTED_KN, APART_SHARE = 2.0, 3.5, 0.08
@@ -109,28 +111,39 @@ class TwoForcesJudge:
         self._due_s = until_s
         if stood := standstill(self._second, self._first, ("force_2", "force")):
             return _stands(stood)
-        one, two = self._first.series(), self._second.series()
-        time = np.arange(until_s - WINDOW_S, until_s, GRID_S)
-        if max(one[0, 0], two[0, 0]) > time[-1] - 1.0:
+        pair = self._pair(until_s)
+        if pair is None or float(np.max(np.abs(pair.second))) > BEYOND * scene.guard.force_max_kN:
+            return None  # saturated: its own watch says so, and the agreement with the first one has a guard
+        return self._just_jumped(scene, pair) or self._judge(scene, pair)
+
+    def _pair(self, until_s: float) -> _Pair | None:
+        """Return both forces at common instants of the window; None where a hole hides what they do."""
+        one, two = self._first.samples(), self._second.samples()
+        begin_s = max(until_s - WINDOW_S, float(one[0, 0]), float(two[0, 0]))
+        if until_s - begin_s < LEAST_WINDOW_S:
             return None
-        time = time[time >= max(one[0, 0], two[0, 0])]
-        first = np.interp(time, *one)
-        second = np.interp(time, *two)
-        if has_hole(one, time) or has_hole(two, time):
+        if has_hole(one, begin_s, until_s) or has_hole(two, begin_s, until_s):
             self._lasting.forget()
             self._unlike.forget()
             return None
-        if float(np.max(np.abs(second))) > BEYOND * scene.guard.force_max_kN:
-            return None  # saturated: its own watch says so, and the agreement with the first one has a guard
-        if scene.guard.speed <= FAST:
-            least_kN = JUMPED * (APART_KN if scene.counted else UNCOUNTED_KN)
-            broke = fresh_jump(self._first, self._second, time, first, second, least_kN=least_kN)
-            if self._lasting.sure("broke", broke is not None) and broke is not None:
-                return _jumped(broke)
-        return self._judge(scene, first, second, one, time)
+        time, width_s = common_instants(one, two, begin_s, until_s)
+        if len(time) < LEAST_POINTS:
+            return None
+        means = Means(one, width_s)
+        return _Pair(time, means.at(time), Means(two, width_s).at(time), means)
 
-    def _judge(self, scene: Scene, first: Floats, second: Floats, one: Floats, time: Floats) -> Doubt | None:
+    def _just_jumped(self, scene: Scene, pair: _Pair) -> Doubt | None:
+        """Return a doubt of the force that has left the other one at once a moment ago."""
+        if scene.guard.speed > FAST:
+            return None
+        least_kN = JUMPED * (APART_KN if scene.counted else UNCOUNTED_KN)
+        broke = fresh_jump(self._first, self._second, pair.time_s, pair.first, pair.second, least_kN=least_kN)
+        sure = self._lasting.sure("broke", broke is not None)
+        return _jumped(broke) if sure and broke is not None else None
+
+    def _judge(self, scene: Scene, pair: _Pair) -> Doubt | None:
         """Return what both forces say of each other over a window; None if nothing."""
+        first, second = pair.first, pair.second
         expected_kN = self._expected_kN(scene)
         zero_kN = APART_KN if scene.counted else UNCOUNTED_KN
         taken_kN = max(float(np.ptp(first)), float(np.ptp(second)))
@@ -140,11 +153,10 @@ class TwoForcesJudge:
             self._lasting.sure("moving", False)
             if not self._lasting.sure("still", abs(apart_kN) > most_kN):
                 return None
-            return self._left(scene, time, first, second, flat=False) or _zero(
-                scene, float(np.mean(first)), float(np.mean(second)), most_kN, expected_kN
-            )
+            means = float(np.mean(first)), float(np.mean(second))
+            return self._left(scene, pair, flat=False) or _zero(scene, *means, most_kN, expected_kN)
         self._lasting.sure("still", False)
-        fit = _best(one, time, second, zero_kN)
+        fit = _best(pair, zero_kN)
         off = taken_kN > GAIN_KN and not (1.0 / (1.0 + GAIN_OFF) <= fit.gain <= 1.0 + GAIN_OFF)
         late = abs(fit.lag_s) > LATE_S and fit.left_kN < BETTER * fit.now_kN
         still = not FLAT < abs(fit.gain) < 1.0 / FLAT
@@ -159,7 +171,7 @@ class TwoForcesJudge:
         unlike = self._unlike.sure("moving", unlike)
         if not (sure or unlike):
             return None
-        if left := self._left(scene, time, first, second, flat=still):
+        if left := self._left(scene, pair, flat=still):
             return left
         if off:
             return _scale(fit, first, second, expected_kN, unlike=unlike)
@@ -167,7 +179,7 @@ class TwoForcesJudge:
             return _late(fit.lag_s, scene.guard.delays_s)
         return _zero(scene, float(first[-1]), float(first[-1]) + fit.offset_kN, zero_kN, expected_kN)
 
-    def _left(self, scene: Scene, time: Floats, first: Floats, second: Floats, *, flat: bool) -> Doubt | None:
+    def _left(self, scene: Scene, pair: _Pair, *, flat: bool) -> Doubt | None:
         """Return a doubt of the force that left the other one before the eyes; None if none was seen to.
 
         Beside one that is ``flat`` the other one jumps where the specimen's preload is met.
@@ -177,7 +189,7 @@ class TwoForcesJudge:
             return _stands(stood)
         if flat or scene.guard.speed > FAST:
             return None  # an amplifier's samples are stamped by the wall: a step of both is none of one
-        broke = jump(self._first, self._second, time, first, second)
+        broke = jump(self._first, self._second, pair.time_s, pair.first, pair.second)
         return None if broke is None else _jumped(broke)
 
     def _expected_kN(self, scene: Scene) -> float | None:  # noqa: N802 - the unit keeps its capital
@@ -269,6 +281,16 @@ def _jumped(broke: Jump) -> Doubt:
 
 
 @dataclass(frozen=True)
+class _Pair:
+    """Both forces at common instants, and the first one at any."""
+
+    time_s: Floats
+    first: Floats
+    second: Floats
+    means: Means
+
+
+@dataclass(frozen=True)
 class _Fit:
     """How force_2 follows force: delay [s], gain, what these leave, and what no delay leaves, offset [kN].
 
@@ -283,19 +305,19 @@ class _Fit:
     later_s: float = 0.0
 
 
-def _best(one: Floats, time: Floats, second: Floats, zero_kN: float) -> _Fit:
+def _best(pair: _Pair, zero_kN: float) -> _Fit:
     """Return how force_2 follows force.
 
     The offset of both is held near 0 as a zero of a known size is: on an even ramp it would pass for a delay.
     Delays are tried only where none leaves more than noise.
     """
-    weight = float(np.sqrt(len(time))) * 0.2 / zero_kN
-    aim = np.append(second, 0.0)
-    now_kN, gain, offset_kN = _fit(np.interp(time, *one), aim, weight)
+    weight = float(np.sqrt(len(pair.time_s))) * 0.2 / zero_kN
+    aim = np.append(pair.second, 0.0)
+    now_kN, gain, offset_kN = _fit(pair.first, aim, weight)
     now = _Fit(0.0, gain, now_kN, now_kN, offset_kN)
-    if now_kN < LITTLE_KN + LITTLE_SHARE * float(np.ptp(second)):
+    if now_kN < LITTLE_KN + LITTLE_SHARE * float(np.ptp(pair.second)):
         return now
-    tried = [(*_fit(np.interp(time - lag_s, *one), aim, weight), float(lag_s)) for lag_s in LAGS_S]
+    tried = [(*_fit(pair.means.at(pair.time_s - lag_s), aim, weight), float(lag_s)) for lag_s in LAGS_S]
     left_kN, gain, offset_kN, lag_s = min(tried)
     if left_kN > BETTER * now_kN:  # no delay explains it: the gain is that without one
         return replace(now, later_s=lag_s if left_kN < SOMEWHAT * now_kN else 0.0)

@@ -93,11 +93,11 @@ def standstill(one: Track, other: Track, names: tuple[str, str], *, sure: bool =
         return None
     if not np.isfinite(one.least_step_kN):  # it never showed how fine its counts are
         least_kN = NEVER_KN
-    time_s, force_kN = other.series()
+    time_s, force_kN = other.samples()
     within = (time_s > since_s + 0.5 * MARGIN_S) & (time_s < one.newest_s - 0.5 * MARGIN_S)
     if np.count_nonzero(within) < 3:
         return None
-    changed_kN = float(np.ptp(force_kN[within]))
+    changed_kN = float(np.ptp(np.quantile(force_kN[within], (0.02, 0.98))))  # less its noise
     count_kN = one.least_step_kN if np.isfinite(one.least_step_kN) else 0.0
     if changed_kN < max(least_kN, CHANGED_STEPS * count_kN):
         return None
