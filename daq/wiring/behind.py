@@ -24,6 +24,8 @@ BEHIND_S = 0.15
 NEARER = 0.5
 """The wires are off the command by less than this share of what the position is."""
 LOOKS = 3
+MOVED_MM = 0.4
+"""What has moved by less is not late, it stands still [mm]."""
 LAGS_S = np.arange(0.06, 1.5, 0.02)
 ZERO_MM, EXPLAINS = 0.6, 0.6
 """Delays that are tried for a wire, with zeros that are off by this [mm]; one explains what it does if it leaves
@@ -76,7 +78,7 @@ def explained_late_s(time_s: Floats, leader: Floats, follower: Floats) -> float 
     time_s, leader, follower : NDArray, shape (n,)
         Both count from the same zero, to within :data:`ZERO_MM`.
     """
-    if len(time_s) < 20:
+    if len(time_s) < 20 or float(np.ptp(np.quantile(follower, (0.02, 0.98)))) < MOVED_MM:
         return None
     square = float(np.dot(leader, leader))
     scale = float(np.dot(leader, follower)) / square if square > 0.0 else 0.0

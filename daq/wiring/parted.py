@@ -30,6 +30,8 @@ BROKEN_KN, BROKEN_TIMES = 1.5, 1.5
 """Both part at once by this at least, and by so many times what they do elsewhere."""
 NEAR_S = 0.12
 """A jump is looked for so near to where they part [s]."""
+MET_KN, MET_S = 3.0, 0.2
+"""… and not where one of both is nearer to nothing than this within so long: there the specimen is met or left."""
 STEPS = (1, 2, 4, 8)
 """… over so many samples: an amplifier's filter takes some."""
 OF_SIZE, SIGMAS = 0.4, 6.0
@@ -163,7 +165,13 @@ def _elsewhere(steps: Floats, at: int) -> float:
 def _of_one(
     first: Track, second: Track, *, at_s: float, by_kN: float, before: tuple[Floats, Floats], at: int
 ) -> Jump | None:
-    """Return the jump by the samples of the one that has it, None where they do not show it in one alone."""
+    """Return the jump by the samples of the one that has it, None where they do not show it in one alone.
+
+    Where the specimen's preload is met or left the force jumps in truth: one that is late does not, there.
+    """
+    about = slice(max(0, at - round(MET_S / GRID_S)), at + round(MET_S / GRID_S))
+    if min(float(np.min(np.abs(own[about]))) for own in before) < MET_KN:
+        return None
     tracks = (("force", first, -by_kN, before[0]), ("force_2", second, by_kN, before[1]))
     breaks = [_break(track.samples(), at_s, kN) for _, track, kN, _ in tracks]
     found = [
