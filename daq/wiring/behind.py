@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from daq.wiring.doubt import Doubt, channel_setting
+from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene
 
 BACK_S = 2.5
@@ -28,8 +28,8 @@ MOVED_MM = 0.4
 """What has moved by less is not late, it stands still [mm]."""
 LAGS_S = np.arange(0.06, 1.5, 0.02)
 ZERO_MM, EXPLAINS = 0.6, 0.6
-"""Delays that are tried for a wire, with zeros that are off by this [mm]; one explains what it does if it leaves
-this share of what offset and scale leave."""
+"""Delays that are tried for a wire, with zeros that are off by this [mm]; one explains what it does if it
+leaves this share of what offset and scale leave."""
 
 
 def since_s(time_s: Floats, leader: Floats, level: float) -> float:
@@ -191,5 +191,5 @@ def late_piston(seen: str, late_s: float | None) -> Doubt:
     if late_s is None:
         key, how = "calibration and delay_s", "it stands still, or comes much too late"
     setting = channel_setting("position", key)
-    kind = "still" if late_s is None else "delay"
-    return Doubt(kind, "position", "controller", setting, f"{seen}: {how}", late_s, BEHIND_S, "s")  # type: ignore[arg-type]
+    kind: Kind = "still" if late_s is None else "delay"
+    return Doubt(kind, "position", "controller", setting, f"{seen}: {how}", late_s, BEHIND_S, "s")

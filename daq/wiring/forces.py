@@ -141,7 +141,9 @@ class TwoForcesJudge:
         sure = self._lasting.sure("broke", broke is not None)
         return _jumped(broke) if sure and broke is not None else None
 
-    def _judge(self, scene: Scene, pair: _Pair) -> Doubt | None:
+    def _judge(  # noqa: PLR0911 - one return for each thing that can be wrong
+        self, scene: Scene, pair: _Pair
+    ) -> Doubt | None:
         """Return what both forces say of each other over a window; None if nothing."""
         first, second = pair.first, pair.second
         expected_kN = self._expected_kN(scene)

@@ -31,7 +31,8 @@ BROKEN_KN, BROKEN_TIMES = 1.5, 1.5
 NEAR_S = 0.12
 """A jump is looked for so near to where they part [s]."""
 MET_KN, MET_S = 3.0, 0.2
-"""… and not where one of both is nearer to nothing than this within so long: there the specimen is met or left."""
+"""… and not where one of both is nearer to nothing than this within so long: there the specimen is met or
+left."""
 STEPS = (1, 2, 4, 8)
 """… over so many samples: an amplifier's filter takes some."""
 OF_SIZE, SIGMAS = 0.4, 6.0

@@ -40,7 +40,8 @@ SLOPE_MM, SLOPE_FROM_MM, SLOPE_OFF = 5.0, 1.0, 0.045
 """Wire against piston over so much of the first compression, from so far behind the contact on: 1, less what
 the machine gives way, to within this."""
 STILL_SLOPE, COMES_SHARE = 0.15, 0.35
-"""A wire that goes less of the piston's way now stands still; one that has gone less of it in all may be late."""
+"""A wire that goes less of the piston's way now stands still; one that has gone less of it in all may be
+late."""
 LOOKS = 2
 
 
@@ -69,11 +70,16 @@ class WireJudge:
         if contact is None:
             return None
         at_mm = now[way] - contact.position_mm
-        if doubt := self._piston_behind(scene, now, contact, at_mm):
+        doubt = self._piston_behind(scene, now, contact, at_mm)
+        if doubt or self._behind.suspected:
             return doubt
-        if self._behind.suspected:
-            return None
-        speed = scene.speed_mm_per_s(way)
+        return self._with_the_piston(scene, now, contact, at_mm)
+
+    def _with_the_piston(
+        self, scene: Scene, now: Mapping[str, float], contact: Contact, at_mm: float
+    ) -> Doubt | None:
+        """Return what is wrong with a wire where the position goes with the command."""
+        speed, wires = scene.speed_mm_per_s(scene.way or ""), scene.points.wires
         first = at_mm > self._farthest_mm - 0.3 and speed > -0.1
         self._farthest_mm = max(self._farthest_mm, at_mm)
         against: dict[str, float] = {}

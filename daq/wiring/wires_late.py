@@ -117,7 +117,7 @@ class LateWires:
 
     @staticmethod
     def explains(scene: Scene, contact: Contact, name: str) -> float | None:
-        """Return by how much a wire is late, where that explains its last seconds and nothing else does [s]."""
+        """Return by how much a wire is late, where nothing else explains its last seconds [s]."""
         rows, column = scene.points.last(BACK_S), scene.points.column(name)
         way, force = scene.points.column(scene.way or ""), scene.points.column("force")
         if way is None or column is None or not len(rows):

@@ -110,7 +110,12 @@ LATER_ON: Mapping[str, Later] = {
     "force_2 +5 kN, loading": _jump("force_2", 5.0, loading),
     "force_2 −5 kN in a sine": _jump("force_2", -5.0, in_the_sine),
     "force half as much at once": Later(
-        lambda from_s: scaled("force", by=0.5, from_s=from_s), loading, "force", ("scale", "zero"), "calibration", 2.0,
+        lambda from_s: scaled("force", by=0.5, from_s=from_s),
+        loading,
+        "force",
+        ("scale", "zero"),
+        "calibration",
+        2.0,
     ),
     "piston 0.5 s late": _late(0.5, "position"),
     "piston 0.2 s late": _late(0.2, "position"),
@@ -118,7 +123,7 @@ LATER_ON: Mapping[str, Later] = {
     "wire 0.5 s late": _late(0.5, "stroke_2"),
     "wires 0.3 s late": _late(0.3, "stroke_1", "stroke_2"),
     "wires 0.8 s late": _late(0.8, "stroke_1", "stroke_2"),
-}  # fmt: skip
+}
 
 
 def rough_case(seed: int) -> Case:
