@@ -17,7 +17,7 @@ BACK_S = 2.5
 """So far back a leader is looked at [s]."""
 LATELY_S = 0.15
 """A signal moves if it has gone half of its leader's way in so long [s]."""
-PATIENCE_S, PATIENCE_MM = 1.1, 8.0
+PATIENCE_S, PATIENCE_MM = 1.1, 12.0
 """What stands still may only be late: it is waited for so long, or this way of the piston [s, mm]."""
 BEHIND_S = 0.15
 """A position is behind its command from this on, where the wires are not: a wire's own delay is less [s]."""

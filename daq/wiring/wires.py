@@ -283,12 +283,17 @@ class WireJudge:
             slope = 1.0 if column is None else slope_of(rows, column, way)
             if not 1.0 - most - SLOPE_OFF < slope < 1.0 - least + SLOPE_OFF:
                 found[name] = slope / (1.0 - 0.5 * (least + most))
+        gone = {name: scene.now(name) or 0.0 for name in found}
+        if found and self._may_come(scene, gone, contact, found, at_mm):
+            return None
         if not self._lasting.sure("slope", bool(found)):
             return None
         both = len(found) == 2
-        ratio = max(found.values(), key=lambda one: abs(one - 1.0))
+        name = max(found, key=lambda one: abs(found[one] - 1.0))
+        ratio, sensor = found[name], ", ".join(found)
+        if (late_s := self._late.explains(scene, contact, name)) is not None:
+            return late_wires(sensor, late_s)
         look = likeness(ratio)
-        sensor = ", ".join(found)
         text = (
             f"{sensor} {'go' if both else 'goes'} {ratio:.3f} times the way of the piston over "
             f"{travel_mm:.1f} mm"
