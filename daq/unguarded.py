@@ -21,6 +21,12 @@ from protocols.steps import PlannedStep, WaitUntilCool
 
 HARMED_BY_HEAT = ("elastomer", "rubber-steel", None)
 """Elastic systems that heat destroys; one that nobody has stated counts as such."""
+ONLY_NOTED = (
+    ("heating", "a specimen that heats too fast"),
+    ("frozen", "a frozen channel"),
+    ("wiring", "a sensor whose sign, scale, zero or delay is wrong, or that has come off,"),
+)
+"""Guards that stop unless ``[guards.action]`` makes them a note, and what they see."""
 CONSENT = "no_temperature_stop"
 """Key of ``[limits]`` that states why a campaign may do without the temperature stop."""
 REASON_WORDS, REASON_LETTERS = 3, 10
@@ -209,7 +215,7 @@ def one_wire(profile: Profile) -> bool:
 
 
 def _only_noted(table: GuardTable) -> Iterator[str]:
-    for name, what in (("heating", "a specimen that heats too fast"), ("frozen", "a frozen channel")):
+    for name, what in ONLY_NOTED:
         if getattr(table.action, name) == "note":
             yield f"{what} is only noted ([guards.action] {name} = “note”)"
 

@@ -62,11 +62,8 @@ class AedDialect:
         self._select = b"" if address is None else f"S{address:02d};".encode()
         if address is not None:
             self.request = self._select + SINGLE
-        two_bytes = settings.aed.output in {2, 6}
-        self.saturation: tuple[float, float] | None = (
-            (-0x8000, 0x7FFF) if two_bytes else (-0x800000, 0x7FFFFF)
-        )
-        self._jump = _jump(settings, (self.saturation[1] + 1) / 4)
+        self.saturation: tuple[float, float] | None = settings.aed.ends
+        self._jump = _jump(settings, (settings.aed.ends[1] + 1) / 4)
         self.form = f"values in output format {settings.aed.output}"
 
     def begin(self, line: Line, complain: Complain) -> Decoder:  # noqa: ARG002 - a Dialect's signature

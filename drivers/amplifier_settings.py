@@ -10,6 +10,8 @@ from drivers.stand_numbers import ReplyTime
 from foundation.settings import Settings
 from foundation.wanted import Within
 
+BITS_16, BITS_24 = (-0x8000, 0x7FFF), (-0x800000, 0x7FFFFF)
+"""Counts of converters of so many bits."""
 TEXT_LINE_BYTES = 14
 """Longest line of a GSV-2 in text format that is reckoned with."""
 
@@ -36,6 +38,11 @@ class Gsv2Settings(Settings):
     def bytes_per_value(self) -> int:
         """Bytes on the wire for one value."""
         return {"binary5": 5, "binary3": 3, "text": TEXT_LINE_BYTES}[self.frame]
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """Least and greatest count that a value can have; None of text, which has what is set in it."""
+        return {"binary5": BITS_24, "binary3": BITS_16, "text": None}[self.frame]
 
 
 class AedSettings(Settings):
@@ -65,6 +72,11 @@ class AedSettings(Settings):
     def bytes_per_value(self) -> int:
         """Bytes on the wire for one value in continuous output."""
         return {0: 4, 4: 4, 8: 4, 12: 4, 2: 2, 6: 2, 1: 13, 3: 10, 9: 17, 11: 14}[self.output]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and greatest count that a value can have."""
+        return BITS_16 if self.output in {2, 6} else BITS_24
 
 
 class ModbusAmplifierSettings(Settings):

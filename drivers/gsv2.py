@@ -6,7 +6,7 @@ Sources: ME-Messysteme, GSV-2AS manual: data output (p. 16), table of commands (
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from drivers.amplifier_settings import Gsv2Settings
@@ -40,11 +40,6 @@ _FORMS = {
     "binary5": "5-byte binary frames",
     "binary3": "3-byte binary frames",
     "text": "lines of text with the stated decimals",
-}
-_SATURATION: Mapping[str, tuple[float, float] | None] = {
-    "binary5": (-0x800000, 0x7FFFFF),
-    "binary3": (-0x8000, 0x7FFF),
-    "text": None,
 }
 
 
@@ -88,7 +83,7 @@ class Gsv2Dialect:
     def __init__(self, settings: AmplifierSettings) -> None:
         self._rate_Hz = settings.rate_Hz
         self._settings: Gsv2Settings = settings.gsv2
-        self.saturation = _SATURATION[settings.gsv2.frame]
+        self.saturation = settings.gsv2.ends
         self.form = _FORMS[settings.gsv2.frame]
         self.identity = ""
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drivers.amplifier_map import load_amplifier_map
 from drivers.registers import RegisterType
 from foundation.channel import Calibration, Channel
 from foundation.errors import BadInput
@@ -31,6 +32,8 @@ COARSEST_SHARE = 0.01
 OVERLOAD_FACTOR = 3.0
 """So many times the stand's greatest force no load cell bears."""
 _LOOKED_AT = 257
+_ROUNDED = 1e-4
+"""A full scale of exactly the trip lacks a count, and what its certificate rounds."""
 _RANGES: dict[RegisterType, tuple[float, float]] = {
     "u16": (0.0, 65535.0),
     "i16": (-32768.0, 32767.0),
@@ -104,7 +107,7 @@ def _scale_troubles(stand_file: StandFile, profile: Profile) -> list[tuple[tuple
             found.append((("controller", "channel", number, "plausible", "overload"), problem))
     if stand_file.amplifier is not None:
         channel = stand_file.amplifier.channel
-        if problem := _scale_trouble(channel, None, limits.force_max_kN):
+        if problem := _scale_trouble(channel, _amplifier_counts(stand_file), limits.force_max_kN):
             found.append((("amplifier", "channel", "calibration"), problem))
         if problem := _overload_trouble(channel, limits.force_max_kN):
             found.append((("amplifier", "channel", "plausible", "overload"), problem))
@@ -114,10 +117,20 @@ def _scale_troubles(stand_file: StandFile, profile: Profile) -> list[tuple[tuple
     return found
 
 
+def _amplifier_counts(stand_file: StandFile) -> tuple[float, float] | None:
+    """Return what the amplifier's values can be; None where it tells no end of them (text, floats)."""
+    amplifier = stand_file.amplifier
+    if amplifier is None:
+        return None
+    if amplifier.modbus is not None:
+        return _RANGES.get(load_amplifier_map(amplifier.modbus.map, stand_file.folder).value.type)
+    return amplifier.gsv2.ends if amplifier.protocol == "gsv2" else amplifier.aed.ends
+
+
 def _scale_trouble(channel: Channel, counts: tuple[float, float] | None, most: float) -> str:
     """Return why a channel cannot show its trip, or not finely enough; empty if it can.
 
-    ``counts`` is what its register can hold; None of a float or an amplifier, where a count may be anything.
+    ``counts`` is what its register or amplifier can hold; None of a float or a text, where that is anything.
     """
     at = np.linspace(*(counts or _ANY), _LOOKED_AT)
     with np.errstate(all="ignore"):
@@ -125,7 +138,7 @@ def _scale_trouble(channel: Channel, counts: tuple[float, float] | None, most: f
         steps = np.abs(channel.calibration.apply(at[:-1] + 1.0) - shown[:-1])
     trip, unit = (1.0 + TRIP_SHARE) * most, channel.unit
     greatest = float(np.max(shown, initial=-np.inf, where=np.isfinite(shown)))
-    if greatest < trip:
+    if greatest < trip * (1.0 - _ROUNDED):
         return (
             f"channel “{channel.name}” shows at most {greatest:.4g} {unit} by this calibration, and its "
             f"guard may trip at {trip:g} {unit} (5 % above the stand's {most:g} {unit})"

@@ -9,7 +9,7 @@ from daq.guards import Action, Trip
 
 Kind = Literal[
     "sign", "scale", "zero", "delay", "still", "slipped", "disagrees", "no heat", "fallen off", "swapped",
-    "follows the specimen",
+    "follows the specimen", "cold",
 ]  # fmt: skip
 """What is wrong with a signal, as data."""
 
@@ -33,6 +33,8 @@ class Doubt:
     value, limit : float or None
         What was seen and what may be, in ``unit``.
     unit : str
+    asks : bool
+        Whether it may well be right: a person is asked, and nothing stops.
     """
 
     kind: Kind
@@ -43,10 +45,13 @@ class Doubt:
     value: float | None = None
     limit: float | None = None
     unit: str = ""
+    asks: bool = False
 
 
 def doubt_trip(doubt: Doubt, action: Action, at_s: float, time_us: int | None = None) -> Trip:
     """Return the trip of a doubt: a device's fault, whatever it is that is wired or stated wrongly.
+
+    A question is a note that spoils no figure, under a name of its own.
 
     Parameters
     ----------
@@ -60,8 +65,8 @@ def doubt_trip(doubt: Doubt, action: Action, at_s: float, time_us: int | None = 
     """
     where = f"look at its wiring and at {doubt.setting} in the stand file (stream {doubt.stream})"
     return Trip(
-        f"wiring of {doubt.sensor}",
-        action,
+        f"{'question about' if doubt.asks else 'wiring of'} {doubt.sensor}",
+        Action.NOTE if doubt.asks else action,
         f"{doubt.text}: {where}",
         at_s,
         value=doubt.value,
@@ -69,10 +74,10 @@ def doubt_trip(doubt: Doubt, action: Action, at_s: float, time_us: int | None = 
         unit=doubt.unit,
         stream=doubt.stream,
         time_us=time_us,
-        device_fault=True,
+        device_fault=not doubt.asks,
         sensor=doubt.sensor,
         setting=doubt.setting,
-        doubt=doubt.kind,
+        doubt="" if doubt.asks else doubt.kind,
     )
 
 

@@ -37,6 +37,8 @@ PULLS_KN = 3.0
 PULLED_SAMPLES = 3
 FREE_MM, FREE_KN = 0.4, 3.5
 """So far before first contact the force is none, to within this: its zero was set a moment ago."""
+FREE_TOLD_S = 0.3
+"""So long the piston must have been told to stay there, too [s]."""
 LOOKS, FREE_LOOKS = 3, 5
 
 
@@ -102,6 +104,9 @@ class ForceJudge:
         position_mm = scene.now("position")
         speed = 0.0 if scene.way is None else scene.speed_mm_per_s(scene.way)
         still = abs(speed) < 20.0
+        told = scene.points.last(FREE_TOLD_S), scene.points.column("command")
+        if told[1] is not None and len(told[0]):  # a position that is late is still there
+            still = still and float(np.max(told[0][:, told[1]])) < -0.5 * FREE_MM
         free = position_mm is not None and position_mm < -FREE_MM and still and self._farthest_mm < 1.0
         if not self._freely.sure("free", free and abs(force_kN) > FREE_KN):
             return None

@@ -2,29 +2,31 @@
 
 The two come on clocks of their own: the controller's is brought to the host's by the least delay of its
 newest blocks, which leaves some 10 ms. What is allowed: the sum of both classes, a zero of each, and 35 ms.
-Where they differ, the specimen's expected curve says which of them is wrong; without one both are named.
+Where they differ, :mod:`daq.wiring.parted` says which of them is wrong; where it cannot both are named.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
+from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, standstill
 from daq.wiring.scene import Lasting, Scene
-from foundation.holes import hole_from_s
+from daq.wiring.track import Means, Track, common_instants, has_hole
 from foundation.likeness import likeness
 
 Floats = NDArray[np.float64]
 
-GRID_S = 0.02
-"""Both are compared on points of so long a time [s]."""
 WINDOW_S, EVERY_S = 3.0, 0.1
 """Over so long, so often [s]."""
+LEAST_WINDOW_S, LEAST_POINTS = 1.0, 10
+"""… and over no less than this, with so many instants."""
 TAKEN_KN = 4.0
 """A force that changes by less in the window shows neither scale nor delay."""
 APART_KN, UNCOUNTED_KN, APART_SHARE = 2.0, 3.5, 0.08
@@ -51,6 +53,14 @@ LITTLE_KN, LITTLE_SHARE = 0.4, 0.01
 """What is left without a delay is none worth a search below this and this share of the change."""
 BETTER = 0.4
 """The best of them leaves less than this of what no delay leaves."""
+SOMEWHAT = 0.85
+"""… or this, where it explains little: then it says which of both is later."""
+FIRST_MM = 0.5
+"""The curve tells of the first compression, to within this."""
+FREE_MM = 0.5
+"""The piston being so far before first contact, no force is expected."""
+AMPLIFIER = "[amplifier] port and protocol"
+"""Where to look if it hangs."""
 OFFSET_WINDOW = 50
 """The clocks are compared by the least delay of so many newest blocks."""
 LOOKS, LONG_LOOKS = 3, 6
@@ -68,9 +78,9 @@ class TwoForcesJudge:
     def __init__(self) -> None:
         self._lasting, self._unlike = Lasting(LOOKS), Lasting(LONG_LOOKS)
         self._delays: deque[float] = deque(maxlen=OFFSET_WINDOW)
-        self._first: deque[Floats] = deque()
-        self._second: deque[Floats] = deque()
+        self._first, self._second = Track("force"), Track("force_2")
         self._due_s = -np.inf
+        self._farthest_mm = 0.0
         self.latest_kN: float | None = None
         """Newest value of force_2."""
 
@@ -82,41 +92,61 @@ class TwoForcesJudge:
         if device_clock:
             self._delays.append(block.received_s - float(block.time_us[-1]) * 1e-6)
             offset_s = min(self._delays)
-        _keep(self._first, block, "force", offset_s - delay_s)
+        self._first.take(block, offset_s - delay_s)
 
     def take_second(self, block: ScaledBlock, delay_s: float) -> None:
         """Take a block of the amplifier."""
         if "force_2" not in block.values or not len(block):
             return
         self.latest_kN = float(block.values["force_2"][-1])
-        _keep(self._second, block, "force_2", -delay_s)
+        self._second.take(block, -delay_s)
 
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with one of the forces, None if nothing is."""
         if not self._first or not self._second:
             return None
-        until_s = min(float(self._first[-1][0, -1]), float(self._second[-1][0, -1]))
+        until_s = min(self._first.newest_s, self._second.newest_s)
         if until_s < self._due_s + EVERY_S * scene.guard.speed and until_s > self._due_s - 10.0:
             return None
         self._due_s = until_s
-        one, two = _series(self._first), _series(self._second)
-        time = np.arange(until_s - WINDOW_S, until_s, GRID_S)
-        if max(one[0, 0], two[0, 0]) > time[-1] - 1.0:
+        if stood := standstill(self._second, self._first, ("force_2", "force")):
+            return _stands(stood)
+        pair = self._pair(until_s)
+        if pair is None or float(np.max(np.abs(pair.second))) > BEYOND * scene.guard.force_max_kN:
+            return None  # saturated: its own watch says so, and the agreement with the first one has a guard
+        return self._just_jumped(scene, pair) or self._judge(scene, pair)
+
+    def _pair(self, until_s: float) -> _Pair | None:
+        """Return both forces at common instants of the window; None where a hole hides what they do."""
+        one, two = self._first.samples(), self._second.samples()
+        begin_s = max(until_s - WINDOW_S, float(one[0, 0]), float(two[0, 0]))
+        if until_s - begin_s < LEAST_WINDOW_S:
             return None
-        time = time[time >= max(one[0, 0], two[0, 0])]
-        first = np.interp(time, *one)
-        second = np.interp(time, *two)
-        if _has_hole(one, time) or _has_hole(two, time):
+        if has_hole(one, begin_s, until_s) or has_hole(two, begin_s, until_s):
             self._lasting.forget()
             self._unlike.forget()
             return None
-        if float(np.max(np.abs(second))) > BEYOND * scene.guard.force_max_kN:
-            return None  # saturated: its own watch says so, and the agreement with the first one has a guard
-        return self._judge(scene, first, second, one, time)
+        time, width_s = common_instants(one, two, begin_s, until_s)
+        if len(time) < LEAST_POINTS:
+            return None
+        means = Means(one, width_s)
+        return _Pair(time, means.at(time), Means(two, width_s).at(time), means)
+
+    def _just_jumped(self, scene: Scene, pair: _Pair) -> Doubt | None:
+        """Return a doubt of the force that has left the other one at once a moment ago."""
+        if scene.guard.speed > FAST:
+            return None
+        least_kN = JUMPED * (APART_KN if scene.counted else UNCOUNTED_KN)
+        broke = fresh_jump(self._first, self._second, pair.time_s, pair.first, pair.second, least_kN=least_kN)
+        sure = self._lasting.sure("broke", broke is not None)
+        return _jumped(broke) if sure and broke is not None else None
 
     def _judge(  # noqa: PLR0911 - one return for each thing that can be wrong
-        self, scene: Scene, first: Floats, second: Floats, one: Floats, time: Floats
+        self, scene: Scene, pair: _Pair
     ) -> Doubt | None:
+        """Return what both forces say of each other over a window; None if nothing."""
+        first, second = pair.first, pair.second
+        expected_kN = self._expected_kN(scene)
         zero_kN = APART_KN if scene.counted else UNCOUNTED_KN
         taken_kN = max(float(np.ptp(first)), float(np.ptp(second)))
         if taken_kN < TAKEN_KN:
@@ -125,124 +155,175 @@ class TwoForcesJudge:
             self._lasting.sure("moving", False)
             if not self._lasting.sure("still", abs(apart_kN) > most_kN):
                 return None
-            return self._zero(scene, float(np.mean(first)), float(np.mean(second)), most_kN)
+            means = float(np.mean(first)), float(np.mean(second))
+            return self._left(scene, pair, flat=False) or _zero(scene, *means, most_kN, expected_kN)
         self._lasting.sure("still", False)
-        lag_s, gain, left, left_now, apart_kN = _best(one, time, second, zero_kN)
-        off = taken_kN > GAIN_KN and not (1.0 / (1.0 + GAIN_OFF) <= gain <= 1.0 + GAIN_OFF)
-        late = abs(lag_s) > LATE_S and left < BETTER * left_now
-        still = not FLAT < abs(gain) < 1.0 / FLAT
-        blurred = left > UNLIKE_KN + UNLIKE_SHARE * taken_kN
+        fit = _best(pair, zero_kN)
+        off = taken_kN > GAIN_KN and not (1.0 / (1.0 + GAIN_OFF) <= fit.gain <= 1.0 + GAIN_OFF)
+        late = abs(fit.lag_s) > LATE_S and fit.left_kN < BETTER * fit.now_kN
+        still = not FLAT < abs(fit.gain) < 1.0 / FLAT
+        blurred = fit.left_kN > UNLIKE_KN + UNLIKE_SHARE * taken_kN
         if scene.guard.speed > FAST:
             off, late = off and (still or not blurred), False
-        jumped = not (off or late or blurred) and abs(apart_kN) > JUMPED * zero_kN
+        jumped = not (off or late or blurred) and abs(fit.offset_kN) > JUMPED * zero_kN
         unlike = off and (blurred or still)
-        if _just_met(scene):
+        if self._just_met(scene):
             return None
         sure = self._lasting.sure("moving", (off and not unlike) or late or jumped)
-        if self._unlike.sure("moving", unlike):
-            return self._scale(scene, gain, first, second, unlike=True)
-        if not sure:
+        unlike = self._unlike.sure("moving", unlike)
+        if not (sure or unlike):
             return None
+        if left := self._left(scene, pair, flat=still):
+            return left
         if off:
-            return self._scale(scene, gain, first, second, unlike=False)
+            return _scale(fit, first, second, expected_kN, unlike=unlike)
         if late:
-            return _late(lag_s, scene.guard.delays_s)
-        return self._zero(scene, float(first[-1]), float(first[-1]) + apart_kN, zero_kN)
+            return _late(fit.lag_s, scene.guard.delays_s)
+        return _zero(scene, float(first[-1]), float(first[-1]) + fit.offset_kN, zero_kN, expected_kN)
 
-    def _zero(self, scene: Scene, first_kN: float, second_kN: float, most_kN: float) -> Doubt:
+    def _left(self, scene: Scene, pair: _Pair, *, flat: bool) -> Doubt | None:
+        """Return a doubt of the force that left the other one before the eyes; None if none was seen to.
+
+        Beside one that is ``flat`` the other one jumps where the specimen's preload is met.
+        """
+        stood = standstill(self._second, self._first, ("force_2", "force"), sure=False)
+        if stood := stood or standstill(self._first, self._second, ("force", "force_2"), sure=False):
+            return _stands(stood)
+        if flat or scene.guard.speed > FAST:
+            return None  # an amplifier's samples are stamped by the wall: a step of both is none of one
+        broke = jump(self._first, self._second, pair.time_s, pair.first, pair.second)
+        return None if broke is None else _jumped(broke)
+
+    def _expected_kN(self, scene: Scene) -> float | None:  # noqa: N802 - the unit keeps its capital
+        """Return the force that the specimen's curve tells: while it is first pressed, and not before 1.5 mm.
+
+        On the way back a specimen may give anything down to nothing.
+        """
+        stroke_mm, curve = scene.stroke_mm(), scene.guard.curve
+        if stroke_mm is None:
+            return None
+        first = stroke_mm > self._farthest_mm - FIRST_MM and scene.speed_mm_per_s(scene.way or "") > 0.2
+        self._farthest_mm = max(self._farthest_mm, stroke_mm)
+        return None if curve is None or not first else curve.at(stroke_mm, scene.specimen_C)
+
+    def _just_met(self, scene: Scene) -> bool:
+        """Return whether the specimen is being met: how its preload comes about nobody says."""
         stroke_mm = scene.stroke_mm()
-        expected = _expected_kN(scene)
-        free = stroke_mm is not None and scene.counted and stroke_mm < 0.5
-        right_kN = 0.0 if free else expected
-        name = _farther(first_kN, second_kN, right_kN)
+        way_mm = scene.now(scene.way) if scene.way is not None and scene.counted else None
+        strokes = [one for one in (stroke_mm, way_mm) if one is not None]
+        met = scene.guard.curve is not None and bool(strokes) and max(strokes) < TELLS_MM
+        return met and self._farthest_mm < TELLS_MM
+
+
+def _zero(
+    scene: Scene, first_kN: float, second_kN: float, most_kN: float, expected_kN: float | None
+) -> Doubt:
+    position_mm = scene.now("position")
+    if position_mm is not None and scene.counted and position_mm < -FREE_MM:
+        name = "force" if abs(first_kN) > abs(second_kN) else "force_2"
+    else:
+        name = farther(first_kN, second_kN, expected_kN)
+    text = (
+        f"force reads {first_kN:+.1f} kN and force_2 {second_kN:+.1f} kN of one transducer: "
+        f"a zero is off by {abs(first_kN - second_kN):.1f} kN"
+    )
+    return _doubt("zero", name, "calibration", text, second_kN - first_kN, most_kN, "kN")
+
+
+def _scale(fit: _Fit, first: Floats, second: Floats, expected_kN: float | None, *, unlike: bool) -> Doubt:
+    gain = fit.gain
+    name = farther(float(first[-1]), float(second[-1]), expected_kN)
+    if not FLAT < abs(gain) < 1.0 / FLAT:
+        still = "force_2" if abs(gain) <= FLAT else "force"
+        other = "force" if still == "force_2" else "force_2"
         text = (
-            f"force reads {first_kN:+.1f} kN and force_2 {second_kN:+.1f} kN of one transducer: "
-            f"a zero is off by {abs(first_kN - second_kN):.1f} kN"
+            f"{still} stands still while {other} changes by "
+            f"{float(max(np.ptp(first), np.ptp(second))):.1f} kN"
         )
-        return _doubt("zero", name, "calibration", text, second_kN - first_kN, most_kN, "kN")
-
-    def _scale(self, scene: Scene, gain: float, first: Floats, second: Floats, *, unlike: bool) -> Doubt:
-        expected = _expected_kN(scene)
-        name = _farther(float(first[-1]), float(second[-1]), expected, by_ratio=True)
-        ratio = gain if name == "force_2" else 1.0 / gain if gain else float("inf")
-        if not FLAT < abs(gain) < 1.0 / FLAT:
-            still = "force_2" if abs(gain) <= FLAT else "force"
-            other = "force" if still == "force_2" else "force_2"
-            text = (
-                f"{still} stands still while {other} changes by "
-                f"{float(max(np.ptp(first), np.ptp(second))):.1f} kN"
-            )
-            return _doubt("still", still, "calibration", text, gain, None, "")
-        if unlike:
-            text = (
-                f"{name} is no multiple of the other way to the same force: a delay or a low "
-                "pass that is not "
-                "stated, or another signal"
-            )
-            return _doubt("disagrees", name, "delay_s and calibration", text, ratio, 1.0 + GAIN_OFF, "")
-        if gain < 0.0:
-            wrong = "force_2" if float(np.mean(first)) > 0.0 else "force"
-            text = f"{wrong} falls where the other way to the force rises: its sign is turned"
-            return _doubt("sign", wrong, "calibration", text, gain, None, "")
-        look = likeness(ratio)
-        who = name if "," not in name else "force_2"
-        text = f"{who} reads {ratio:.3f} times the other way to the same force" + (
-            f", {look}" if look else ""
-        )
-        return _doubt("scale", name, "calibration", text, ratio, 1.0 + GAIN_OFF, "")
+        return _doubt("still", still, "calibration", text, gain, None, "")
+    if unlike:
+        if fit.later_s:  # nothing measures before it happens
+            name = "force_2" if fit.later_s > 0.0 else "force"
+        who = "one of both ways to the same force" if "," in name else name
+        text = f"{who} is no multiple of the other way to the same force: a delay or a low pass that is not "
+        text += "stated, or another signal"
+        return _doubt("disagrees", name, "delay_s and calibration", text, gain, 1.0 + GAIN_OFF, "")
+    if gain < 0.0:
+        wrong = "force_2" if float(np.mean(first)) > 0.0 else "force"
+        text = f"{wrong} falls where the other way to the force rises: its sign is turned"
+        return _doubt("sign", wrong, "calibration", text, gain, None, "")
+    ratio = 1.0 / gain if name == "force" else gain
+    look = likeness(ratio)
+    who = name if "," not in name else "force_2"
+    text = f"{who} reads {ratio:.3f} times the other way to the same force" + (f", {look}" if look else "")
+    return _doubt("scale", name, "calibration", text, ratio, 1.0 + GAIN_OFF, "")
 
 
-def _keep(track: deque[Floats], block: ScaledBlock, name: str, moved_s: float) -> None:
-    time_s, value = block.time_us * 1e-6 + moved_s, block.values[name]
-    parts = int(np.ceil(float(time_s[-1] - time_s[0]) / GRID_S))
-    if 0 < parts < len(time_s):
-        starts = np.linspace(0, len(time_s), parts, endpoint=False).astype(int)
-        counts = np.diff(np.append(starts, len(time_s)))
-        time_s, value = np.add.reduceat(time_s, starts) / counts, np.add.reduceat(value, starts) / counts
-    if track and float(time_s[0]) <= float(track[-1][0, -1]) - 1.0:
-        track.clear()  # its clock was set
-    track.append(np.stack([time_s, value]))
-    while float(track[0][0, -1]) < float(time_s[-1]) - WINDOW_S - 2.5:
-        track.popleft()
+def _stands(stood: Standstill) -> Doubt:
+    other = "force" if stood.name == "force_2" else "force_2"
+    text = (
+        f"{stood.name} has shown one value to the last digit for {stood.for_s:.1f} s while {other} changed "
+        f"by {stood.other_kN:.1f} kN: it is frozen; look at its amplifier's cable and supply"
+    )
+    doubt = _doubt("still", stood.name, "calibration", text, stood.other_kN, None, "kN")
+    return doubt if stood.name == "force" else replace(doubt, setting=AMPLIFIER)
 
 
-def _series(track: deque[Floats]) -> Floats:
-    """Return time and value of a track, shape (2, n); time does not fall."""
-    whole = np.concatenate(track, axis=1)
-    whole[0] = np.maximum.accumulate(whole[0])  # the clocks' offset may have become less
-    return whole
+def _jumped(broke: Jump) -> Doubt:
+    other = "force" if broke.name == "force_2" else "force_2"
+    to_kN = broke.from_kN + broke.size_kN
+    ratio = to_kN / broke.from_kN if abs(broke.from_kN) > abs(broke.size_kN) else 0.0
+    look = likeness(ratio) if ratio else ""
+    text = (
+        f"{broke.name} jumped by {broke.size_kN:+.1f} kN at once, from {broke.from_kN:.1f} kN, and {other} "
+        f"did not: its zero or its scale has changed" + (f" ({look})" if look else "")
+    )
+    kind: Kind = "scale" if look else "zero"
+    return _doubt(kind, broke.name, "calibration", text, broke.size_kN, APART_KN, "kN")
 
 
-def _has_hole(series: Floats, time: Floats) -> bool:
-    """Return whether a track lacks samples within the times that are looked at [s]."""
-    inside = series[0][(series[0] >= time[0]) & (series[0] <= time[-1])]
-    if len(inside) < 3:
-        return True
-    steps = np.diff(np.concatenate(([time[0]], inside, [time[-1]])))
-    return float(np.max(steps)) > hole_from_s(inside)
+@dataclass(frozen=True)
+class _Pair:
+    """Both forces at common instants, and the first one at any."""
+
+    time_s: Floats
+    first: Floats
+    second: Floats
+    means: Means
 
 
-def _best(
-    one: Floats, time: Floats, second: Floats, zero_kN: float
-) -> tuple[float, float, float, float, float]:
-    """Return delay and gain of force_2 behind force, the rms that they leave, and no delay does, and the
-    offset.
+@dataclass(frozen=True)
+class _Fit:
+    """How force_2 follows force: delay [s], gain, what these leave, and what no delay leaves, offset [kN].
 
-    All in s and kN.
+    ``later_s`` is the delay that fits best, whether it explains anything or not; 0 where none is better.
+    """
+
+    lag_s: float
+    gain: float
+    left_kN: float
+    now_kN: float
+    offset_kN: float
+    later_s: float = 0.0
+
+
+def _best(pair: _Pair, zero_kN: float) -> _Fit:
+    """Return how force_2 follows force.
 
     The offset of both is held near 0 as a zero of a known size is: on an even ramp it would pass for a delay.
     Delays are tried only where none leaves more than noise.
     """
-    weight = float(np.sqrt(len(time))) * 0.2 / zero_kN
-    aim = np.append(second, 0.0)
-    now = _fit(np.interp(time, *one), aim, weight)
-    if now[0] < LITTLE_KN + LITTLE_SHARE * float(np.ptp(second)):
-        return 0.0, now[1], now[0], now[0], now[2]
-    tried = [(*_fit(np.interp(time - lag_s, *one), aim, weight), float(lag_s)) for lag_s in LAGS_S]
+    weight = float(np.sqrt(len(pair.time_s))) * 0.2 / zero_kN
+    aim = np.append(pair.second, 0.0)
+    now_kN, gain, offset_kN = _fit(pair.first, aim, weight)
+    now = _Fit(0.0, gain, now_kN, now_kN, offset_kN)
+    if now_kN < LITTLE_KN + LITTLE_SHARE * float(np.ptp(pair.second)):
+        return now
+    tried = [(*_fit(pair.means.at(pair.time_s - lag_s), aim, weight), float(lag_s)) for lag_s in LAGS_S]
     left_kN, gain, offset_kN, lag_s = min(tried)
-    if left_kN > BETTER * now[0]:  # no delay explains it: the gain is that without one
-        return 0.0, now[1], now[0], now[0], now[2]
-    return lag_s, gain, left_kN, now[0], offset_kN
+    if left_kN > BETTER * now_kN:  # no delay explains it: the gain is that without one
+        return replace(now, later_s=lag_s if left_kN < SOMEWHAT * now_kN else 0.0)
+    return _Fit(lag_s, gain, left_kN, now_kN, offset_kN, lag_s)
 
 
 def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float, float]:
@@ -250,31 +331,6 @@ def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float, float
     system = np.stack([np.append(moved, 0.0), np.append(np.ones(len(moved)), weight)], axis=1)
     solution = np.linalg.lstsq(system, aim, rcond=None)[0]
     return float(np.sqrt(np.mean((system @ solution - aim) ** 2))), float(solution[0]), float(solution[1])
-
-
-def _expected_kN(scene: Scene) -> float | None:  # noqa: N802 - the unit keeps its capital
-    stroke_mm, curve = scene.stroke_mm(), scene.guard.curve
-    if curve is None or stroke_mm is None:
-        return None
-    return curve.at(stroke_mm, scene.specimen_C)
-
-
-def _just_met(scene: Scene) -> bool:
-    """Return whether the specimen is being met: how its preload comes about nobody says."""
-    stroke_mm = scene.stroke_mm()
-    way_mm = scene.now(scene.way) if scene.way is not None and scene.counted else None
-    strokes = [one for one in (stroke_mm, way_mm) if one is not None]
-    return scene.guard.curve is not None and bool(strokes) and max(strokes) < TELLS_MM
-
-
-def _farther(first_kN: float, second_kN: float, right_kN: float | None, *, by_ratio: bool = False) -> str:
-    """Return which force is farther from what is right; both where nothing says it."""
-    if right_kN is None or (by_ratio and right_kN < 1.0):
-        return "force, force_2"
-    apart = [abs(first_kN - right_kN), abs(second_kN - right_kN)]
-    if by_ratio:
-        apart = [abs(np.log(max(abs(one), 1e-3) / right_kN)) for one in (first_kN, second_kN)]
-    return "force" if apart[0] > apart[1] else "force_2"
 
 
 def _late(lag_s: float, stated_s: Mapping[str, float]) -> Doubt:

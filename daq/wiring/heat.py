@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -32,6 +32,8 @@ DROP_S, DROP_K = 5.0, 1.5
 """Nor by this in that: half of what it does in a minute in still air."""
 ROOM_S, ROOM_K, ROOM_SHARE = 900.0, 1.5, 0.4
 """In so long the air warms by less than this, and by less than this share of the specimen's rise."""
+COLDER_K = 5.0
+"""A specimen that is colder than the air by this has come from a colder place: is that so?"""
 READINGS = 3
 """The first readings are taken for one; and so many in a row must say a fall."""
 _STEP_S = 1.0
@@ -49,6 +51,7 @@ class _Sensor:
     excess_C: float | None = None
     """By how much it was above the air at first."""
     began_s: float = 0.0
+    asked: bool = False
 
     @property
     def first_C(self) -> float | None:  # noqa: N802 - the unit keeps its capital
@@ -126,7 +129,11 @@ class HeatJudge:
             lag_s = max(LEAST_LAG_S, LAG_TIMES * (guard.sensor_lag_s or 0.0))
             share = -math.expm1(-min(at_s - before_s, 60.0) / lag_s)
             sensor.least_K += share * (self._body_K - sensor.least_K)
-            return self._fallen(guard, block.stream, sensor) or self._cold(guard, block.stream, sensor)
+            return (
+                self._fallen(guard, block.stream, sensor)
+                or self._cold(guard, block.stream, sensor)
+                or self._colder(guard, block.stream, sensor)
+            )
         if block.stream in guard.ambient:
             return self._room(guard, block.stream, sensor)
         return None
@@ -198,6 +205,34 @@ class HeatJudge:
         return _doubt(
             "no heat", name, f"{text}{how}: it is not on the specimen", rose_K, SHOWN * sensor.least_K
         )
+
+    def _colder(self, guard: WiringGuard, name: str, sensor: _Sensor) -> Doubt | None:
+        """Ask once of a sensor that is far colder than the air at the start; None where it is not."""
+        shown = {
+            one: first_C
+            for one, twin in self._sensors.items()
+            if one in guard.ambient and (first_C := twin.first_C) is not None
+        }
+        if sensor.asked or sensor.first_C is None or not shown or self._taken_J > 0.0:
+            return None
+        other = min(shown, key=lambda one: shown[one])
+        colder_K = shown[other] - sensor.first_C
+        if colder_K < COLDER_K:
+            return None
+        sensor.asked = True
+        twins = [
+            f"{one} on it shows {first_C:.1f} °C"
+            for one, twin in self._sensors.items()
+            if one != name and one in guard.specimen and (first_C := twin.first_C) is not None
+        ]
+        text = (
+            f"{name} on the specimen shows {sensor.first_C:.1f} °C at the start, {other} in the air "
+            f"{shown[other]:.1f} °C" + "".join(f", {one}" for one in twins) + ": right if the specimen came "
+            f"from a colder place; else {name} reads too low, and the temperature stop comes "
+            f"{colder_K:.0f} K too late"
+        )
+        doubt = _doubt("cold", name, text, -colder_K, -COLDER_K)
+        return replace(doubt, setting=f"[[temperature.sensor]] name = “{name}”, calibration", asks=True)
 
     def _room(self, guard: WiringGuard, name: str, sensor: _Sensor) -> Doubt | None:
         """Return a doubt where the air seems to take part in the specimen's heat."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from daq.wiring.behind import BACK_S, explained_late_s, follows, late_piston, since_s
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene, slope_of
 from foundation.likeness import likeness
@@ -71,9 +72,12 @@ class PistonJudge:
         ratio = at_mm / now_mm if abs(now_mm) > 1.0 else 0.0
         turned = ratio < -0.3
         look = likeness(ratio) if abs(now_mm) > 3.0 else ""
-        text = f"the piston's position reads {at_mm:.2f} mm where it was told {now_mm:.2f} mm" + (
-            ": its sign is turned" if turned else f" ({look})" if look else ""
-        )
+        text = f"the piston's position reads {at_mm:.2f} mm where it was told {now_mm:.2f} mm"
+        back = scene.points.last(BACK_S)
+        late_s = since_s(back[:, 0], back[:, command], at_mm)
+        if follows(back, command, position, late_s):
+            return late_piston(text, late_s)
+        text += ": its sign is turned" if turned else f" ({look})" if look else ""
         kind: Kind = "sign" if turned else "scale" if abs(now_mm) > 3.0 else "zero"
         return _doubt(kind, text, beyond_mm, most_mm)
 
@@ -86,6 +90,11 @@ class PistonJudge:
         slope = slope_of(rows, position, command)
         if not self._lasting.sure("slope", abs(slope - 1.0) > SLOPE_OFF):
             return None
+        back = scene.points.last(BACK_S)
+        if len(back) and (late_s := explained_late_s(back[:, 0], back[:, command], back[:, position])):
+            return late_piston(
+                f"the piston's position goes {slope:.3f} times the way that it is told", late_s
+            )
         look = likeness(slope)
         text = (
             f"the piston's position goes {slope:.3f} times the way that it is told "

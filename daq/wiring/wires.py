@@ -7,17 +7,19 @@ hang on the specimen and stand, or follow the plate; after a compression the spe
 only what is in contact is looked at: the first compression, and later what carries force.
 
 A delay shows where the speed changes: there ``position − F / k − wire`` has a part that goes with the speed.
+A wire that stands still as the piston comes to the specimen may only be late, and is waited for a moment.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from daq.wiring.behind import PATIENCE_MM, PATIENCE_S, BehindJudge
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
+from daq.wiring.wires_late import LOADED_KN, Contact, LateWires, late_wires
 from foundation.likeness import likeness
 
 BEFORE_MM = 1.2
@@ -26,35 +28,21 @@ compressed hours ago has crept by less."""
 CLOSE_MM, UNCOUNTED_MM, SHARE, DELAY_S = 0.8, 0.8, 0.05, 0.02
 """In contact wire and piston agree within these: a constant, as much more where no contact was touched off, a
 share of the way (drum, tilt of the plate), and a time of the speed."""
-LOADED_KN = 5.0
-"""In contact, after the first compression [kN]."""
 MET_MM, MET_KN = 0.7, 3.0
 """Where no contact was touched off, it is where a wire has moved by this, or a force has risen by this."""
 AGAINST_MM = 0.6
 """A wire does not go back by so much as the first contact is passed."""
 REST_S = 0.3
 """What the wires read at rest is taken over so long [s]."""
-LATE_S, LATE_MM = 0.045, 0.4
-"""A wire is late from this on [s], where that makes so much of the way [mm]."""
-STEADY_LATE_S, STEADY_LATE_MM, STEADY_GIVE = 0.06, 0.42, 1.4
-"""At constant speed in the first compression, with what the machine gives way by times the stated."""
-LEAST_SPEED = 4.0
-"""Speeds must differ by this for a delay to show [mm/s]."""
-DELAY_WINDOW_S, DELAY_EVERY_S = 4.0, 0.5
 FINE_MM = 6.0
 """A wire that was right over so much of the way has no wrong scale [mm]."""
 SLOPE_MM, SLOPE_FROM_MM, SLOPE_OFF = 5.0, 1.0, 0.045
 """Wire against piston over so much of the first compression, from so far behind the contact on: 1, less what
 the machine gives way, to within this."""
+STILL_SLOPE, COMES_SHARE = 0.15, 0.35
+"""A wire that goes less of the piston's way now stands still; one that has gone less of it in all may be
+late."""
 LOOKS = 2
-
-
-@dataclass
-class _Contact:
-    """Where the first contact was: the piston, and each wire there [mm]."""
-
-    position_mm: float
-    wires_mm: Mapping[str, float]
 
 
 class WireJudge:
@@ -62,28 +50,46 @@ class WireJudge:
 
     def __init__(self) -> None:
         self._lasting = Lasting(LOOKS)
-        self._contact: _Contact | None = None
+        self._contact: Contact | None = None
         self._rest: dict[str, float] | None = None
         self._farthest_mm = 0.0
-        self._delay_due_s = -np.inf
+        self._late = LateWires()
         self._fine_mm: dict[str, float] = {}
+        self._behind = BehindJudge()
+        self._come: set[str] = set()
+        self._met_s: float | None = None
 
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with a wire, None if nothing is."""
         way, wires = scene.way, scene.points.wires
         if way is None or not wires:
             return None
-        now = {name: value for name in (way, *wires, "force") if (value := scene.now(name)) is not None}
+        names = ("command", "position", *wires, "force")
+        now = {name: value for name in names if (value := scene.now(name)) is not None}
         contact = self._met(scene, now, way)
         if contact is None:
             return None
         at_mm = now[way] - contact.position_mm
-        speed = scene.speed_mm_per_s(way)
+        doubt = self._piston_behind(scene, now, contact, at_mm)
+        if doubt or self._behind.suspected:
+            return doubt
+        return self._with_the_piston(scene, now, contact, at_mm)
+
+    def _with_the_piston(
+        self, scene: Scene, now: Mapping[str, float], contact: Contact, at_mm: float
+    ) -> Doubt | None:
+        """Return what is wrong with a wire where the position goes with the command."""
+        speed, wires = scene.speed_mm_per_s(scene.way or ""), scene.points.wires
         first = at_mm > self._farthest_mm - 0.3 and speed > -0.1
         self._farthest_mm = max(self._farthest_mm, at_mm)
         against: dict[str, float] = {}
         if not scene.counted and at_mm < MET_MM + 3.0 and speed > 0.3:
             against = self._against(scene, now)
+        if self._met_s is None and at_mm > 0.3:
+            self._met_s = float(scene.points.table[-1, 0])
+        if at_mm <= 0.3:
+            self._met_s = None
+            self._come.clear()
         if at_mm <= 0.3 and not against:
             return self._before(scene, now, at_mm) if scene.counted else None
         if not first and not self._loaded(scene, now):
@@ -92,20 +98,23 @@ class WireJudge:
         off = self._off(scene, now, contact, at_mm, speed) | against
         if at_mm > FINE_MM / 2.0:
             self._fine_mm.update({name: at_mm for name in wires if name not in off})
+            self._come.update(name for name in wires if name not in off)
         doubt = self._apart(scene, off, now, contact, at_mm)
         if doubt is None and first:
             doubt = self._slope(scene, contact, at_mm, speed)
-            doubt = doubt or self._late_in_steps(scene, now, contact, at_mm, speed)
-        return doubt or self._late(scene, contact, at_mm)
+            doubt = doubt or self._late.at_even_speed(
+                scene, now, contact, at_mm, speed, self._given_mm(scene, now, at_mm)[1]
+            )
+        return doubt or self._late.where_it_changes(scene, contact, at_mm)
 
     # --- where it is met ----------------------------------------------------------------------------
 
-    def _met(self, scene: Scene, now: Mapping[str, float], way: str) -> _Contact | None:
+    def _met(self, scene: Scene, now: Mapping[str, float], way: str) -> Contact | None:
         if self._contact is not None:
             return self._contact
         wires = scene.points.wires
         if scene.counted:
-            self._contact = _Contact(0.0, dict.fromkeys(wires, 0.0))
+            self._contact = Contact(0.0, dict.fromkeys(wires, 0.0), 0.0)
             return self._contact
         if self._rest is None:
             rows = scene.points.last(REST_S)
@@ -118,8 +127,18 @@ class WireJudge:
             if scene.speed_mm_per_s(way) == 0.0:  # it stands: what it reads at rest is that of now
                 self._rest = None
             return None
-        self._contact = _Contact(now[way], {name: now[name] for name in wires})
+        self._contact = Contact(now[way], {name: now[name] for name in wires}, now.get("command"))
         return self._contact
+
+    def _piston_behind(
+        self, scene: Scene, now: Mapping[str, float], contact: Contact, at_mm: float
+    ) -> Doubt | None:
+        """Return a doubt of the position that is behind the wires, which go with the command."""
+        if scene.way != "position" or contact.command_mm is None:
+            return None
+        met = {"position": contact.position_mm, "command": contact.command_mm, **contact.wires_mm}
+        speed = scene.speed_mm_per_s("command")
+        return self._behind.look(scene, now, contact=met, close_mm=_close_mm(scene, at_mm, speed))
 
     def _before(self, scene: Scene, now: Mapping[str, float], at_mm: float) -> Doubt | None:
         """Return a doubt where a wire does not read its zero before the first compression."""
@@ -153,12 +172,11 @@ class WireJudge:
         return scene.guard.given_way_mm(force_kN)
 
     def _off(
-        self, scene: Scene, now: Mapping[str, float], contact: _Contact, at_mm: float, speed: float
+        self, scene: Scene, now: Mapping[str, float], contact: Contact, at_mm: float, speed: float
     ) -> dict[str, float]:
         """Return by how much each wire is off that is off by too much; positive: it lags behind [mm]."""
         least_mm, most_mm = self._given_mm(scene, now, at_mm)
-        close_mm = CLOSE_MM + SHARE * at_mm + DELAY_S * abs(speed)
-        close_mm += 0.0 if scene.counted else UNCOUNTED_MM
+        close_mm = _close_mm(scene, at_mm, speed)
         off: dict[str, float] = {}
         for name in scene.points.wires:
             behind_mm = at_mm - (now[name] - contact.wires_mm[name])
@@ -178,12 +196,14 @@ class WireJudge:
         scene: Scene,
         off: Mapping[str, float],
         now: Mapping[str, float],
-        contact: _Contact,
+        contact: Contact,
         at_mm: float,
     ) -> Doubt | None:
         if not self._lasting.sure("apart", bool(off)):
             return None
         wires = scene.points.wires
+        if self._may_come(scene, now, contact, off, at_mm):
+            return None
         name = max(off, key=lambda one: abs(off[one]))
         went_mm = now[name] - contact.wires_mm[name]
         if scene.exchanged(name, at_mm):
@@ -204,10 +224,30 @@ class WireJudge:
             expected_mm = at_mm = max(at_mm, abs(went_mm))
         shown = f"{who} {went_mm:.2f} mm where the piston goes {at_mm:.2f} mm"
         slope = self._lately(scene, contact, name)
+        if (late_s := self._late.explains(scene, contact, name)) is not None:
+            return late_wires(sensor, late_s)
         kind, how = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
         return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, both=both)
 
-    def _lately(self, scene: Scene, contact: _Contact, name: str) -> float:
+    def _may_come(
+        self,
+        scene: Scene,
+        now: Mapping[str, float],
+        contact: Contact,
+        off: Mapping[str, float],
+        at_mm: float,
+    ) -> bool:
+        """Return whether the wires that are off have not moved yet, or only just, and may only be late."""
+        met_s = float(scene.points.table[-1, 0]) if self._met_s is None else self._met_s
+        if at_mm > PATIENCE_MM or float(scene.points.table[-1, 0]) - met_s > PATIENCE_S:
+            return False
+        for name in off:
+            slope, went_mm = self._lately(scene, contact, name), now[name] - contact.wires_mm[name]
+            if name in self._come or abs(went_mm) > COMES_SHARE * at_mm or slope < -STILL_SLOPE:
+                return False
+        return True
+
+    def _lately(self, scene: Scene, contact: Contact, name: str) -> float:
         """Return how far a wire went lately per way of the piston; not a number where that stood."""
         column, way = scene.points.column(name), scene.points.column(scene.way or "")
         rows = scene.points.last(0.2)
@@ -220,7 +260,7 @@ class WireJudge:
             else float("nan")
         )
 
-    def _slope(self, scene: Scene, contact: _Contact, at_mm: float, speed: float) -> Doubt | None:
+    def _slope(self, scene: Scene, contact: Contact, at_mm: float, speed: float) -> Doubt | None:
         """Return a doubt where the first compression shows another scale, whatever the zeros are."""
         way, force = scene.points.column(scene.way or ""), scene.points.column("force")
         rows = scene.points.last(6.0)
@@ -243,12 +283,17 @@ class WireJudge:
             slope = 1.0 if column is None else slope_of(rows, column, way)
             if not 1.0 - most - SLOPE_OFF < slope < 1.0 - least + SLOPE_OFF:
                 found[name] = slope / (1.0 - 0.5 * (least + most))
+        gone = {name: scene.now(name) or 0.0 for name in found}
+        if found and self._may_come(scene, gone, contact, found, at_mm):
+            return None
         if not self._lasting.sure("slope", bool(found)):
             return None
         both = len(found) == 2
-        ratio = max(found.values(), key=lambda one: abs(one - 1.0))
+        name = max(found, key=lambda one: abs(found[one] - 1.0))
+        ratio, sensor = found[name], ", ".join(found)
+        if (late_s := self._late.explains(scene, contact, name)) is not None:
+            return late_wires(sensor, late_s)
         look = likeness(ratio)
-        sensor = ", ".join(found)
         text = (
             f"{sensor} {'go' if both else 'goes'} {ratio:.3f} times the way of the piston over "
             f"{travel_mm:.1f} mm"
@@ -257,65 +302,11 @@ class WireJudge:
             "scale", sensor, text + (f", {look}" if look else ""), ratio, 1.0 + SLOPE_OFF, both=both
         )
 
-    # --- how late it is -----------------------------------------------------------------------------
 
-    def _late_in_steps(
-        self, scene: Scene, now: Mapping[str, float], contact: _Contact, at_mm: float, speed: float
-    ) -> Doubt | None:
-        """Return a doubt where a wire stays behind by what a delay makes at constant speed."""
-        rows, way = scene.points.last(0.3), scene.points.column(scene.way or "")
-        if not scene.counted or way is None or len(rows) < 10 or at_mm < 1.5 or speed < LEAST_SPEED:
-            self._lasting.sure("steady", False)
-            return None
-        early, late = rows[: len(rows) // 2], rows[len(rows) // 2 :]
-        speeds = [float(np.ptp(part[:, way]) / np.ptp(part[:, 0])) for part in (early, late)]
-        even = abs(speeds[0] - speeds[1]) < 0.1 * speed and speed < SLOW_MM_PER_S
-        _, most_mm = self._given_mm(scene, now, at_mm)
-        most_mm *= STEADY_GIVE / 2.0 if scene.guard.frame_kN_per_mm is not None else 1.0
-        late_s: dict[str, float] = {}
-        for name in scene.points.wires:
-            behind_mm = at_mm - (now[name] - contact.wires_mm[name]) - most_mm - 0.01 * at_mm
-            column = scene.points.column(name)
-            goes = even and column is not None and 0.93 < slope_of(rows, column, way) < 1.05
-            if goes and behind_mm > STEADY_LATE_MM and behind_mm / speed > STEADY_LATE_S:
-                late_s[name] = behind_mm / speed
-        if not self._lasting.sure("steady", bool(late_s)):
-            return None
-        return _late_doubt(", ".join(late_s), max(late_s.values()))
-
-    def _late(self, scene: Scene, contact: _Contact, at_mm: float) -> Doubt | None:
-        """Return a doubt where a wire is behind the piston by a part that goes with the speed."""
-        now_s = float(scene.points.table[-1, 0])
-        if now_s < self._delay_due_s or at_mm < 1.0:
-            return None
-        self._delay_due_s = now_s + DELAY_EVERY_S
-        rows, column = scene.points.last(DELAY_WINDOW_S), scene.points.column(scene.way or "")
-        force = scene.points.column("force")
-        if column is None or len(rows) < 50:
-            return None
-        time = rows[:, 0]
-        speed = np.gradient(rows[:, column], time)
-        carries = rows[:, column] > contact.position_mm + 0.5
-        if force is not None:
-            carries &= rows[:, force] > LOADED_KN
-        if np.count_nonzero(carries) < 50 or np.ptp(speed[carries]) < LEAST_SPEED:
-            return None
-        loads = [rows[carries, force]] if force is not None else []
-        system = np.stack([np.ones(np.count_nonzero(carries)), speed[carries], *loads], axis=1)
-        late: dict[str, float] = {}
-        for name in scene.points.wires:
-            own = scene.points.column(name)
-            if own is None:
-                continue
-            behind = rows[carries, column] - rows[carries, own]
-            found = np.linalg.lstsq(system, behind, rcond=None)[0]
-            late_s = float(found[1])
-            so = abs(late_s) > LATE_S and 0.5 * abs(late_s) * float(np.ptp(speed[carries])) > LATE_MM
-            if self._lasting.sure(f"late {name}", so):
-                late[name] = late_s
-        if not late:
-            return None
-        return _late_doubt(", ".join(late), max(late.values(), key=abs))
+def _close_mm(scene: Scene, at_mm: float, speed: float) -> float:
+    """Return within which wire and piston agree [mm]."""
+    own_mm = CLOSE_MM + SHARE * abs(at_mm) + DELAY_S * abs(speed)
+    return own_mm if scene.counted else own_mm + UNCOUNTED_MM
 
 
 def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str]:
@@ -323,8 +314,9 @@ def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str
 
     One that was right over some way before has no wrong scale: it has come off, or slipped.
     """
-    if abs(ratio) < 0.15 or abs(lately) < 0.15:
-        return "still", ": it stands still, it may have come off or its drum sticks"
+    if abs(ratio) < STILL_SLOPE or abs(lately) < STILL_SLOPE:
+        how = ": it stands still, it may have come off or its drum sticks"
+        return "still", how if right_before else f"{how}, or it comes much too late"
     if right_before:
         return "slipped", ": it was right before, and has slipped or come off"
     if ratio < -0.3:
@@ -338,17 +330,11 @@ def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str
 
 def _scaled_doubt(kind: Kind, sensor: str, text: str, value: float, limit: float, *, both: bool) -> Doubt:
     """Return a doubt of how far wires go; where both are alike, it may be the piston's own scale."""
-    setting = channel_setting(sensor, "calibration")
+    setting = channel_setting(sensor, "calibration and delay_s" if kind == "still" else "calibration")
     if both and kind == "scale":
         text += "; or the piston's own scale is wrong, in position and command alike"
         setting += f", or {channel_setting('position', 'calibration')}"
     return _doubt(kind, sensor, setting, text, value, limit)
-
-
-def _late_doubt(sensor: str, late_s: float) -> Doubt:
-    how = "behind" if late_s > 0.0 else "ahead of"
-    text = f"{sensor} is {abs(late_s) * 1e3:.0f} ms {how} the piston"
-    return _doubt("delay", sensor, channel_setting(sensor, "delay_s"), text, late_s, LATE_S, "s")
 
 
 def _doubt(

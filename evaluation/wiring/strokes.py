@@ -208,6 +208,13 @@ def _together(look: Look, judged: Mapping[str, list[Finding]]) -> list[Finding]:
     """Return the findings of the wires; of what all of them have in common one about the stroke."""
     all_found = [finding for one in judged.values() for finding in one]
     first = [one[0] for one in judged.values() if one]
+    early_s = [-one.size for one in first if one.kind == "delay" and one.size is not None and one.size < 0.0]
+    if first and len(early_s) == len(judged):  # nothing measures before it happens
+        text = (
+            f"position comes {max(early_s):.3g} s later than {' and '.join(judged)}: look at delay_s of the "
+            f"channel “position” in {SETTING}; no figure is read from it"
+        )
+        return [doubt(look, "delay", "position", max(early_s), "s", text, effect="noted")]
     if len(judged) < 2 or len(first) < len(judged):
         return all_found
     if len({finding.kind for finding in first}) > 1 or first[0].size is None:

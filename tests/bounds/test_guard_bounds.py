@@ -186,6 +186,12 @@ def test_a_silence_is_as_long_as_the_planned_heating_allows(tmp_path: Path) -> N
         (("temperature", "sensor", "[0]", "calibration", "coefficients"), [0.0, 0.03], "would show"),
         (("temperature", "sensor", "[0]", "calibration", "coefficients"), [-20.0, 0.0625], "would show"),
         (("amplifier", "channel", "calibration", "coefficients"), [0.0, 1e-12], "shows at most"),
+        (  # the full scale of a GSV-2, 24 bits, is 580 kN then, and the trip may be 630 kN
+            ("amplifier", "channel", "calibration", "coefficients"),
+            [0.0, 580.0 / 0x7FFFFF],
+            "at most 580 kN",
+        ),
+        (("amplifier", "channel", "calibration", "coefficients"), [0.0, 630.0 / 0x7FFFFF], ""),
         (("controller", "channel", "[0]", "plausible", "overload"), 1801.0, "above its bound of 1800 kN"),
         (("controller", "watchdog_s"), 60.0, "its bound is 10"),
     ],

@@ -157,11 +157,12 @@ def test_a_stand_that_guards_all_has_nothing_to_be_said(tmp_path: Path) -> None:
 
 def test_a_guard_that_only_notes_and_a_stroke_that_nobody_stated_are_said(tmp_path: Path) -> None:
     campaign = base_campaign()
-    campaign["guards"] = {"action": {"heating": "note"}}
+    campaign["guards"] = {"action": {"heating": "note", "wiring": "note"}}
     specimen = base_specimen()
     del specimen["specimen"]["max_stroke_mm"]
     said = "\n".join(Files(tmp_path).prepare(campaign=campaign, specimen=specimen).plan.not_guarded)
     assert "heats too fast is only noted" in said
+    assert "that has come off, is only noted ([guards.action] wiring = “note”)" in said
     assert "the stroke guard knows the 250 mm of the stand only" in said
 
 

@@ -29,7 +29,7 @@ from tests.daq.wiring_kinds import (
 )
 
 FIRST_FIFTH = 0.2
-RIGHT = (1, 2, 4, 6, 11, 13)
+RIGHT = (2, 6, 11)
 """Seeds of short campaigns: with and without a touch, a second force, a second wire."""
 
 

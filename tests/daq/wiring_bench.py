@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
-from daq.guards import Trip
+from daq.guards import Action, Trip
 from daq.scaling import ScaledBlock
 from daq.wiring import ForceCurve, WiringGuard, WiringWatch
 from model.file import load_model
@@ -28,6 +28,7 @@ Floats = np.ndarray
 RATE_HZ = 200.0
 FORCE_2_HZ = 50.0
 BLOCK_S = 0.05
+STALLED_S = 7.0
 COARSE_S = 0.01
 
 
@@ -56,8 +57,17 @@ class Case:
     stroke_noise_mm: float = 0.01
     tilt: float = 0.001
     latency_s: float = 0.002
+    force_2_Hz: float = FORCE_2_HZ
     lost: float = 0.0
     """Share of the blocks that are lost."""
+    second_lost: float = 0.0
+    """Share of the second force's blocks that are lost."""
+    stalls_s: float = 0.0
+    """Every 7 s the program stands still for so long, and gets all blocks at once."""
+    hum_kN: float = 0.0
+    """Of 50 Hz, in both forces."""
+    drift_kN_per_min: float = 0.0
+    """Of the second force's zero: its amplifier warms up."""
     wires: int = 2
     second: bool = True
     start_C: float = 21.0
@@ -165,9 +175,11 @@ def signals_of(case: Case) -> Signals:
     }
     if case.wires == 1:
         del values["stroke_2"]
-    second_s = np.arange(0.0, time[-1], 1.0 / FORCE_2_HZ)
+    second_s = np.arange(0.0, time[-1], 1.0 / case.force_2_Hz)
     second = np.interp(second_s, time, force) + (0.0 if case.counted else case.force_zero_kN)
     second = second + noise(case.force_noise_kN, len(second_s))
+    second += case.hum_kN * np.sin(100.0 * np.pi * second_s) + case.drift_kN_per_min / 60.0 * second_s
+    values["force"] += case.hum_kN * np.sin(100.0 * np.pi * time)
     reading_s, sensor, air = _heat(case, model, time, stroke, force)
     tick = lambda values: np.round((values + noise(0.03, len(values))) * 16.0) / 16.0  # noqa: E731
     readings = {
@@ -248,6 +260,7 @@ def judge(signals: Signals) -> Verdict:
         if random.uniform() < case.lost:
             continue
         at_s = float(time[-1]) + case.latency_s * random.uniform(0.5, 2.0)
+        at_s = max(at_s, at_s - at_s % STALLED_S + case.stalls_s if at_s > STALLED_S else 0.0)
         block = ScaledBlock(
             "controller", first, np.rint(time * 1e6).astype(np.int64) + 5_000_000,
             {name: value[rows] for name, value in signals.values.items()}, 0, at_s,
@@ -256,7 +269,7 @@ def judge(signals: Signals) -> Verdict:
         between = (float(time[0]), float(time[-1]) + 1.0 / RATE_HZ)
         if case.second:
             inside = (signals.second_s >= between[0]) & (signals.second_s < between[1])
-            if inside.any():
+            if inside.any() and not (case.second_lost and random.uniform() < case.second_lost):
                 part = ScaledBlock(
                     "amplifier", 0, np.rint(signals.second_s[inside] * 1e6).astype(np.int64),
                     {"force_2": signals.second_kN[inside]}, 0, at_s,
@@ -270,6 +283,7 @@ def judge(signals: Signals) -> Verdict:
                     {name: values[row : row + 1]}, 0, at_s,
                 )  # fmt: skip
                 trips += watch.observe(guard, one, true_C, controller=False, device_clock=True)
+        trips = [trip for trip in trips if trip.action > Action.NOTE]
         if trips:
             mm = float(signals.true_mm[: first + count].max())
             return Verdict(

@@ -115,6 +115,7 @@ NOTED = {
     "late": (Miswired(amplifier=A(delay_s=0.8)), "delay", "force_2"),
     "frozen": (Miswired(amplifier=A(frozen_at_s=5.0)), "frozen", "force_2"),
     "piston half": (Miswired(position=S(scale=0.5)), "scale", "position"),
+    "piston late": (Miswired(position=S(delay_s=0.5)), "delay", "position"),
     "piston frozen": (Miswired(position=S(frozen_at_s=0.0)), "frozen", "position"),
 }
 
