@@ -19,7 +19,8 @@ from daq.wiring.touch import Touch, doubt_of_touch, has_risen, scatter_doubt
 from drivers.interfaces import EndReason
 
 SIGNALS = ("command", "position", "stroke_1", "stroke_2", "force")
-EXPLAINED = ("force", "force_2", "zero", "tilt", "stroke", "speed", "following error")
+FORCES = ("force", "force_2")
+EXPLAINED = (*FORCES, "zero", "tilt", "stroke", "speed", "following error")
 """Guards whose trips in a touch may be for a wrong wire; those of wiring may have a better reason."""
 
 
@@ -57,6 +58,10 @@ class TouchDoubts:
         """Return whether the controller turned, and the force has not risen yet: it may be late."""
         touch = self._touch(samples, asked_kN)
         return touch is not None and touch.turned and not has_risen(touch)
+
+    def is_by_force(self, halt: Halt) -> bool:
+        """Return whether a touch was ended by a force that may be late: what follows the stop tells it."""
+        return self._acquisition.panel.guards.wiring is not None and halt.trip.guard in FORCES
 
     def explained(self, halt: Halt, samples: Collected, asked_kN: float) -> Halt:
         """Return what stopped a touch, with what it says of the wiring where that is why."""

@@ -109,6 +109,8 @@ class Zeroing:
         self._specimen = specimen
         self._operator = operator
         self._doubts = TouchDoubts(acquisition, say)
+        self.ended: Callable[[Trip], object] = lambda trip: None
+        """Called where a force has ended a touch: it unloads, and lets samples come for a moment."""
         self.arrived: Callable[[], object] = lambda: None
         """Called once the piston has come to its own zero, from wherever it stood: narrower limits of the
         device may be set then."""
@@ -178,6 +180,8 @@ class Zeroing:
             if self._doubts.is_to_come(samples, force_kN):
                 self._stand(LATE_S)
         except Halt as halt:
+            if self._doubts.is_by_force(halt):
+                self.ended(halt.trip)
             raise self._doubts.explained(halt, samples, force_kN) from None
         finally:
             self._acquisition.observers.remove(samples.take)

@@ -24,7 +24,7 @@ MUCH = 0.5
 """… and the second force by more than this share."""
 AS_FAR = (0.7, 1.3)
 """A force that goes as the piston does changes by so many kN per mm."""
-WAY_MM, LOOKED_AT_MM = 0.2, 0.4
+WAY_MM, LOOKED_AT_MM = 0.15, 0.4
 """That is seen over so much of the way, and looked at over the last so much [mm]."""
 SIGMAS = 4.0
 CLOCKS_S = 0.1

@@ -13,7 +13,7 @@ from daq.wiring.exchanged import goes_as, swapped
 from daq.wiring.stretch import Floats, Stretch
 from foundation.likeness import likeness
 
-TRAVEL_MM = 0.3
+TRAVEL_MM = 0.2
 """So far it was told to go at least."""
 SETTLED_S = 0.4
 """What a motion begins with is left out [s]: a valve's overlap, a servo's lag."""

@@ -29,6 +29,10 @@ LATE_S, LATEST_S = 0.25, 3.0
 """It is late from this on; more than that is not looked for [s]."""
 STILL_RISES_S = 0.1
 """It has risen no more so long after the piston has gone back: a force may be 20 ms late unsaid [s]."""
+BEHIND_S = 0.15
+"""… or as late as this behind the second one, whose clock is known to some hundredths of a second [s]."""
+TURNED_S = 0.1
+"""Where the piston has turned is looked for in means over so long [s]: its hum is no turn."""
 CAME_MM = 0.03
 """The piston came by this at least, and has gone back by it."""
 SIGMAS = 5.0
@@ -107,7 +111,7 @@ def doubt_of_touch(touch: Touch, guard: WiringGuard) -> Doubt | None:
         return piston
     if (sign := _sign(touch, rise)) is not None:
         return sign
-    late = _still_rises(rise)
+    late = _behind_second(touch, rise) or _still_rises(rise)
     if late is not None:
         return late
     if touch.turned and rise.high < max(RISES * touch.asked_kN, SIGMAS * rise.noise):
@@ -189,9 +193,12 @@ def _own(touch: Touch) -> str:
 
 def _still_rises(rise: _Rise) -> Doubt | None:
     """Return a doubt where the force still rises after the piston has gone back."""
-    top = int(np.argmax(rise.place))
+    period_s = float(np.median(np.diff(rise.time)))
+    width = max(1, min(len(rise.time), round(TURNED_S / period_s)))
+    place = np.convolve(np.pad(rise.place, (width // 2, width - 1 - width // 2), "edge"), np.full(width, 1.0 / width), "valid")
+    top = int(np.argmax(place))
     back = np.flatnonzero(
-        (rise.place[top:] < rise.place[top] - CAME_MM)
+        (place[top:] < place[top] - CAME_MM)
         & (rise.time[top:] > rise.time[top] + STILL_RISES_S)
     )
     if not len(back):
@@ -207,6 +214,24 @@ def _still_rises(rise: _Rise) -> Doubt | None:
         "much at least"
     )
     return _doubt("delay", "delay_s", text, late_s, STILL_RISES_S, "s")
+
+
+def _behind_second(touch: Touch, rise: _Rise) -> Doubt | None:
+    """Return a doubt where the force comes to half of its height later than the second force to its own."""
+    second_kN = _second_rise_kN(touch)
+    if second_kN is None or second_kN < TOLD_KN or rise.high < rise.least:
+        return None
+    smooth = touch.stretch.smoothed()
+    level = float(np.median(smooth.second_kN[smooth.second_s < smooth.time_s[0] + REST_S]))
+    half = [
+        float(rise.time[int(np.argmax(rise.force > 0.5 * rise.high))]),
+        float(smooth.second_s[int(np.argmax(smooth.second_kN > level + 0.5 * second_kN))]),
+    ]
+    late_s = half[0] - half[1]
+    if late_s < BEHIND_S:
+        return None
+    text = f"force rose {late_s:.2f} s later than force_2 in the touch"
+    return _doubt("delay", "delay_s", text, late_s, BEHIND_S, "s")
 
 
 def _late(rise: _Rise) -> Doubt | None:
