@@ -71,15 +71,13 @@ class ForceJudge:
         return _doubt("sign", text, least_kN, most_kN)
 
     def _at_rest(self, block: ScaledBlock, force: Floats) -> tuple[float, float]:
-        """Return level and noise of the force in the first moment that it is judged [kN]: nothing has moved
-        much by then."""
+        """Return level, where that is below nothing, and noise of the force as it begins to be judged [kN]."""
         if self._rest_until_s is None:
             self._rest_until_s = float(block.time_us[0]) * 1e-6 + REST_S
         if float(block.time_us[0]) * 1e-6 < self._rest_until_s or not self._first:
             self._first.append(force)
             seen = np.concatenate(self._first)
-            level_kN = float(np.median(seen[: max(PULLED_SAMPLES, len(self._first[0]))]))
-            self._rest = level_kN, noise_of(seen)
+            self._rest = min(0.0, float(np.median(self._first[0]))), noise_of(seen)
         return self._rest
 
     def look(self, scene: Scene) -> Doubt | None:

@@ -223,15 +223,18 @@ def _behind_second(touch: Touch, rise: _Rise) -> Doubt | None:
         return None
     smooth = touch.stretch.smoothed()
     level = float(np.median(smooth.second_kN[smooth.second_s < smooth.time_s[0] + REST_S]))
-    half = [
-        float(rise.time[int(np.argmax(rise.force > 0.5 * rise.high))]),
-        float(smooth.second_s[int(np.argmax(smooth.second_kN > level + 0.5 * second_kN))]),
-    ]
-    late_s = half[0] - half[1]
+    own_s = _half_way_s(rise.time, rise.force, 0.5 * rise.high)
+    late_s = own_s - _half_way_s(smooth.second_s, smooth.second_kN, level + 0.5 * second_kN)
     if late_s < BEHIND_S:
         return None
     text = f"force rose {late_s:.2f} s later than force_2 in the touch"
     return _doubt("delay", "delay_s", text, late_s, BEHIND_S, "s")
+
+
+def _half_way_s(time: Floats, force: Floats, half: float) -> float:
+    """Return when a force was last below half of its height before its greatest [s]."""
+    below = np.flatnonzero(force[: int(np.argmax(force)) + 1] < half)
+    return float(time[int(below[-1])] if len(below) else time[0])
 
 
 def _late(rise: _Rise) -> Doubt | None:
