@@ -368,9 +368,7 @@ class Zeroing:
         facts = (stand.controller.facts, *(sensor.facts for sensor in stand.sensors))
         return {channel.name: channel for one in facts for channel in one.channels}
 
-    def _zero_of(
-        self, contact: Contact, at_rest: Forces, speed: float, force_kN: float
-    ) -> Zero:
+    def _zero_of(self, contact: Contact, at_rest: Forces, speed: float, force_kN: float) -> Zero:
         channels = self._channels()
         found: list[ChannelZero] = []
         # In the mean of n wires what they have in common stays whole, what each has of its own goes by √n.

@@ -27,6 +27,8 @@ AS_FAR = (0.7, 1.3)
 WAY_MM, LOOKED_AT_MM = 0.15, 0.4
 """That is seen over so much of the way, and looked at over the last so much [mm]."""
 SIGMAS = 4.0
+GROWS = 0.6
+"""A leap of which no more than this share comes within the shortest time is a force that rises."""
 CLOCKS_S = 0.1
 """The second force's clock is known to this [s]."""
 ALIKE = 0.98
@@ -53,7 +55,7 @@ def exchanged(stretch: Stretch, least_mm: float = LEAPS_MM) -> Doubt | None:
             continue
         leap_mm, way_mm, rows = found
         rise_kN = float(np.ptp(force[rows]))
-        if rise_kN < LITTLE * leap_mm and _force_is_elsewhere(smooth, rows, leap_mm):
+        if rise_kN < LITTLE * leap_mm and _force_is_elsewhere(smooth, name, rows, leap_mm):
             went = f"{name} leaps by {leap_mm:.1f} mm where the piston goes {way_mm:.2f} mm"
             return swapped(name, f"{went}, and force by {rise_kN:.2f} kN", leap_mm)
     return None
@@ -96,7 +98,7 @@ def _leap(smooth: Stretch, name: str, least_mm: float) -> tuple[float, float, sl
     return best
 
 
-def _force_is_elsewhere(smooth: Stretch, rows: slice, leap_mm: float) -> bool:
+def _force_is_elsewhere(smooth: Stretch, name: str, rows: slice, leap_mm: float) -> bool:
     """Return whether there was a force where a way leapt, or the “force” is a way: it has not slipped."""
     since_s = float(smooth.time_s[rows.start]) - CLOCKS_S
     if np.count_nonzero(smooth.second_s < since_s) > 2:
@@ -104,9 +106,17 @@ def _force_is_elsewhere(smooth: Stretch, rows: slice, leap_mm: float) -> bool:
         then = smooth.second_kN[smooth.second_s >= since_s]
         noise_kN = SIGMAS * noise_of(before)
         return len(then) > 0 and float(then.max()) - float(np.median(before)) > MUCH * leap_mm + noise_kN
+    if _grows(smooth.time_s, smooth.values[name], leap_mm):
+        return True
     piston = smooth.told if smooth.told is not None else smooth.values.get("position")
     if piston is None:
         return False
     far = np.flatnonzero(np.abs(piston - piston[-1]) > LOOKED_AT_MM)
     first = int(far[-1]) if len(far) else 0
     return goes_as(smooth.values["force"][first:], piston[first:])
+
+
+def _grows(time: Floats, own: Floats, leap_mm: float) -> bool:
+    """Return whether a way leaps little by little, as a force rises: what slips does so at once."""
+    at_once = np.abs(own - own[np.searchsorted(time, time - WITHIN_S[0])])
+    return float(at_once.max()) < GROWS * leap_mm

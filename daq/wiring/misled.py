@@ -48,7 +48,9 @@ def misled(stretch: Stretch, *, follows: bool) -> Doubt | None:
     slope = float(np.polyfit(told[rows], at[rows], 1)[0])
     if abs(slope - 1.0) <= SLOPE_OFF + OFF_MM / travel_mm:
         return _offset(smooth, told, at)
-    went = f"the piston's position went {slope * travel_mm:+.2f} mm where it was told to go {travel_mm:.2f} mm"
+    went = (
+        f"the piston's position went {slope * travel_mm:+.2f} mm where it was told to go {travel_mm:.2f} mm"
+    )
     if force is not None and abs(slope) < 3.0 * STILL and goes_as(force[rows], told[rows]):
         return swapped("position", f"{went}, and force changed by as many kN", slope)
     if abs(slope) < STILL:

@@ -98,7 +98,7 @@ class PistonJudge:
         slope = slope_of(rows, position, command)
         # A slow actuator falls behind as it meets the preload, or as it begins: not all the way through.
         halves = np.array_split(rows, 2)
-        off = min((abs(slope_of(half, position, command) - 1.0) for half in halves))
+        off = min(abs(slope_of(half, position, command) - 1.0) for half in halves)
         if not self._lasting.sure("slope", min(off, abs(slope - 1.0)) > SLOPE_OFF):
             return None
         look = likeness(slope)
@@ -106,7 +106,7 @@ class PistonJudge:
             f"the piston's position goes {slope:.3f} times the way that it is told "
             f"(over {np.ptp(rows[:, command]):.1f} mm)" + (f", {look}" if look else "")
         )
-        return _doubt("scale", text, slope, 1.0 + SLOPE_OFF)
+        return _doubt("sign" if slope < -0.3 else "scale", text, slope, 1.0 + SLOPE_OFF)
 
 
 def _doubt(kind: Kind, text: str, value: float, limit: float) -> Doubt:

@@ -40,6 +40,9 @@ REST_S = 0.9
 """The force's level and noise are those of so long at the beginning [s]."""
 TOLD_KN, APART = 1.5, 2.5
 """The second force is held against the first where it rose by this, and is so many times the other."""
+MOVES_MM, STOOD_MM, PRESSED_MM = 0.1, 0.3, 0.5
+"""A wire that moves has gone so far; one that stood did so over this of the piston's way; and a specimen whose
+wires have gone this far is pressed by several times the force of a touch, or is none [mm]."""
 NOISY_TIMES = 2.0
 """A force that scatters by so many times as much as the second one may be too large by that."""
 
@@ -116,14 +119,11 @@ def doubt_of_touch(touch: Touch, guard: WiringGuard) -> Doubt | None:
         return late
     if touch.turned and rise.high < max(RISES * touch.asked_kN, SIGMAS * rise.noise):
         return _too_little(touch, rise)
-    if rise.high <= rise.least:
-        return _second_alone(touch, rise)
-    return (
-        _goes_as_the_piston(touch, rise)
-        or _late(rise)
-        or _steep(rise, guard)
-        or (_second_alone(touch, rise) if touch.halted else None)
-    )
+    if rise.high <= rise.least or (touch.halted and not touch.turned):
+        unseen = _second_alone(touch, rise) or _pressed_unseen(touch, rise)
+        if unseen is not None or rise.high <= rise.least:
+            return unseen
+    return _goes_as_the_piston(touch, rise) or _late(rise) or _steep(rise, guard)
 
 
 def has_risen(touch: Touch) -> bool:
@@ -195,11 +195,12 @@ def _still_rises(rise: _Rise) -> Doubt | None:
     """Return a doubt where the force still rises after the piston has gone back."""
     period_s = float(np.median(np.diff(rise.time)))
     width = max(1, min(len(rise.time), round(TURNED_S / period_s)))
-    place = np.convolve(np.pad(rise.place, (width // 2, width - 1 - width // 2), "edge"), np.full(width, 1.0 / width), "valid")
+    place = np.convolve(
+        np.pad(rise.place, (width // 2, width - 1 - width // 2), "edge"), np.full(width, 1.0 / width), "valid"
+    )
     top = int(np.argmax(place))
     back = np.flatnonzero(
-        (place[top:] < place[top] - CAME_MM)
-        & (rise.time[top:] > rise.time[top] + STILL_RISES_S)
+        (place[top:] < place[top] - CAME_MM) & (rise.time[top:] > rise.time[top] + STILL_RISES_S)
     )
     if not len(back):
         return None
@@ -275,19 +276,55 @@ def _steep(rise: _Rise, guard: WiringGuard) -> Doubt | None:
 
 
 def _goes_as_the_piston(touch: Touch, rise: _Rise) -> Doubt | None:
-    """Return a doubt where the force is the piston's way, from rest on, and the second force saw none."""
-    second_kN = _second_rise_kN(touch)
-    if second_kN is None or second_kN > 0.5 * rise.high:
-        return None
-    top = int(np.argmax(rise.place))
+    """Return a doubt where the force is the piston's way, from rest on.
+
+    A specimen that is so soft lets the draw wires go with the piston, and the second force rise with the first.
+    """
+    second_kN, top = _second_rise_kN(touch), int(np.argmax(rise.place))
     began = int(np.argmax(rise.place > rise.place[0] + 0.02))
+    went_mm = float(rise.place[top] - rise.place[began])
+    wires = [float(np.ptp(values[began : top + 1])) for values in _wires(touch)]
     if not goes_as(rise.force[began : top + 1], rise.place[began : top + 1]):
         return None
-    text = (
-        f"force rose by {rise.high:.2f} kN as the piston went {float(np.ptp(rise.place)):.2f} mm, and "
-        f"force_2 by {second_kN:.2f} kN: its input has the piston's way, or its command"
+    if second_kN is None or second_kN < TOLD_KN:  # of less than that a slow or noisy one says little
+        unmoved = bool(wires) and max(wires) < 0.5 * went_mm
+    else:
+        unmoved = False
+    if not unmoved and (second_kN is None or second_kN > 0.5 * rise.high):
+        return None
+    text = f"force rose by {rise.high:.2f} kN as the piston went {went_mm:.2f} mm"
+    text += "" if second_kN is None else f", and force_2 by {second_kN:.2f} kN"
+    text += "".join(
+        f", and {name} went {way:.2f} mm" for name, way in zip(touch.stretch.wires, wires, strict=True)
     )
+    text += ": its input has the piston's way, or its command"
     return _doubt("disagrees", "registers", text, rise.high, second_kN, "kN")
+
+
+def _wires(touch: Touch) -> list[Floats]:
+    smooth = touch.stretch.smoothed()
+    return [smooth.values[name] for name in smooth.wires]
+
+
+def _pressed_unseen(touch: Touch, rise: _Rise) -> Doubt | None:
+    """Return a doubt where the piston has taken the draw wires along, and no force is seen.
+
+    Wires that follow the plate go with it from the start; those that stood first hang on a specimen that is met.
+    """
+    wires, top = _wires(touch), int(np.argmax(rise.place))
+    if touch.turned or not wires or rise.high > touch.asked_kN:
+        return None
+    way = np.mean(wires, axis=0)
+    way = way - way[0]
+    went_mm, place = float(way[top]), rise.place - rise.place[0]
+    stood_mm = float(place[int(np.argmax(np.abs(way) > MOVES_MM))])
+    if went_mm < PRESSED_MM or stood_mm < STOOD_MM:
+        return None
+    text = (
+        f"force rose by {max(rise.high, 0.0):.2f} kN only as the piston took the draw wires along by "
+        f"{went_mm:.1f} mm, which had stood before: its scale is too small, or it stands still"
+    )
+    return _doubt("scale", "calibration", text, rise.high, touch.asked_kN, "kN")
 
 
 def _second_alone(touch: Touch, rise: _Rise) -> Doubt | None:
@@ -300,7 +337,9 @@ def _second_alone(touch: Touch, rise: _Rise) -> Doubt | None:
     setting = f"{channel_setting('force', 'calibration')}, or {channel_setting('force_2', 'calibration')}"
     text = (
         f"force rose by {max(rise.high, 0.0):.2f} kN in the touch and force_2 by {second_kN:.2f} kN, "
-        f"{ratio:.3f} times as much" + (f" ({look})" if look else "") + ": one of both has another scale"
+        f"{ratio:.3f} times as much"
+        + (f" ({look})" if look else "")
+        + ": one of both has another scale, or another signal"
     )
     return Doubt("scale", "force, force_2", "controller", setting, text, ratio, 1.0 / APART, "")
 

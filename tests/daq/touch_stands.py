@@ -21,7 +21,6 @@ from drivers.simulated.inprocess import open_in_process
 from drivers.stand_file import load_stand
 from foundation.specimen import load_specimen
 from model.file import load_model
-from model.stepper import SpringStepper
 from protocols.campaign import load_campaign
 from protocols.limits import StandLimits
 from protocols.plan import make_plan
@@ -44,6 +43,15 @@ prestress_mm = 20.0
 amplitude_mm = 15.0
 peak_speed_mm_per_s = 40.0
 cycles = 1
+"""
+
+
+HELD = """
+[[step]]
+kind = "hold"
+stroke_mm = 5.0
+duration_s = 1.0
+record = true
 """
 
 
@@ -140,8 +148,8 @@ KINDS: Mapping[str, Kind] = {
     "force: a hundredth": Kind(wrong("force", scale=0.01), "force, force_2", ("scale",)),
     "force: sign": _force("sign", scale=-1.0),
     "force: 0.2 s late": _force("delay", delay_s=0.2),
-    "force: 0.4 s late": _force("delay", delay_s=0.4),
-    "force: 0.8 s late": _force("delay", delay_s=0.8),
+    "force: 0.4 s late": _force("delay", most_kN=15.0, delay_s=0.4),
+    "force: 0.8 s late": _force("delay", most_kN=15.0, delay_s=0.8),
     "force: 0.5 s late in the file": _force("delay", delay_s=0.5, controller_too=False),
     "force: the piston's way": _force("disagrees", reads="position"),
     "piston: half": _position("scale", scale=0.5),
@@ -207,7 +215,7 @@ def alarms(folder: Path, seeds: Iterable[int]) -> list[str]:
     for seed in seeds:
         keys, amplifier, step = right_stand(seed)
         if float(str(keys["gap_mm"])) < 0.0:
-            step = '[[step]]\nkind = "hold"\nstroke_mm = 5.0\nduration_s = 1.0\n'  # no cycles begin there
+            step = HELD  # no cycles begin there
         ran = run_stand(folder / str(seed), keys, steps=step, amplifier=amplifier)
         if ran.trip.get("doubt"):
             found.append(f"{seed}: {ran.outcome.reason} {keys}")
