@@ -109,7 +109,7 @@ class Zeroing:
         self._specimen = specimen
         self._operator = operator
         self._doubts = TouchDoubts(acquisition, say)
-        self.ended: Callable[[Trip], object] = lambda trip: None
+        self.ended: Callable[[Trip], object] = lambda _: None
         """Called where a force has ended a touch: it unloads, and lets samples come for a moment."""
         self.arrived: Callable[[], object] = lambda: None
         """Called once the piston has come to its own zero, from wherever it stood: narrower limits of the

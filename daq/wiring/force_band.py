@@ -71,7 +71,7 @@ class ForceJudge:
         return _doubt("sign", text, least_kN, most_kN)
 
     def _at_rest(self, block: ScaledBlock, force: Floats) -> tuple[float, float]:
-        """Return level, where that is below nothing, and noise of the force as it begins to be judged [kN]."""
+        """Return level, where that is below nothing, and noise of the force as judging begins [kN]."""
         if self._rest_until_s is None:
             self._rest_until_s = float(block.time_us[0]) * 1e-6 + REST_S
         if float(block.time_us[0]) * 1e-6 < self._rest_until_s or not self._first:

@@ -27,7 +27,9 @@ MOVED_MM, PRESSED_KN = 0.5, 3.0
 """That a piston has moved although its position stands is seen by a wire, or by a force, that did this."""
 
 
-def misled(stretch: Stretch, *, follows: bool) -> Doubt | None:
+def misled(  # noqa: PLR0911 - one return for each thing that can be wrong
+    stretch: Stretch, *, follows: bool
+) -> Doubt | None:
     """Return what is wrong with the position by its command, None if nothing is seen.
 
     Parameters

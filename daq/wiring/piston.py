@@ -87,7 +87,8 @@ class PistonJudge:
             slope = slope_of(rows, position, command)
             if abs(slope - 1.0) > TIMES_OFF and abs(at_mm - slope * now_mm) < 0.5 * abs(at_mm - now_mm):
                 return slope
-        return at_mm / now_mm if abs(now_mm) > 3.0 else 0.0
+        ratio = at_mm / now_mm if abs(now_mm) > 1.0 else 0.0
+        return ratio if abs(now_mm) > 3.0 or abs(ratio + 1.0) < TIMES_OFF else 0.0
 
     def _slope(self, scene: Scene, command: int, position: int) -> Doubt | None:
         rows = _even_stretch(scene.points.last(6.0), command)

@@ -41,8 +41,8 @@ REST_S = 0.9
 TOLD_KN, APART = 1.5, 2.5
 """The second force is held against the first where it rose by this, and is so many times the other."""
 MOVES_MM, STOOD_MM, PRESSED_MM = 0.1, 0.3, 0.5
-"""A wire that moves has gone so far; one that stood did so over this of the piston's way; and a specimen whose
-wires have gone this far is pressed by several times the force of a touch, or is none [mm]."""
+"""A wire that moves has gone so far; one that stood did so over this of the piston's way; and a specimen
+whose wires have gone this far is pressed by several times the force of a touch, or is none [mm]."""
 NOISY_TIMES = 2.0
 """A force that scatters by so many times as much as the second one may be too large by that."""
 
@@ -92,7 +92,9 @@ class _Rise:
         return float(self.force.min())
 
 
-def doubt_of_touch(touch: Touch, guard: WiringGuard) -> Doubt | None:
+def doubt_of_touch(  # noqa: PLR0911 - one return for each thing that can be wrong
+    touch: Touch, guard: WiringGuard
+) -> Doubt | None:
     """Return what a touch says against the wiring, None if nothing.
 
     Parameters
@@ -278,7 +280,7 @@ def _steep(rise: _Rise, guard: WiringGuard) -> Doubt | None:
 def _goes_as_the_piston(touch: Touch, rise: _Rise) -> Doubt | None:
     """Return a doubt where the force is the piston's way, from rest on.
 
-    A specimen that is so soft lets the draw wires go with the piston, and the second force rise with the first.
+    A specimen so soft lets the draw wires go with the piston, and the second force rise with the first.
     """
     second_kN, top = _second_rise_kN(touch), int(np.argmax(rise.place))
     began = int(np.argmax(rise.place > rise.place[0] + 0.02))
@@ -309,7 +311,7 @@ def _wires(touch: Touch) -> list[Floats]:
 def _pressed_unseen(touch: Touch, rise: _Rise) -> Doubt | None:
     """Return a doubt where the piston has taken the draw wires along, and no force is seen.
 
-    Wires that follow the plate go with it from the start; those that stood first hang on a specimen that is met.
+    Wires that follow the plate go with it from the start; those that stood first hang on a specimen.
     """
     wires, top = _wires(touch), int(np.argmax(rise.place))
     if touch.turned or not wires or rise.high > touch.asked_kN:
