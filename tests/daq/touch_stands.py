@@ -193,7 +193,7 @@ def right_stand(seed: int) -> tuple[dict[str, object], bool, str]:
         "force_flicker_kN": pick(0.0, 0.02, 0.05),
         "force_hum_kN": pick(0.0, 0.05, 0.1),
         "force_delay_s": pick(0.0008, 0.005),
-        "force_low_pass_Hz": pick(20.0, 100.0, 1000.0),
+        "force_low_pass_Hz": pick(50.0, 100.0, 1000.0),
         "stroke_noise_mm": pick(0.005, 0.01, 0.03),
         "stroke_flicker_mm": pick(0.0, 0.005, 0.01),
         "stroke_hum_mm": pick(0.0, 0.005, 0.02, 0.05),
