@@ -210,6 +210,8 @@ class Acquisition:
         self._anchor_due_s = -np.inf
         self._pass_began_s = clock.now_s()
         self._aside: list[str] = []
+        self._doubts: list[tuple[float, str, str, dict[str, object]]] = []
+        """What was said of the wiring while nothing was recorded: it belongs into the next run."""
         self.listeners: list[Callable[[ScaledBlock], object]] = []
         """Get every block of the controller, scaled; they must be quick."""
         self.observers: list[Callable[[ScaledBlock], object]] = []
@@ -261,6 +263,10 @@ class Acquisition:
         self._recorder = recorder
         self._recording.begin()
         self._anchor, self._anchor_due_s = None, -np.inf
+        doubts, self._doubts = self._doubts, []
+        for at_s, kind, text, data in doubts:
+            now_s = self.clock.now_s()
+            recorder.event(now_s, kind, text, **data, before_s=round(now_s - at_s, 3))
 
     def detach(self) -> Recorder | None:
         """Record no longer; return the recorder, which is not closed."""
@@ -317,9 +323,14 @@ class Acquisition:
         self._told_at_s = self.clock.wall_s()
 
     def say(self, kind: str, text: str, **data: object) -> None:
-        """Put an event into the run under way; where there is none, devices' words are kept to be shown."""
+        """Put an event into the run under way.
+
+        Where there is none, devices' words are kept to be shown, and a doubt of the wiring for the next run.
+        """
         if self._recorder is not None:
             self._recorder.event(self.clock.now_s(), kind, text, **data)
+        elif data.get("doubt"):
+            self._doubts.append((self.clock.now_s(), kind, text, data))
         elif kind in ("wire", "sensor") and text != self._last_aside:
             self._last_aside = text
             self._aside.append(text)

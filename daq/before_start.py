@@ -8,6 +8,7 @@ from pathlib import Path
 
 from daq.acquisition import Acquisition
 from daq.scaling import STROKE_WIRES
+from daq.wiring.doubt import Doubt, channel_setting
 from foundation.specimen import Specimen
 from foundation.zero import Zero
 from protocols.steps import PlannedStep
@@ -27,8 +28,10 @@ SEALING_FACTOR = 1.5
 """Room for the plan's samples, and for the largest run twice."""
 
 
-LOOKED_AT = ("force", *STROKE_WIRES)
+LOOKED_AT = ("force", "position", *STROKE_WIRES)
 """Channels of the controller whose mean at rest is looked at."""
+ALIKE_MM = 2.0
+"""Wires that are off by as much as each other, or as the piston, to within this are so for one reason."""
 
 
 def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> dict[str, float]:
@@ -116,16 +119,46 @@ def stroke_trouble(rest: Mapping[str, float], zero: Zero | None, table: ZeroTabl
     most_mm, key = table.stroke_untouched_max_mm, "stroke_untouched_max_mm"
     if touched:
         most_mm, key = table.stroke_max_mm, "stroke_max_mm"
-    for name in STROKE_WIRES:
-        value_mm = rest.get(name, 0.0) - (0.0 if zero is None else zero.value(name))
-        if not abs(value_mm) <= most_mm:  # true for NaN, too
-            what = "" if zero is None else " from the zero that was taken over"
-            do = "hook the wire in anew, or correct its calibration"
-            if not touched:
-                do = "let the campaign touch off ([zero] touch = true), or run “bufferstand stand zero”"
-            reads = f"{name} reads {value_mm:+.2f} mm at rest{what}"
-            return f"{reads}, more than [zero] {key} = {most_mm:g} mm: {do}"
-    return ""
+    far = _beyond(rest, zero, most_mm)
+    if not far:
+        return ""
+    what = "" if zero is None else " from the zero that was taken over"
+    do = "hook the wire in anew, or correct its calibration"
+    if not touched:
+        do = "let the campaign touch off ([zero] touch = true), or run “bufferstand stand zero”"
+    reads = " and ".join(
+        f"{name} reads {value:+.2f} mm" if n == 0 else f"{name} {value:+.2f} mm"
+        for n, (name, value) in enumerate(far.items())
+    )
+    return f"{reads} at rest{what}, more than [zero] {key} = {most_mm:g} mm: {do}"
+
+
+def wires_doubt(rest: Mapping[str, float], zero: Zero | None, table: ZeroTable) -> Doubt | None:
+    """Return the doubt of draw wires that read more at rest than a touch takes for zero, None if none does.
+
+    Parameters
+    ----------
+    rest, zero, table
+        As of :func:`stroke_trouble`, whose sentence it begins with.
+    """
+    far = _beyond(rest, zero, table.stroke_max_mm)
+    if not far:
+        return None
+    names, setting = ", ".join(far), channel_setting(", ".join(far), "calibration")
+    text, value = stroke_trouble(rest, zero, table, touched=True), max(far.values(), key=abs)
+    if len(far) == 2 and max(far.values()) - min(far.values()) < ALIKE_MM and "position" in rest:
+        setting += f", or {channel_setting('position', 'calibration')}"
+        own_mm = rest["position"]
+        text += f"; both wires are off alike, and the piston reads {own_mm:+.2f} mm" + (
+            ": it stands out there, or its own zero is off, too" if abs(own_mm - value) < ALIKE_MM else ""
+        )
+    return Doubt("zero", names, "controller", setting, text, value, table.stroke_max_mm, "mm")
+
+
+def _beyond(rest: Mapping[str, float], zero: Zero | None, most_mm: float) -> dict[str, float]:
+    """Return the draw wires that read more than so much at rest, or no number, and what they read [mm]."""
+    reads = {name: rest.get(name, 0.0) - (0.0 if zero is None else zero.value(name)) for name in STROKE_WIRES}
+    return {name: value for name, value in reads.items() if not abs(value) <= most_mm}  # true for NaN, too
 
 
 def apart_trouble(rest: Mapping[str, float], most_mm: float) -> str:

@@ -19,6 +19,7 @@ from recording.runfile import read_metadata
 from recording.simulated import HOW_KEY, KEY, simulated_of
 
 SIMULATE, SPEED, SOFTWARE, CONTROLLER, CHANGES = "simulate", "speed", "software", "controller", "changes"
+TRIP = "trip"
 """Keys of a start."""
 
 
@@ -121,3 +122,18 @@ def with_stand(record: CampaignRecord, reached: Reached, identity: Identity) -> 
     *before, last = record.starts
     found = {KEY: reached.simulated, HOW_KEY: reached.by, CONTROLLER: asdict(identity)}
     return replace(record, starts=(*before, last | found))
+
+
+def with_doubt(record: CampaignRecord, trip: Mapping[str, Any]) -> CampaignRecord:
+    """Return the record with the doubt of the wiring that ended its last start before a run was begun.
+
+    Parameters
+    ----------
+    record : CampaignRecord
+    trip : mapping
+        What an event of a run would hold, with its ``reason``.
+    """
+    if not record.starts:
+        return record
+    *before, last = record.starts
+    return replace(record, starts=(*before, last | {TRIP: dict(trip)}))

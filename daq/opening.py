@@ -18,6 +18,7 @@ from daq.before_start import (
     first_look,
     specimen_gaps,
     stroke_trouble,
+    wires_doubt,
     zero_trouble,
 )
 from daq.driving import Driver, Halt
@@ -38,7 +39,7 @@ from daq.stand_use import await_free, look_at_use, use_trouble
 from daq.start_band import begins_with_a_wait
 from daq.stop_eyes import StopEyes
 from daq.validity import expired_calibrations
-from daq.wiring import WiringGuard
+from daq.wiring import WiringGuard, doubt_trip
 from daq.wiring.expected import nothing_expected, wiring_guard
 from daq.zero_limits import ZeroLimits
 from daq.zeroing import Zeroing
@@ -294,6 +295,10 @@ class Opening:
             self.showing.message(f"zero taken over from {zero.found:%Y-%m-%d %H:%M} UTC: {zero.sentence()}")
         touched = table.touch and zero is None
         if why := stroke_trouble(rest, zero, table, touched=touched):
+            doubt = wires_doubt(rest, zero, table)
+            action = ACTIONS[self.table.action.wiring]
+            if doubt is not None and action is not Action.NOTE:
+                raise Halt(doubt_trip(doubt, action, self.clock.now_s()))
             raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
         if touched and (why := apart_trouble(rest, self._apart_mm())):
             raise Halt(trip_at(self.clock, "zero", why, device_fault=False))

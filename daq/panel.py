@@ -227,6 +227,7 @@ class GuardPanel:
                 self._take(trip)
         self._observe_heating(block)
         if block.stream != CONTROLLER_STREAM:
+            self._observe_channels(block)
             self._observe_wiring(block)  # after its thermometer has said whether the reading is true
         for silence in self.guards.silences:
             if silence.stream == block.stream and len(block):
@@ -247,11 +248,7 @@ class GuardPanel:
         if self.guards.missed is not None:
             self._missed, trip = evaluate_missed(self.guards.missed, self._missed, block)
             self._take(trip)
-        for guard in self.guards.channels:
-            seen = self._memories.channels.get(guard.name, ChannelMemory())
-            self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
-            self._take(trip)
-
+        self._observe_channels(block)
         for quick in self.guards.speeds:
             speed = self._memories.speeds.get(quick.name, SpeedMemory())
             self._memories.speeds[quick.name], trip = evaluate_speed(quick, speed, block)
@@ -264,6 +261,20 @@ class GuardPanel:
             rate_Hz = self.guards.controller.rate_Hz
             self._memories.clock, trip = evaluate_device_clock(self._memories.clock, block, rate_Hz)
             self._take(trip)
+
+    def _observe_channels(self, block: ScaledBlock) -> None:
+        for guard in self.guards.channels:
+            seen = self._memories.channels.get(guard.name, ChannelMemory())
+            self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
+            if trip is not None:
+                self.latch(self._explained(trip))
+
+    def _explained(self, trip: Trip) -> Trip:
+        """Return a trip with what the wiring says of it: it may have come from a signal that is none."""
+        wiring = self.guards.wiring
+        if wiring is None or wiring.action is Action.NOTE or self._trip is not None:
+            return trip
+        return self._wiring.explained(wiring, trip)
 
     def _observe_wiring(self, block: ScaledBlock) -> None:
         if self.guards.wiring is None:

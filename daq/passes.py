@@ -85,10 +85,10 @@ class Passes:
             except OSError as error:
                 self._showing.message(f"the note could not be written: {error.strerror}")
 
-    def watch_rest(self) -> None:
-        """Keep recording for a moment after a safe stop: the run is to show that the force is gone."""
+    def watch_rest(self, span_s: float = AFTER_STOP_S) -> None:
+        """Go on for a moment [s of stand time] after a safe stop: a run is to show that the force is gone."""
         acquisition, _ = self._need()
-        until_s = self._clock.now_s() + AFTER_STOP_S
+        until_s = self._clock.now_s() + span_s
         while self._clock.now_s() < until_s:
             trip = acquisition.panel.trip
             if trip is not None and trip.device_fault:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from daq.agenda import Agenda
 from daq.as_run import AsRun, add_as_run, observed_run, read_as_run
-from daq.begun import begun, with_stand
+from daq.begun import begun, with_doubt, with_stand
 from daq.control import listening
 from daq.controller_guard import FORCE_LIMIT_FAULT, fault_text
 from daq.driving import Halt
@@ -229,6 +229,8 @@ class _Campaign:
             stopped_by="" if trip is None else trip.guard,
             trip={} if trip is None else trip.facts(),
         )
+        if trip is not None and trip.doubt and not self._runs:  # no run holds it: the next start keeps it
+            self._record = with_doubt(self._record, {**trip.facts(), "reason": reason})
         self._save()
         self._session.take_notes()
         if trip is not None and not refused and _too_much_force(trip):

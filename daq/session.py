@@ -34,6 +34,7 @@ from daq.stroke_terms import SessionVoice, terms_for
 from daq.warmed import Warmed
 from daq.warming import warm_up
 from daq.zero_limits import BEYOND_MM
+from daq.zeroing import LATE_S as LATE_FORCE_S
 from drivers.in_use import SWITCHED_ON
 from drivers.interfaces import Identity, Stand
 from foundation.clock import Clock
@@ -173,6 +174,7 @@ class Session:
             self._terms, SessionVoice(alive.acquisition, self._showing), self._keep_learned
         )
         alive.zeroing.arrived = self._set_limits
+        alive.zeroing.ended = self._unload
         self._opening.look(alive, steps)
         if must_be_cool and (why := alive.panel.warmer_than()):
             stream = why.partition(" ")[0]
@@ -379,6 +381,11 @@ class Session:
         zero = alive.zeroing.touch(motion)
         self._opening.keep(zero)
         self._set_limits()
+
+    def _unload(self, trip: Trip) -> None:
+        """Stop for what has ended a touch, and see for a moment what the signals do then: it says why."""
+        self._stop(trip.action is Action.EMERGENCY)
+        self._passes.watch_rest(LATE_FORCE_S)
 
     @contextmanager
     def _stopping(self) -> Iterator[None]:

@@ -9,7 +9,7 @@ contact was is found afterwards from the samples (:mod:`daq.touch_fit`), not fro
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 from daq.acquisition import Acquisition
 from daq.collected import Collected
 from daq.driving import Driver, Halt
-from daq.guards import Action, Trip
+from daq.guards import Action, ChannelGuard, Trip
 from daq.panel import GuardSet
 from daq.scaling import STROKE_WIRES
+from daq.touch_doubts import TouchDoubts
 from daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
 from daq.touch_peak import SLOW_SHARE
-from daq.wiring import doubt_trip
-from daq.wiring.touch import doubt_of_touch
 from daq.zero_limits import ZeroLimits, wires_apart, zero_refusal
 from drivers.interfaces import EndReason
 from foundation.channel import Channel
@@ -42,6 +41,10 @@ from protocols.steps import (
     TouchOff,
 )
 from protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
+
+FloatArray = NDArray[np.float64]
+Forces = Mapping[str, FloatArray]
+"""Samples of ``force``, and of ``force_2`` where there is one, shape (n,) each [kN]."""
 
 REST_S = 1.0
 """So long the force is looked at, at rest, before the piston creeps [s]."""
@@ -61,6 +64,8 @@ LEANS_KN = 0.2
 """A piston that reads so much more force at its own zero than retracted touches the specimen there [kN]."""
 CLEAR_MM = 1.0
 """So far the piston goes back before it creeps to a contact that lies before its own zero [mm]."""
+LATE_S = 1.5
+"""A force that has not risen by the end of a touch is waited for so long [s]: it may be late."""
 APART_NOTE_SHARE = 0.2
 """From this share of the refusal on, a difference of the draw wires is said."""
 
@@ -103,6 +108,9 @@ class Zeroing:
         self._catch_up = catch_up
         self._specimen = specimen
         self._operator = operator
+        self._doubts = TouchDoubts(acquisition, say)
+        self.ended: Callable[[Trip], object] = lambda _: None
+        """Called where a force has ended a touch: it unloads, and lets samples come for a moment."""
         self.arrived: Callable[[], object] = lambda: None
         """Called once the piston has come to its own zero, from wherever it stood: narrower limits of the
         device may be set then."""
@@ -175,27 +183,31 @@ class Zeroing:
         try:
             own_rest_kN = self._look_at_rest()
             rest = samples.column("force")
-            force_kN = self._touch_force_kN(rest, asked.force_kN)
             at_rest = {
                 name: samples.column(name) for name in ("force", "force_2") if samples.column(name).size
             }
+            force_kN = self._touch_force_kN(rest, asked.force_kN, at_rest.get("force_2"))
             if clear:
-                self._creep(float(np.mean(rest)), own_rest_kN, force_kN, speed)
+                self._creep(at_rest, own_rest_kN, force_kN, speed)
             else:
                 speed *= SLOW_SHARE
-                self._creep_from_behind(float(np.mean(rest)) + force_kN, speed)
+                self._creep_from_behind(at_rest, force_kN, speed)
             self._catch_up()
+            if self._doubts.is_to_come(samples, force_kN):
+                self._stand(LATE_S)
         except Halt as halt:
-            raise self._explained(halt, samples, force_kN) from None
+            if self._doubts.is_by_force(halt):
+                self.ended(halt.trip)
+            raise self._doubts.explained(halt, samples, force_kN) from None
         finally:
             self._acquisition.observers.remove(samples.take)
         taken = _touch_samples(samples, self._channels())
         try:
             contact = self._driver.meanwhile(lambda: find_contact(taken))
         except NoContactError as none:
-            self._doubt(samples, force_kN)
+            self._doubts.judge(samples, force_kN)
             raise self._refusal(f"first contact was not found: {none}; touch off again") from None
-        self._doubt(samples, force_kN)
+        self._doubts.judge(samples, force_kN)
         zero = self._zero_of(contact, at_rest, speed, force_kN)
         self._judge(zero)
         self.use(zero)
@@ -221,15 +233,16 @@ class Zeroing:
         position_mm = self._acquisition.latest.values.get("position", 0.0)
         if position_mm >= -AT_ZERO_MM:
             return True
-        free_kN, rest = self._rest_force()
-        force_kN = self._touch_force_kN(rest, asked_kN)
+        free_kN, at_rest = self._rest_force()
+        rest = at_rest.get("force", np.zeros(0))
+        force_kN = self._touch_force_kN(rest, asked_kN, at_rest.get("force_2"))
         speed = self._table.speed_mm_per_s
         way_s = abs(position_mm) / speed
         self._say(
             f"  the piston stands at {position_mm:.2f} mm: forward to its own zero at {speed:g} mm/s "
             f"({duration_text(way_s)}), until it touches"
         )
-        self._until_force(float(np.mean(rest)) + force_kN, speed, way_s)
+        self._until_force(at_rest, force_kN, speed, way_s)
         self._catch_up()
         touched_mm = self._acquisition.latest.values.get("position", 0.0)
         if touched_mm >= -AT_ZERO_MM and self._look_at_rest() - free_kN <= LEANS_KN:
@@ -260,33 +273,46 @@ class Zeroing:
         if left_mm > AT_ZERO_MM:  # without a force there is nothing to release: it may have stayed
             self._driver.perform(RampTo(0.0, speed), left_mm / speed)
 
-    def _until_force(self, force_kN: float, speed: float, way_s: float) -> None:
-        """Ramp towards the piston's own zero until a force is read; guarded narrowly."""
+    def _until_force(self, at_rest: Forces, force_kN: float, speed: float, way_s: float) -> None:
+        """Ramp towards the piston's own zero until a force over that at rest is read; guarded narrowly."""
         panel = self._acquisition.panel
         guards = panel.guards
-        panel.change(self._narrow(force_kN))
+        panel.change(self._narrow(at_rest, force_kN))
+        turn_kN = float(np.mean(at_rest["force"])) + force_kN
         try:
-            self._driver.perform(RampToForce(force_kN, 0.0, speed), way_s)
+            self._driver.perform(RampToForce(turn_kN, 0.0, speed), way_s)
         finally:
             panel.change(guards)
 
-    def _creep_from_behind(self, turn_kN: float, speed: float) -> None:
+    def _creep_from_behind(self, at_rest: Forces, force_kN: float, speed: float) -> None:
         """Creep to a contact that lies before the piston's own zero, and back off."""
-        self._until_force(turn_kN, speed, 2.0 * CLEAR_MM / speed)
+        self._until_force(at_rest, force_kN, speed, 2.0 * CLEAR_MM / speed)
         self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
         self._catch_up()
 
-    def _narrow(self, force_kN: float) -> GuardSet:
-        """Return the guards with the force's so far over that of the touch only."""
-        guards, trip_kN = self._acquisition.panel.guards, force_kN + TRIP_OVER_KN
-        narrow = tuple(
-            replace(guard, upper=trip_kN if guard.upper is None else min(guard.upper, trip_kN))
+    def _narrow(self, at_rest: Forces, force_kN: float) -> GuardSet:
+        """Return the guards with the force's so far over that of the touch only, the second one's too."""
+        guards = self._acquisition.panel.guards
+        trips = {name: float(np.mean(values)) + force_kN + TRIP_OVER_KN for name, values in at_rest.items()}
+        narrow = [
+            replace(guard, upper=trips["force"] if guard.upper is None else min(guard.upper, trips["force"]))
             if guard.signal == "force"
             else guard
             for guard in guards.channels
-        )
+        ]
+        if "force_2" in trips:  # whatever the controller's own force reads
+            label = "force_2 (the second way to the force)"
+            narrow.append(
+                ChannelGuard("force_2", "force_2", trips["force_2"], None, "kN", label, Action.EMERGENCY)
+            )
         # A wire on the specimen stands still while the piston comes nearer: that is no frozen transducer.
-        return replace(guards, channels=narrow, frozen=()).comparing("piston")
+        return replace(guards, channels=tuple(narrow), frozen=()).comparing("piston")
+
+    def _stand(self, span_s: float) -> None:
+        """Stand still for a while."""
+        began_s = self._acquisition.latest.device_s or 0.0
+        while (self._acquisition.latest.device_s or 0.0) - began_s < span_s:
+            self._driver.pump()
 
     def _look_at_rest(self) -> float:
         """Stand still for a while; return the mean of the force as the controller itself has it [kN]."""
@@ -298,22 +324,26 @@ class Zeroing:
                 seen.append(status.force_kN)
         return sum(seen) / len(seen) if seen else 0.0
 
-    def _rest_force(self) -> tuple[float, NDArray[np.float64]]:
-        """Stand still for a while; return the controller's own mean [kN], and the samples of the force."""
+    def _rest_force(self) -> tuple[float, Forces]:
+        """Stand still for a while; return the controller's own mean [kN], and the samples of the forces."""
         samples = Collected()
         self._acquisition.observers.append(samples.take)
         try:
             own_kN = self._look_at_rest()
         finally:
             self._acquisition.observers.remove(samples.take)
-        return own_kN, samples.column("force")
+        found = {name: samples.column(name) for name in ("force", "force_2")}
+        return own_kN, {name: values for name, values in found.items() if values.size}
 
-    def _touch_force_kN(self, rest: NDArray[np.float64], asked_kN: float | None) -> float:  # noqa: N802
+    def _touch_force_kN(  # noqa: N802 - the unit keeps its capital
+        self, rest: FloatArray, asked_kN: float | None, second: FloatArray | None
+    ) -> float:
         noise_kN = float(np.std(rest)) if rest.size else math.inf
         given = asked_kN or self._table.touch_force_kN
         if given is None:
             given = min(TOUCH_FORCE_MAX_KN, max(TOUCH_FORCE_MIN_KN, FORCE_OVER_NOISE * noise_kN))
         if given < LEAST_OVER_NOISE * noise_kN:
+            self._doubts.scatters(rest, np.zeros(0) if second is None else second, given)
             more = f", or raise {self._limits.names.touch_force} (at most {TOUCH_FORCE_MAX_KN:g} kN)"
             raise self._refusal(
                 f"the force at rest scatters by {noise_kN:.2f} kN (standard deviation): a touch at "
@@ -323,7 +353,7 @@ class Zeroing:
             )
         return float(given)
 
-    def _creep(self, rest_kN: float, own_rest_kN: float, force_kN: float, speed: float) -> None:
+    def _creep(self, at_rest: Forces, own_rest_kN: float, force_kN: float, speed: float) -> None:
         """Let the controller creep to the force and back; guarded more narrowly than a test."""
         travel_mm = self._table.travel_max_mm
         turn_kN = own_rest_kN + force_kN
@@ -334,7 +364,7 @@ class Zeroing:
             )
         panel = self._acquisition.panel
         guards = panel.guards
-        panel.change(self._narrow(rest_kN + force_kN))
+        panel.change(self._narrow(at_rest, force_kN))
         try:
             self._driver.perform(StaticCycles(speed, turn_kN, travel_mm, 1, 0.0), 2.0 * travel_mm / speed)
         finally:
@@ -354,9 +384,7 @@ class Zeroing:
         facts = (stand.controller.facts, *(sensor.facts for sensor in stand.sensors))
         return {channel.name: channel for one in facts for channel in one.channels}
 
-    def _zero_of(
-        self, contact: Contact, at_rest: dict[str, NDArray[np.float64]], speed: float, force_kN: float
-    ) -> Zero:
+    def _zero_of(self, contact: Contact, at_rest: Forces, speed: float, force_kN: float) -> Zero:
         channels = self._channels()
         found: list[ChannelZero] = []
         # In the mean of n wires what they have in common stays whole, what each has of its own goes by √n.
@@ -388,51 +416,6 @@ class Zeroing:
             channel=tuple(found),
             touch=touch,
         )
-
-    def _doubt(self, samples: Collected, force_kN: float) -> None:
-        """Stop where the touch speaks against the force's own channel.
-
-        Raises
-        ------
-        Halt
-            Then.
-        """
-        trip = self._doubted(samples, force_kN)
-        if trip is None:
-            return
-        if trip.action is not Action.NOTE:
-            raise Halt(trip)
-        self._say(f"WARNING: {trip.reason}")
-
-    def _doubted(self, samples: Collected, force_kN: float) -> Trip | None:
-        """Return the trip of what the touch says against the force's own channel, None if nothing."""
-        guard = self._acquisition.panel.guards.wiring
-        force, position = samples.column("force"), samples.column("position")
-        if guard is None or not force.size or force.size != position.size:
-            return None
-        status, time_s = self._acquisition.latest.status, samples.time_s()
-        late_s = guard.delays_s.get("force", 0.0) - guard.delays_s.get("position", 0.0)
-        doubt = doubt_of_touch(
-            time_s,
-            force,
-            np.interp(time_s - late_s, time_s, position),
-            guard,
-            asked_kN=force_kN,
-            turned=status is not None and status.end_reason is EndReason.FORCE_LIMIT,
-            own_kN=None if status is None else status.force_kN,
-        )
-        now_s = self._acquisition.clock.now_s()
-        return None if doubt is None else doubt_trip(doubt, guard.action, now_s)
-
-    def _explained(self, halt: Halt, samples: Collected, force_kN: float) -> Halt:
-        """Return what stopped a touch, with what it says of the force where that is why."""
-        if halt.trip.guard not in ("force", "zero"):
-            return halt
-        doubted = self._doubted(samples, force_kN)
-        if doubted is None:
-            return halt
-        action = max(halt.trip.action, doubted.action)
-        return Halt(replace(doubted, action=action, reason=f"{doubted.reason}; {halt.trip.reason}"))
 
     def _judge(self, zero: Zero) -> None:
         """Refuse a zero that is too far off to be one; say a difference of the wires.

@@ -82,10 +82,15 @@ def doubt_trip(doubt: Doubt, action: Action, at_s: float, time_us: int | None = 
 
 
 def channel_setting(name: str, key: str) -> str:
-    """Return where a channel's setting stands in the stand file, e.g. ``calibration`` of ``stroke_1``."""
-    if name == "force_2":
-        return f"[amplifier.channel] {key}"
-    return f"[[controller.channel]] name = “{name}”, {key}"
+    """Return where the setting of a channel, or of several joined by commas, stands in the stand file.
+
+    Each is an entry of its own there, e.g. ``[[controller.channel]] name = “stroke_1”, calibration``.
+    """
+    entries = []
+    for one in name.split(", "):
+        channel = "[amplifier.channel]" if one == "force_2" else f"[[controller.channel]] name = “{one}”,"
+        entries.append(f"{channel} {key}")
+    return " and ".join(entries)
 
 
 def stream_of(name: str) -> str:

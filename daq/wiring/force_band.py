@@ -15,6 +15,7 @@ import numpy as np
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene
+from daq.wiring.stretch import Floats, noise_of
 from foundation.likeness import likeness
 
 FROM_MM, UNCOUNTED_MM = 2.5, 2.5
@@ -35,6 +36,9 @@ speed."""
 PULLS_KN = 3.0
 """A buffer that is pressed does not pull: more of that in the first compression is a wrong sign."""
 PULLED_SAMPLES = 3
+SIGMAS = 6.0
+REST_S = 0.2
+"""Its level and its noise are those of so long from where it begins to be judged [s]."""
 FREE_MM, FREE_KN = 0.4, 3.5
 """So far before first contact the force is none, to within this: its zero was set a moment ago."""
 FREE_TOLD_S = 0.3
@@ -49,17 +53,34 @@ class ForceJudge:
         self._lasting, self._freely = Lasting(LOOKS), Lasting(FREE_LOOKS)
         self._farthest_mm = 0.0
         self._pressed = False
+        self._rest_until_s: float | None = None
+        self._first: list[Floats] = []
+        self._rest = 0.0, 0.0
 
     def pulls(self, block: ScaledBlock) -> Doubt | None:
         """Return a doubt of the sign, at once: the guard of tension says that it pulls, which it does not."""
         force = block.values.get("force")
         if self._pressed or force is None or len(force) < PULLED_SAMPLES:
             return None
-        least_kN = float(sorted(force)[PULLED_SAMPLES - 1]) if float(force.min()) < -PULLS_KN else 0.0
-        if least_kN >= -PULLS_KN:
+        level_kN, noise_kN = self._at_rest(block, force)
+        most_kN = level_kN - PULLS_KN - SIGMAS * noise_kN  # a scale that is too large makes noise of none
+        if float(force.min()) >= most_kN:
+            return None
+        least_kN = float(np.sort(force)[PULLED_SAMPLES - 1])
+        if least_kN >= most_kN:
             return None
         text = f"force reads {least_kN:+.1f} kN as the piston first presses the specimen: its sign is turned"
-        return _doubt("sign", text, least_kN, -PULLS_KN)
+        return _doubt("sign", text, least_kN, most_kN)
+
+    def _at_rest(self, block: ScaledBlock, force: Floats) -> tuple[float, float]:
+        """Return level, where that is below nothing, and noise of the force as judging begins [kN]."""
+        if self._rest_until_s is None:
+            self._rest_until_s = float(block.time_us[0]) * 1e-6 + REST_S
+        if float(block.time_us[0]) * 1e-6 < self._rest_until_s or not self._first:
+            self._first.append(force)
+            seen = np.concatenate(self._first)
+            self._rest = min(0.0, float(np.median(self._first[0]))), noise_of(seen)
+        return self._rest
 
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with the force, None if nothing is."""

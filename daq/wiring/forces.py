@@ -101,6 +101,14 @@ class TwoForcesJudge:
         self.latest_kN = float(block.values["force_2"][-1])
         self._second.take(block, -delay_s)
 
+    def second(self, span_s: float) -> tuple[Floats, Floats]:
+        """Return times on the controller's clock [s] and the second force [kN] of the last ``span_s``."""
+        if not self._second:
+            return np.empty(0), np.empty(0)
+        time, value = _series(self._second)
+        since = time >= time[-1] - span_s
+        return time[since] - min(self._delays, default=0.0), value[since]
+
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with one of the forces, None if nothing is."""
         if not self._first or not self._second:

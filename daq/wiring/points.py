@@ -82,6 +82,18 @@ class Points:
             return rows[:0]
         return rows
 
+    def newest(self, span_s: float) -> Floats:
+        """Return the last ``span_s`` seconds as they came, not moved by delays, up to the last sample.
+
+        Returns
+        -------
+        NDArray, shape (n, 1 + channels)
+            Points, and what is no point yet as means of as long a time.
+        """
+        waiting = [part.mean(axis=0, keepdims=True) for part in _parts(self._pending)]
+        rows = np.concatenate((self._raw, *waiting)) if len(self._raw) or waiting else self._raw
+        return rows[rows[:, 0] >= rows[-1, 0] - span_s] if len(rows) else rows
+
     def column(self, name: str) -> int | None:
         """Return the column of a channel in a row; None where there is none."""
         return 1 + self.names.index(name) if name in self.names else None
@@ -132,6 +144,15 @@ class Points:
         for column, delay_s in self._moved:
             fresh[:, column] = np.interp(fresh[:, 0] + delay_s, time_s, self._raw[:, column])
         return np.asarray(fresh)
+
+
+def _parts(pending: Sequence[Floats]) -> list[Floats]:
+    """Return samples that are no points yet, those of one point together."""
+    if not pending:
+        return []
+    rows = np.concatenate(pending)
+    bins = np.floor(rows[:, 0] / POINT_S).astype(np.int64)
+    return np.split(rows, np.flatnonzero(np.diff(bins)) + 1)
 
 
 def _kept(table: Floats, span_s: float) -> Floats:

@@ -12,7 +12,8 @@ import pytest
 
 from daq.guards import Action
 from daq.wiring.facts import WiringGuard
-from daq.wiring.touch import doubt_of_touch
+from daq.wiring.stretch import Stretch
+from daq.wiring.touch import Touch, doubt_of_touch
 from foundation.likeness import likeness
 from recording.runfile import open_run
 from tests.daq.miswiring import UNTOUCHED, Misread, run_miswired
@@ -187,9 +188,8 @@ def touch(
 )
 def test_a_touch_shows_sign_scale_and_delay_of_the_force(how: dict[str, float], kind: str | None) -> None:
     time, force, place = touch(**how)
-    doubt = doubt_of_touch(
-        time, force, place, WiringGuard(frame_kN_per_mm=150.0), asked_kN=1.2, turned=True, own_kN=0.0
-    )
+    stretch = Stretch(time, {"force": force, "position": place})
+    doubt = doubt_of_touch(Touch(stretch, 1.2, turned=True, own_kN=0.0), WiringGuard(frame_kN_per_mm=150.0))
     assert (None if doubt is None else doubt.kind) == kind
 
 
