@@ -105,7 +105,7 @@ class TwoForcesJudge:
         """Return times on the controller's clock [s] and the second force [kN] of the last ``span_s``."""
         if not self._second:
             return np.empty(0), np.empty(0)
-        time, value = _series(self._second)
+        time, value = self._second.samples()
         since = time >= time[-1] - span_s
         return time[since] - min(self._delays, default=0.0), value[since]
 
