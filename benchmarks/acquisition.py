@@ -26,10 +26,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from daq.acquisition import Acquisition, Pace
+from daq.acquisition import Acquisition
 from daq.controller_guard import ControllerGuard
 from daq.guards import ChannelGuard
 from daq.metadata import stream_document
+from daq.pace import Pace
 from daq.panel import GuardPanel, GuardSet
 from drivers.connect import build_controller
 from drivers.interfaces import Stand

@@ -31,11 +31,12 @@ from typing import Any
 
 import numpy as np
 
-from daq.acquisition import Acquisition, Pace
+from daq.acquisition import Acquisition
 from daq.controller_guard import ControllerGuard
 from daq.driving import Driver, Halt
 from daq.guards import Action, ChannelGuard
 from daq.metadata import stream_document
+from daq.pace import Pace
 from daq.panel import GuardPanel, GuardSet
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.signals import StopRequest

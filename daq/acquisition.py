@@ -7,102 +7,36 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from daq.awake import Awake, StoodStill
+from daq.awake import StoodStill
 from daq.blocks import join_blocks
 from daq.clock_guard import PAUSE_S, HostMemory, evaluate_host
-from daq.complaints import Complaints
+from daq.continuity import Continuity
 from daq.device_time import DeviceTime
 from daq.guards import Action, Trip
+from daq.pace import Pace
 from daq.panel import CONTROLLER_STREAM, GuardPanel
 from daq.plausibility_guard import PlausibilityGuard
-from daq.recorder_guard import RecorderGuard, Recording
-from daq.ride_out import RideOut
+from daq.recorder_guard import RecorderGuard
+from daq.run_log import Recorder, RunLog
 from daq.scaling import ScaledBlock, scale, zeroed
 from daq.status_force import StatusForceMemory, evaluate_status_force
-from drivers.delivery import FEED_S, STATUS_LONGEST_S, status_rest_s
+from drivers.delivery import STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock, steady_s
-from foundation.errors import DeviceFault, NotInCharge, WireLost
+from foundation.errors import DeviceFault
 from foundation.zero import Zero
 
-ASK_AGAIN_S = 1.0
-"""So often it is asked whether another program still has the controller [s of the wall]."""
 LONG_LOOK_S = 0.0005
 """After a look at the status that took longer, samples are read before anything else [s of the wall]."""
 CATCH_UP_S = 0.2
 """So long at most is read between two requests of a command [s of the wall]."""
-SHARE_OF_POLL = 0.25
-"""Share of a poll's period after which the next pass comes."""
 _WRAP, _HALF = 1 << 32, 1 << 31
-
-
-class Recorder(Recording, Protocol):
-    """Where the raw blocks of a run go (:class:`recording.writer.RunRecorder`)."""
-
-    def append(
-        self,
-        stream: str,
-        sequence: int,
-        time_us: NDArray[np.int64],
-        counts: Mapping[str, NDArray[Any]],
-        lost: int = 0,
-    ) -> None:
-        """Queue a block; never blocks on the disk."""
-        ...
-
-    def anchor(self, device_us: int, host_s: float, utc: str) -> None:
-        """Queue a pair of the device's and the host's clock."""
-        ...
-
-    def event(self, at_s: float, kind: str, text: str, **data: Any) -> None:
-        """Queue an event."""
-        ...
-
-    def close(self, status: str, reason: str = "") -> Path:
-        """End and seal the run; return its file."""
-        ...
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How the loop is paced.
-
-    Parameters
-    ----------
-    tick_s : float
-        From the beginning of a pass to that of the next, where the reader is up to date [s of stand time].
-    look_s : float
-        So long at most a pass reads samples, so that sensors, status and watchdog always get their turn
-        [s of the wall].
-    judge_s : float
-        Blocks that come within this time are judged together [s of the wall]: on a quick wire that saves
-        processor time; a slower one has each block judged when it arrives.
-    feed_s : float
-        The watchdog is fed this often [s of the wall].
-    anchor_s : float
-        A clock anchor is recorded this often [s of stand time].
-    """
-
-    tick_s: float = 0.01
-    look_s: float = 0.02
-    judge_s: float = 0.003
-    feed_s: float = FEED_S
-    anchor_s: float = 1.0
-
-    def suited_to(self, controller: StreamFacts) -> Pace:
-        """Return the pace for a controller: a polled sample is not to wait for a pass longer than it must."""
-        if controller.clock == "device":
-            return self
-        return replace(self, tick_s=min(self.tick_s, SHARE_OF_POLL / controller.rate_Hz))
 
 
 @dataclass(frozen=True)
@@ -175,12 +109,15 @@ class Acquisition:
             channel.name: Branch() for facts in self._facts.values() for channel in facts.channels
         }
         self._plausibility = PlausibilityGuard(stand.controller.facts)
-        self._recorder: Recorder | None = None
+        self.log = RunLog(clock)
+        """Where events go."""
+        self.continuity = Continuity(self, stand.controller, clock, panel)
+        """Knows of pauses, outages, and who has the stand."""
         self._recording = RecorderGuard(panel.guards.disk_stop_s)
         self._civil_s = civil_s
         self._waited_for = waited_for
         self._host = HostMemory(civil_s(), steady_s(), clock.now_s())
-        self._guarded = self._was_silent = False
+        self._guarded = False
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
         self._device_us: int | None = None
@@ -196,27 +133,17 @@ class Acquisition:
         self.feeding = True
         """Whether a pass feeds the controller's watchdog."""
         self._fed_s = -np.inf
-        self._hands_off, self._ask_again_s = False, -np.inf
-        self.awake = Awake(clock.wall_s())
-        """Notices that this program stood still; knows what a wait with the valve off does then."""
-        self._complaints, self._device_time = Complaints(), DeviceTime(clock.now_s())
-        self._heard_s = self._seen_last_s = clock.wall_s()
+        self._device_time = DeviceTime(clock.now_s())
         self._overwritten = 0
         self._status_force = StatusForceMemory()
-        self.rides: RideOut | None = None
-        """Decides how long an outage is ridden out; without it a lost wire is a reason to stop at once."""
         self._looked_long = False
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
         self._pass_began_s = clock.now_s()
-        self._aside: list[str] = []
-        self._doubts: list[tuple[float, str, str, dict[str, object]]] = []
-        """What was said of the wiring while nothing was recorded: it belongs into the next run."""
         self.listeners: list[Callable[[ScaledBlock], object]] = []
         """Get every block of the controller, scaled; they must be quick."""
         self.observers: list[Callable[[ScaledBlock], object]] = []
         """Get every block of every stream, scaled, after it was judged; they must be quick."""
-        self._last_aside = ""
 
     @property
     def latest(self) -> Latest:
@@ -229,11 +156,6 @@ class Acquisition:
             self._samples,
             self._lost,
         )
-
-    @property
-    def seen_last_s(self) -> float:
-        """Return when samples of the controller were asked for last with success [s of the wall]."""
-        return self._seen_last_s
 
     @property
     def waited_for(self) -> bool:
@@ -259,26 +181,28 @@ class Acquisition:
 
     def attach(self, recorder: Recorder) -> None:
         """Record from now on, beginning with a clock anchor."""
-        self._complaints.end()
-        self._recorder = recorder
         self._recording.begin()
         self._anchor, self._anchor_due_s = None, -np.inf
-        doubts, self._doubts = self._doubts, []
-        for at_s, kind, text, data in doubts:
-            now_s = self.clock.now_s()
-            recorder.event(now_s, kind, text, **data, before_s=round(now_s - at_s, 3))
-
-    def detach(self) -> Recorder | None:
-        """Record no longer; return the recorder, which is not closed."""
-        for stream, text in self._complaints.end():
-            self.say("sensor", text, stream=stream)
-        recorder, self._recorder = self._recorder, None
-        return recorder
+        self.log.attach(recorder)
 
     @property
-    def recorder(self) -> Recorder | None:
-        """Return the recorder of the run under way."""
-        return self._recorder
+    def status(self) -> ControllerStatus | None:
+        """Return the last snapshot."""
+        return self._status
+
+    @property
+    def was_told(self) -> bool:
+        """Return whether the controller was told something since the last look at its status."""
+        return self._status_at_s == -np.inf
+
+    @property
+    def fed_s(self) -> float:
+        """Return when the controller's watchdog was fed last [s of the wall]."""
+        return self._fed_s
+
+    def fall_behind(self) -> None:
+        """Hold that samples are unread."""
+        self._up_to_date = False
 
     @property
     def up_to_date(self) -> bool:
@@ -322,24 +246,6 @@ class Acquisition:
         self._looked_long = True
         self._told_at_s = self.clock.wall_s()
 
-    def say(self, kind: str, text: str, **data: object) -> None:
-        """Put an event into the run under way.
-
-        Where there is none, devices' words are kept to be shown, and a doubt of the wiring for the next run.
-        """
-        if self._recorder is not None:
-            self._recorder.event(self.clock.now_s(), kind, text, **data)
-        elif data.get("doubt"):
-            self._doubts.append((self.clock.now_s(), kind, text, data))
-        elif kind in ("wire", "sensor") and text != self._last_aside:
-            self._last_aside = text
-            self._aside.append(text)
-
-    def unrecorded(self) -> list[str]:
-        """Return (and forget) what devices said while nothing was recorded."""
-        aside, self._aside = self._aside, []
-        return aside
-
     def tick(self) -> list[Trip]:
         """Make one pass: feed, read, drain, record, judge.
 
@@ -355,82 +261,22 @@ class Acquisition:
         """
         self._pass_began_s = self.clock.now_s()
         try:
-            self._see_pause(PAUSE_S)
-            self._come_back()
-            if not self.is_cut_off:
+            self.continuity.see_pause(PAUSE_S)
+            self.continuity.come_back()
+            if not self.continuity.is_cut_off:
                 self._ask_controller()
         except StoodStill as still:
-            self._go_on_anew(str(still), still.for_s)
+            self.continuity.go_on_anew(str(still), still.for_s)
         except DeviceFault as fault:
-            self._take_fault(fault)
+            self.continuity.take_fault(fault)
         self._drain_sensors()
         self._check_recorder()
         self._look_at_host()
         self.panel.listen(self.clock.now_s(), self.clock.wall_s())
         said = self.panel.said()
         for trip in said:
-            self.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
+            self.log.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
         return said
-
-    # --- a pause of this program ----------------------------------------------------------------------
-
-    def _see_pause(self, most_s: float, *, look: bool = True) -> None:
-        """See whether this program stood still: nothing that it does takes longer than ``most_s`` [s].
-
-        Where the stand is switched on, what it does is seen before anything else is done to it, unless it is
-        being looked at (``look``): a fault that is found then comes of the pause, and says so.
-
-        Raises
-        ------
-        StoodStill
-            If so, in a wait.
-        DeviceFault
-            If the wire fails, or the right to give commands was lost meanwhile.
-        """
-        wall_s = self.clock.wall_s()
-        if not (still_s := self.awake.look(wall_s, most_s)):
-            if not self.awake.explains(wall_s):
-                self.panel.explained_by = ""
-            return
-        if self.awake.waits:
-            raise StoodStill(still_s)
-        if self._waited_for:  # it stood still as well
-            return
-        self.panel.explained_by = (
-            f"this program stood still for {still_s:.1f} s (suspended computer, debugger, overloaded machine)"
-        )
-        if look and self.feeding and self.stand.controller.in_charge and not self.is_cut_off:
-            self._read_status()
-            self.stand.controller.look_at_lock()
-
-    def _go_on_anew(self, why: str, slept_s: float = 0.0) -> None:
-        """In a wait with the valve off: look at the stand as at a start, take it again, and say so."""
-        rides, clock = self.rides, self.clock
-        if self.awake.take_anew is None:
-            raise RuntimeError("nobody can look at the stand anew")
-        if slept_s:  # an outage is counted from now on, and so is every silence
-            self._heard_s = clock.wall_s()
-        self.panel.begin_anew(clock.wall_s())
-        try:
-            trouble = self.awake.take_anew()
-        except WireLost as lost:
-            self.panel.latch(Trip("anew", Action.NOTE, f"{why}; it is not reached yet", clock.now_s()))
-            if self.lose(lost) and rides is not None:
-                rides.doubt()
-            return
-        except DeviceFault as fault:
-            trouble = str(fault)
-        finally:
-            self.awake.look(clock.wall_s(), 0.0)
-        if trouble:
-            self._hands_off = True
-            self._latch_fault(f"{why}; the stand cannot be taken again: {trouble}")
-            return
-        self.panel.expect_valve(False)
-        text = f"{why}: the stand was looked at as at a start, and taken again; the wait goes on"
-        self.panel.latch(
-            Trip("anew", Action.NOTE, text, clock.now_s(), value=slept_s or None, unit="s" if slept_s else "")
-        )
 
     def begin_anew(self) -> None:
         """Go on as at a start, once the stand is taken again: nothing that was read before is believed.
@@ -439,8 +285,8 @@ class Acquisition:
         """
         wall_s, now_s = self.clock.wall_s(), self.clock.now_s()
         self.panel.begin_anew(wall_s)
-        self._hands_off, self._fed_s = False, -np.inf
-        self._heard_s = self._seen_last_s = wall_s
+        self.continuity.begin_anew()
+        self._fed_s = -np.inf
         for sensor in self.stand.sensors:
             sensor.drain()  # read before
         self._device_time.begin_anew()
@@ -468,18 +314,18 @@ class Acquisition:
         behind them is judged before the next. A stand that waits for its reader is read once.
         """
         end_s = self.clock.wall_s() + CATCH_UP_S
-        if self.is_cut_off:
+        if self.continuity.is_cut_off:
             return
         try:
-            self._see_pause(self.awake.longest_call_s)
+            self.continuity.see_pause_in_call()
             undisturbed = self._read_until(end_s)
             for request in (self._feed, self._look_if_overdue):
                 if undisturbed and request():
                     undisturbed = self._read_until(end_s)
         except StoodStill as still:
-            self._go_on_anew(str(still), still.for_s)
+            self.continuity.go_on_anew(str(still), still.for_s)
         except DeviceFault as fault:
-            self._take_fault(fault)
+            self.continuity.take_fault(fault)
 
     def _read_until(self, end_s: float) -> bool:
         """Read until nothing is unread, or a time of the wall is reached; return False once a guard trips."""
@@ -491,117 +337,13 @@ class Acquisition:
             if self._up_to_date or self._waited_for or self.clock.wall_s() >= end_s:
                 return True
 
-    def _take_fault(self, fault: DeviceFault) -> None:
-        """Let a fault of the controller or its wire be a reason to stop, unless an outage is ridden out."""
-        try:
-            self._see_pause(self.awake.longest_call_s, look=False)
-        except StoodStill as still:
-            self._go_on_anew(str(still), still.for_s)
-            return
-        if isinstance(fault, WireLost) and self.lose(fault):
-            return
-        if not isinstance(fault, NotInCharge):
-            if self._goes_on_behind(fault):
-                return
-            self._latch_fault(f"the controller or its wire failed: {fault}")
-            return
-        self._hands_off = self._another_has_it()
-        if self.awake.lock_lost is None:
-            self._latch_fault(f"the right to give commands was lost: {fault}")
-        elif self._hands_off or not self._goes_on_behind(fault):
-            self.panel.cut_off = self._hands_off
-            self.panel.expect_valve(None)
-            self.awake.lock_lost(fault)
-
-    def _goes_on_behind(self, fault: DeviceFault) -> bool:
-        """Return whether a controller that does not go on as it did is taken anew, as behind its restart."""
-        if not self.awake.may_take_anew(self.clock.wall_s()):
-            return False
-        self._go_on_anew(f"the controller does not go on as it did ({fault})")
-        return True
-
-    def _another_has_it(self) -> bool:
-        """Return whether another program has the controller, whose samples are that one's then."""
-        try:
-            return bool(self.stand.controller.other_writer())
-        except DeviceFault:
-            return True
-
-    def _has_it_back(self) -> bool:
-        """Return whether nobody else has the controller any more, asked now and then; then go on from now."""
-        wall_s = self.clock.wall_s()
-        if wall_s < self._ask_again_s:
-            return False
-        self._ask_again_s = wall_s + ASK_AGAIN_S
-        if self._another_has_it():
-            return False
-        if self.awake.waits:
-            self._go_on_anew("nobody else gives the controller commands any more")
-            return not self._hands_off
-        self.stand.controller.skip_backlog()
-        self._hands_off = self.panel.cut_off = False
-        self.panel.came_back(self.clock.wall_s())
-        return True
-
-    def _latch_fault(self, reason: str) -> None:
-        now_s = self.clock.now_s()
-        self.panel.latch(Trip("controller", Action.EMERGENCY, reason, now_s, device_fault=True))
-
-    # --- outages ------------------------------------------------------------------------------------
-
-    @property
-    def is_cut_off(self) -> bool:
-        """Return whether an outage is under way that is being ridden out; each pass tries to end it."""
-        return self.rides is not None and self.rides.is_out
-
-    def lose(self, lost: WireLost) -> bool:
-        """Take a request that got no true reply; return whether the outage is ridden out.
-
-        Where it cannot be (any longer) it is latched as a reason to stop.
-        """
-        rides, wall_s = self.rides, self.clock.wall_s()
-        self._was_silent, self._up_to_date = True, False
-        if rides is None:
-            return False
-        told = self._status_at_s == -np.inf  # something since the last look
-        told = told and not self.awake.waits  # in a wait with the valve off nothing is told
-        rides.begin(self._heard_s, wall_s, self._status, self, commanding=told)
-        if remark := rides.remark(wall_s):
-            self.panel.latch(Trip("outage", Action.NOTE, remark, self.clock.now_s()))
-        why = rides.over(self._heard_s, self._fed_s if self.feeding else None, wall_s)
-        if why:
-            self._latch_fault(f"the controller or its wire failed: {lost}; {why}")
-        self.panel.cut_off = rides.is_out
-        return True
-
-    def _come_back(self) -> None:
-        """Try to end an outage: feed, read and judge what waited, see that all fits."""
-        rides, clock = self.rides, self.clock
-        if rides is None or not rides.is_out:
-            return
-        rest_s = rides.rest_s(clock.wall_s())
-        clock.sleep(rest_s)
-        self._see_pause(PAUSE_S + rest_s)
-        self._was_silent = True
-        try:
-            trip = rides.come_back(self, clock.wall_s, clock.now_s())
-        except WireLost:
-            raise
-        except DeviceFault:
-            rides.abandon()
-            self.panel.cut_off = False
-            raise
-        self.awake.look(clock.wall_s(), 0.0)  # it may have waited for a killed program's stand
-        self.panel.came_back(clock.wall_s())
-        self.panel.latch(trip)
-
     def feed_first(self) -> None:
         """Feed the watchdog now, if this program feeds it."""
         wall_s = self.clock.wall_s()  # the watchdog counts real seconds, however fast a simulated stand runs
         if self.feeding and self.stand.controller.in_charge:
             self.stand.controller.feed_watchdog()
             self._fed_s = wall_s
-            self._see_pause(self.awake.longest_call_s)
+            self.continuity.see_pause_in_call()
 
     def read_backlog(self, limit_s: float) -> bool:
         """Read and judge what waits in the ring, feeding meanwhile; return False if a guard has tripped."""
@@ -651,7 +393,7 @@ class Acquisition:
 
         Once another program has the controller nothing is read: to take samples is to acknowledge them.
         """
-        if self._hands_off and not self._has_it_back():
+        if self.continuity.hands_off and not self.continuity.has_it_back():
             self._up_to_date = True
             return
         wall_s, pace = self.clock.wall_s, self.pace
@@ -662,8 +404,8 @@ class Acquisition:
         try:
             while not self._up_to_date:
                 block = self.stand.controller.read_block()
-                self._see_pause(self.awake.longest_call_s)
-                self._heard_s = self._seen_last_s = wall_s()
+                self.continuity.see_pause_in_call()
+                self.continuity.heard()
                 self._up_to_date = block is None or not block.more
                 if block is not None:
                     blocks.append(block)
@@ -677,8 +419,8 @@ class Acquisition:
             self._take_all(blocks)  # what was read before a fault is kept, too
         self._record_anchor()
         for text in self.stand.controller.events():
-            self._was_silent = self._was_silent or NO_REPLY in text
-            self.say("wire", text)
+            self.continuity.was_silent |= NO_REPLY in text
+            self.log.say("wire", text)
 
     def _take_all(self, blocks: list[SampleBlock]) -> None:
         """Record and judge what has come; the list is empty afterwards."""
@@ -706,7 +448,7 @@ class Acquisition:
     def _read_status(self) -> ControllerStatus:
         asked_s = self.clock.wall_s()
         status = self.stand.controller.status()
-        self._see_pause(self.awake.longest_call_s, look=False)
+        self.continuity.see_pause_in_call(look=False)
         self._status = status
         now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
         self._status_at_s = self._status_read_s = wall_s
@@ -743,15 +485,14 @@ class Acquisition:
             for item in sensor.drain():
                 if isinstance(item, SensorFault):
                     self.panel.complain(item)
-                    if self._complaints.is_new(item):
-                        self.say("sensor", f"{item.stream}: {item.what}", stream=item.stream)
+                    self.log.complain(item)
                 else:
                     self._take(item)
 
     def _take(self, block: SampleBlock) -> None:
         """Record first, judge second: the sample that trips is in the run."""
-        if self._recorder is not None:
-            self._recorder.append(block.stream, block.first_sequence, block.time_us, block.counts, block.lost)
+        if (recorder := self.log.recorder) is not None:
+            recorder.append(block.stream, block.first_sequence, block.time_us, block.counts, block.lost)
         scaled = scale(block, self._facts[block.stream], self._branches)
         if block.stream == CONTROLLER_STREAM:
             for trip in self._plausibility.look(block, scaled):
@@ -781,14 +522,15 @@ class Acquisition:
     def _record_anchor(self) -> None:
         """Record the best pair of the interval that ends."""
         now_s = self.clock.now_s()
-        if self._recorder is not None and self._anchor is not None and now_s >= self._anchor_due_s:
-            self._recorder.anchor(*self._anchor, self._utc())
+        recorder = self.log.recorder
+        if recorder is not None and self._anchor is not None and now_s >= self._anchor_due_s:
+            recorder.anchor(*self._anchor, self._utc())
             self._anchor, self._anchor_due_s = None, now_s + self.pace.anchor_s
 
     def _check_recorder(self) -> None:
-        if self._recorder is None:
+        if (recorder := self.log.recorder) is None:
             return
-        for trip in self._recording.look(self._recorder, self.clock.now_s()):
+        for trip in self._recording.look(recorder, self.clock.now_s()):
             self.panel.latch(trip)
 
     def _look_at_host(self) -> None:
@@ -801,9 +543,9 @@ class Acquisition:
             self._civil_s(),
             steady_s(),
             self.clock.now_s(),
-            guarded=self.feeding and self._guarded and not self._was_silent,
+            guarded=self.feeding and self._guarded and not self.continuity.was_silent,
         )
-        self._guarded, self._was_silent = self.feeding, False
+        self._guarded, self.continuity.was_silent = self.feeding, False
         for trip in said:
             self.panel.latch(trip)
 

@@ -58,7 +58,7 @@ class Anew:
             If the wire fails, or what answers is not what the profile describes.
         """
         acquisition, controller = self._acquisition, self._acquisition.stand.controller
-        unseen_s = acquisition.clock.wall_s() - acquisition.seen_last_s
+        unseen_s = acquisition.clock.wall_s() - acquisition.continuity.seen_last_s
         if why := differs(self._identity, controller.connect()) or self._free_trouble():
             acquisition.feeding = False  # it is not this program's
             return why

@@ -34,7 +34,7 @@ def catch_up(acquisition: Acquisition, tick: Callable[[], object], ended: Callab
     clock = acquisition.clock
     acquisition.renew_status()
     tick()
-    while acquisition.is_cut_off and not ended():  # what the status showed is of before
+    while acquisition.continuity.is_cut_off and not ended():  # what the status showed is of before
         tick()
     present_us, newest_s = acquisition.device_now_us, acquisition.latest.device_s
     until_s = clock.wall_s() + CATCH_UP_S

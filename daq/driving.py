@@ -154,7 +154,7 @@ class Driver:
             # A controller that counts its way in and out as cycles is not believed beyond what was wanted.
             self.cycles_done = self._cycles_before + min(status.cycles_done, self._cyclic.cycles)
             # A stop has the wire to itself; in an outage nothing goes over it.
-            if self._acquisition.panel.action < Action.STOP and not self._acquisition.is_cut_off:
+            if self._acquisition.panel.action < Action.STOP and not self._acquisition.continuity.is_cut_off:
                 with self._looking_between():  # it may change a running sine
                     self.commanding.look(status.cycles_done)
         self.obey()
@@ -273,7 +273,7 @@ class Driver:
             while not self._ended(motion, sequence):
                 self.pump()
                 if watch.settled(self.cycles_done - self._cycles_before):
-                    acquisition.say(
+                    acquisition.log.say(
                         "step",
                         f"settled after {self.cycles_done - self._cycles_before} cycles: damping "
                         f"{watch.damping[-1]:.4f}, stiffness {watch.stiffness[-1]:.4f} kN/mm",
@@ -283,7 +283,9 @@ class Driver:
                     return
                 if self._device_s() - began_s > limit_s:
                     self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
-            acquisition.say("step", f"not settled after {motion.cycles} cycles, the most that were planned")
+            acquisition.log.say(
+                "step", f"not settled after {motion.cycles} cycles, the most that were planned"
+            )
             self.obey()
         finally:
             acquisition.listeners.remove(watch.take)
@@ -337,7 +339,7 @@ class Driver:
         way, limit_s = self.commanding.way_to_force(motion), self._patience.limit_s(expected_s)
         if self.ramp(way, limit_s, lambda: acquisition.latest.values.get("force", 0.0) >= motion.force_kN):
             return
-        acquisition.say(
+        acquisition.log.say(
             "step",
             f"{motion.force_kN:g} kN were not reached at the stroke limit of {motion.stroke_limit_mm:g} mm",
         )
@@ -492,9 +494,9 @@ class Driver:
         """
         acquisition = self._acquisition
         acquisition.renew_status()  # it is not known what of the command was done
-        if not acquisition.lose(lost):
+        if not acquisition.continuity.lose(lost):
             raise lost
-        while acquisition.is_cut_off:
+        while acquisition.continuity.is_cut_off:
             self._tick()
             self._halt_if_told()
         self._halt_if_told()
@@ -516,7 +518,7 @@ class Driver:
         acquisition = self._acquisition
         began_s = acquisition.clock.now_s()
         acquisition.catch_up()
-        while acquisition.is_cut_off:
+        while acquisition.continuity.is_cut_off:
             self._tick()
             self._halt_if_told()
         acquisition.samples_first()  # behind the request that follows
@@ -560,7 +562,7 @@ class Driver:
             with self._looking_between():
                 self._acquisition.stand.controller.prepare_release(speed_mm_per_s=speed_mm_per_s)
         except CommandRejected as rejected:  # it is armed when it is needed, as any other command
-            self._acquisition.say("wire", f"no release could be made ready: {rejected}")
+            self._acquisition.log.say("wire", f"no release could be made ready: {rejected}")
 
     def _until_done(self, motion: Motion, sequence: int, limit_s: float) -> None:
         began_s = self._device_s()

@@ -139,7 +139,7 @@ class _Cycling:
             lower.target_mm = self._kept(lower.target_mm + upper.stood_mm - before_mm)
         self._go(lower)
         made = ForceTurns(self._driver.cycles_done + 1, lower.reached_kN, upper.reached_kN, upper.by_limit)
-        self._acquisition.say(
+        self._acquisition.log.say(
             "force-cycle",
             f"cycle {made.number}: {made.text()}",
             cycle=made.number,
@@ -169,7 +169,7 @@ class _Cycling:
         if row is None:
             return
         self._driver.force_rows.append(row)
-        self._acquisition.say("force", row.sentence(), **row.as_dict())
+        self._acquisition.log.say("force", row.sentence(), **row.as_dict())
         if row.cycles_off:
             self._driver.commanding.voice.warn(f"WARNING: {row.sentence()}")
 

@@ -155,10 +155,10 @@ class Opening:
         if self.watcher is not None:
             acquisition.observers.append(self.watcher.take)
         anew = Anew(acquisition, identity, self.free_trouble)
-        acquisition.awake.take_anew = anew.look
-        acquisition.awake.longest_call_s = CALL_TIMEOUTS * self._timeout_s + CALL_MORE_S
+        acquisition.continuity.awake.take_anew = anew.look
+        acquisition.continuity.awake.longest_call_s = CALL_TIMEOUTS * self._timeout_s + CALL_MORE_S
         rides = rides_of(acquisition, self.facts.watchdog_s, self.table, anew.look)
-        acquisition.rides = rides
+        acquisition.continuity.rides = rides
         acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
         release_mm_per_s = self.plan.campaign.content.motion.release_speed_mm_per_s
         driver = Driver(

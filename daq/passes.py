@@ -65,7 +65,7 @@ class Passes:
         acquisition, driver = self._need()
         for trip in acquisition.tick():
             self._showing.trip(trip)
-        for text in acquisition.unrecorded():
+        for text in acquisition.log.unrecorded():
             self._showing.message(f"note: {text}")
         self.take_notes()
         self._showing.offer(acquisition, driver)
@@ -134,7 +134,7 @@ class Passes:
 
     def _say(self, text: str) -> None:
         if self._served is not None:
-            self._served[0].say("operator", text)
+            self._served[0].log.say("operator", text)
 
     def _need(self) -> tuple[Acquisition, Driver]:
         if self._served is None:

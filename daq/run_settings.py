@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from daq.acquisition import Pace
 from daq.driving import Patience
+from daq.pace import Pace
 from protocols.guard_table import GuardTable
 
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from daq.acquisition import Recorder
 from daq.agenda import Agenda
 from daq.alive import Alive
 from daq.crests import prepare
@@ -21,6 +20,7 @@ from daq.passes import Passes
 from daq.polled_periods import PolledPeriods
 from daq.progress import ProgressSink, Watcher
 from daq.reached import Reached
+from daq.run_log import Recorder
 from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStopReport
 from daq.showing import Showing, phase_of
@@ -411,13 +411,13 @@ class Session:
             if self._polled is not None:
                 self._polled.begin()
             self._passes.run_id = where[1]
-        alive.acquisition.say("step", f"step {step.index} begins: {step.name}")
+        alive.acquisition.log.say("step", f"step {step.index} begins: {step.name}")
         for change in self._facts.changes:
-            alive.acquisition.say("changed", "{what}: {before} → {now}".format_map(change), **change)
+            alive.acquisition.log.say("changed", "{what}: {before} → {now}".format_map(change), **change)
         if step.start_band is not None:
             say_beginning(alive.acquisition, step.start_band)
         for text in expired_today(self._stand):
-            alive.acquisition.say("calibration", text)
+            alive.acquisition.log.say("calibration", text)
         with self._valve_off() if rests_long(step) else nullcontext():
             self._motions(step, motions)
         self._passes.catch_up()  # what was sampled until the last motion's end
@@ -506,13 +506,13 @@ class Session:
     def _close_run(self, status: str, reason: str) -> Trip | None:
         """Seal in a thread, because the watchdog wants to be fed meanwhile; return why it failed, if so."""
         alive = self._need()
-        if alive.acquisition.recorder is not None and status != "failed":
+        if alive.acquisition.log.recorder is not None and status != "failed":
             if status != "complete":
                 self._passes.watch_rest()
             self._passes.catch_up(stopped=True)  # what led to the stop belongs into the run
         if self._polled is not None:
-            alive.acquisition.say("polls", self._polled.sentence(), **self._polled.facts())
-        recorder, self._passes.run_id = alive.acquisition.detach(), ""
+            alive.acquisition.log.say("polls", self._polled.sentence(), **self._polled.facts())
+        recorder, self._passes.run_id = alive.acquisition.log.detach(), ""
         if recorder is None:
             return None
         sealed: list[Path] = []
@@ -537,7 +537,7 @@ class Session:
                 stopping_s=alive.driver.stopping_s,
             )
         if first:
-            alive.acquisition.say("safe stop", report.line, safe=report.safe, by=report.by)
+            alive.acquisition.log.say("safe stop", report.line, safe=report.safe, by=report.by)
         return report
 
     def cool_down(self) -> None:
@@ -590,18 +590,18 @@ class Session:
             self._need().safe_stop.arm()  # what was seen then says nothing of a stand that is another's
             self._showing.message(f"WARNING: {fault}; this campaign asks for the stand again before it moves")
 
-        acquisition.awake.lock_lost = lost
+        acquisition.continuity.awake.lock_lost = lost
         self._need().panel.expect_valve(False)
         try:
             with self._need().rides.while_waiting():
                 yield
-                while acquisition.is_cut_off:  # what was waited for came by another wire
+                while acquisition.continuity.is_cut_off:  # what was waited for came by another wire
                     self._need().driver.pump()
         except BaseException:
             self._stop_anew_if_on()
             raise
         finally:
-            acquisition.awake.lock_lost = None
+            acquisition.continuity.awake.lock_lost = None
 
     def _stop_anew_if_on(self) -> None:
         """Let the safe stop stop once more unless the valve is seen to be off still: it was off in a wait."""

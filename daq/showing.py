@@ -107,7 +107,7 @@ class Showing:
         here_s = 0.0
         if step is not None and not done:
             here_s = max(0.0, self._step_lasts_s - (self._clock.now_s() - self._step_began_s))
-        recorder = acquisition.recorder
+        recorder = acquisition.log.recorder
         return Progress(
             step=step.index if step else 0,
             steps=len(self._plan.steps),

@@ -45,7 +45,7 @@ def say_beginning(acquisition: Acquisition, band: StartBand) -> None:
     readings = acquisition.panel.specimen_temperatures()
     known = {label: value for label, value in readings.items() if value is not None}
     inside = all(band.low_C <= value <= band.high_C for value in known.values())
-    acquisition.say(
+    acquisition.log.say(
         "temperature",
         f"begins at {', '.join(f'{label} {value:.2f} °C' for label, value in known.items())}, "
         f"{'within' if inside else 'outside'} {band.text()}",

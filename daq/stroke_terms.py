@@ -62,7 +62,7 @@ class SessionVoice:
 
     def event(self, kind: str, text: str, **data: object) -> None:
         """Put an event into the run under way."""
-        self._acquisition.say(kind, text, **data)
+        self._acquisition.log.say(kind, text, **data)
 
     def message(self, text: str) -> None:
         """Show a line."""

@@ -52,7 +52,7 @@ class TouchDoubts:
         if trip.action is not Action.NOTE:
             raise Halt(trip)
         self._say(f"WARNING: {trip.reason}")
-        self._acquisition.say("note", trip.reason, **trip.facts())
+        self._acquisition.log.say("note", trip.reason, **trip.facts())
 
     def is_to_come(self, samples: Collected, asked_kN: float) -> bool:
         """Return whether the controller turned, and the force has not risen yet: it may be late."""

@@ -110,7 +110,7 @@ class _Warming:
             max(0.0, self.drift.highest_C - self._warmth.high_C),
             self._rested_s,
         )
-        self._acquisition.say(
+        self._acquisition.log.say(
             "temperature",
             f"warmed up: {self._said()}: {warmed.sentence()}",
             cycles=self._driver.cycles_done,

@@ -194,7 +194,7 @@ class Publisher:
             "samples": latest.samples,
             "lost": latest.lost,
             "trip": None if trip is None else {"reason": trip.reason, **trip.facts()},
-            "recording": acquisition.recorder is not None,
+            "recording": acquisition.log.recorder is not None,
             **self._shown(),
         }
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from daq.acquisition import Pace
 from daq.metadata import CampaignFacts
+from daq.pace import Pace
 from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from drivers.interfaces import StreamFacts

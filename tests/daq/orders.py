@@ -8,8 +8,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.acquisition import Pace
 from daq.as_run import read_as_run
+from daq.pace import Pace
 from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from drivers.simulated.inprocess import open_in_process

@@ -6,8 +6,8 @@ import sys
 import time
 from pathlib import Path
 
-from daq.acquisition import Pace
 from daq.metadata import CampaignFacts
+from daq.pace import Pace
 from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from daq.signals import StopRequest, stop_on_signals

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from daq.acquisition import Pace
+from daq.pace import Pace
 from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from drivers.profile import SHIPPED

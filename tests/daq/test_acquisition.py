@@ -8,9 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from daq.acquisition import Acquisition, Pace
+from daq.acquisition import Acquisition
 from daq.controller_guard import ControllerGuard
 from daq.guards import Action, AgreementGuard, ChannelGuard
+from daq.pace import Pace
 from daq.panel import GuardPanel, GuardSet
 from daq.temperature_guard import TemperatureGuard
 from drivers.interfaces import MotionState, SampleBlock, Stand

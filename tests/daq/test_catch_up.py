@@ -20,7 +20,7 @@ class Reader:
     def __init__(self, behind_s: float, reads_s: float, until_s: float = float("inf")) -> None:
         self.clock = FakeClock()
         self.passes = 0
-        self.is_cut_off = False
+        self.continuity = SimpleNamespace(is_cut_off=False)
         self.device_now_us = round(behind_s * 1e6)
         self.latest = SimpleNamespace(device_s=0.0)
         self._reads_s, self._until_s = reads_s, until_s

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from daq.acquisition import Pace
 from daq.as_run import read_as_run
+from daq.pace import Pace
 from daq.progress import Progress
 from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from daq.acquisition import Pace
 from daq.as_run import AS_RUN_NAME, AsRun, observed_run, read_as_run, report_rows
 from daq.folder import load_record
+from daq.pace import Pace
 from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from daq.signals import StopLevel, StopRequest

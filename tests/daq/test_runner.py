@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from daq.acquisition import Pace
 from daq.folder import load_record
+from daq.pace import Pace
 from daq.run_settings import RunSettings
 from daq.runner import CampaignOutcome, run_campaign
 from daq.signals import StopLevel, StopRequest
