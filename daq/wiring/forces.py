@@ -117,11 +117,14 @@ class TwoForcesJudge:
         if until_s < self._due_s + EVERY_S * scene.guard.speed and until_s > self._due_s - 10.0:
             return None
         self._due_s = until_s
+        most_kN = BEYOND * scene.guard.force_max_kN
+        if self.latest_kN is not None and abs(self.latest_kN) > most_kN:
+            return None  # saturated: its own watch says so, and the agreement with the first one has a guard
         if stood := standstill(self._second, self._first, ("force_2", "force")):
             return _stands(stood)
         pair = self._pair(until_s)
-        if pair is None or float(np.max(np.abs(pair.second))) > BEYOND * scene.guard.force_max_kN:
-            return None  # saturated: its own watch says so, and the agreement with the first one has a guard
+        if pair is None or float(np.max(np.abs(pair.second))) > most_kN:
+            return None  # as it was just now
         return self._just_jumped(scene, pair) or self._judge(scene, pair)
 
     def _pair(self, until_s: float) -> _Pair | None:
