@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
-from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, standstill
+from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_by_delay, standstill
 from daq.wiring.scene import Lasting, Scene
 from daq.wiring.track import Means, Track, common_instants, has_hole
 from foundation.likeness import likeness
@@ -149,6 +149,8 @@ class TwoForcesJudge:
             return None
         least_kN = JUMPED * (APART_KN if scene.counted else UNCOUNTED_KN)
         broke = fresh_jump(self._first, self._second, pair.time_s, pair.first, pair.second, least_kN=least_kN)
+        if broke is not None and made_by_delay(broke, pair.means, pair.time_s, pair.second, ALLOWED_S):
+            broke = None
         sure = self._lasting.sure("broke", broke is not None)
         return _jumped(broke) if sure and broke is not None else None
 
