@@ -163,7 +163,7 @@ def made_by_delay(broke: Jump, means: Means, time: Floats, two: Floats, lags_s: 
         Delays that are no doubt, of force_2 behind force [s].
     """
     at = int(np.argmin(np.abs(time - broke.at_s)))
-    near = slice(max(0, at - 1), at + 2)
+    near = slice(max(0, at - 3), at + 4)  # a jump of ``force`` is moved with it
     left_kN = [float(np.max(np.abs(_steps(two - means.at(time - lag_s))[near]))) for lag_s in lags_s]
     return min(left_kN) < (1.0 - OF_SIZE) * abs(broke.size_kN)
 
