@@ -123,8 +123,8 @@ def edits_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
 def doubts_before(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
     """Return what ended earlier starts before they recorded a run, oldest first, for the runs.
 
-    Each is the trip's facts, with ``at_utc`` of its start, ``changed`` (texts of the settings that were another
-    at a start from then on, up to the first one that was not ended so) and the whole as a ``text``.
+    Each is the trip's facts, with ``at_utc`` of its start, ``changed`` (texts of the settings that were
+    another at a start from then on, up to the first one that was not ended so) and the whole as a ``text``.
 
     Parameters
     ----------
@@ -145,9 +145,9 @@ def doubts_before(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
 
 def _said_before(at_utc: str, trip: Mapping[str, Any], changed: Sequence[str]) -> str:
     when = f"{at_utc[:16].replace('T', ' ')} UTC"
-    since = f"changed since: {'; '.join(changed)}" if changed else (
-        "no setting was changed since: mended at the stand, or accepted by going on"
-    )
+    since = "no setting was changed since: mended at the stand, or accepted by going on"
+    if changed:
+        since = f"changed since: {'; '.join(changed)}"
     reason = str(trip.get("reason") or "no reason recorded").rstrip(". ")
     return f"the start of {when} recorded nothing and was ended by “{trip.get('guard')}”: {reason}; {since}"
 

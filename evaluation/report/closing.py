@@ -13,7 +13,7 @@ from evaluation.report.source import ReportRun, Source, runs_text
 from evaluation.report.verdicts import grouped_points, is_condition
 
 DOUBTED = "doubted"
-"""Kind of the event of a run that tells what ended an earlier start of its campaign, which recorded nothing."""
+"""Kind of a run's event that tells what ended an earlier start of its campaign, which recorded nothing."""
 _RULES = {
     "simple": (
         "Simple acceptance (ILAC-G8:09/2019, w = 0): a result passes if it lies within its limits, whatever "

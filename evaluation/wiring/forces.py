@@ -118,14 +118,14 @@ def _jumped(look: Look, jump: Jumped) -> Finding:
     """Return the force that has jumped; where that cannot be told, both."""
     if not jump.name:
         text = (
-            f"force_2 jumped by {jump.size_kN:+.3g} kN against force at {jump.at_s:.4g} s; which of both it was "
-            f"cannot be told: the zero or the scale of one of them has changed; {_where('')}"
+            f"force_2 jumped by {jump.size_kN:+.3g} kN against force at {jump.at_s:.4g} s; which of both it "
+            f"was cannot be told: the zero or the scale of one of them has changed; {_where('')}"
         )
         return _doubt(look, "zero", "force", jump.size_kN, "kN", text)
     other = "force" if jump.name == "force_2" else "force_2"
     text = (
-        f"{jump.name} jumped by {jump.size_kN:+.3g} kN at {jump.at_s:.4g} s, and stroke and {other} did not: its "
-        f"zero or its scale has changed; {_where(jump.name)}"
+        f"{jump.name} jumped by {jump.size_kN:+.3g} kN at {jump.at_s:.4g} s, and stroke and {other} did not: "
+        f"its zero or its scale has changed; {_where(jump.name)}"
     )
     return _doubt(look, "zero", jump.name, jump.size_kN, "kN", text)
 

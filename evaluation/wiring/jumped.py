@@ -49,7 +49,7 @@ class Jumped:
 
 
 def jumped(time_s: FloatArray, one: FloatArray, two: FloatArray, stroke: FloatArray | None) -> Jumped | None:
-    """Return the greatest jump that ``force_2`` has against ``force`` and that lasts; None where there is none.
+    """Return the greatest jump of ``force_2`` against ``force`` that lasts; None where there is none.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _native(time_s: FloatArray, value: FloatArray, step_s: float) -> int:
 
 
 def _breaks(value: FloatArray, width: int) -> FloatArray:
-    """Return by how much a signal changes over ``width`` instants from each one on, less what it does beside."""
+    """Return by how much a signal changes over ``width`` instants from each on, less what it does beside."""
     steps = value[width:] - value[:-width]
     found = np.zeros(value.size)
     found[width : steps.size - width] = steps[width:-width] - 0.5 * (steps[: -2 * width] + steps[2 * width :])

@@ -1,4 +1,4 @@
-"""What ended a start that recorded nothing is told by the runs of the campaign that goes on, and its report."""
+"""What ended a start that recorded nothing is told by the runs that come after, and by the report."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class Case:
     force_low_pass_Hz: float | None = None
     second_late_s: float = 0.0
     second_low_pass_Hz: float | None = None
-    """Of first order. A conditioner's delay and filter, which no file states; they are within what is allowed."""
+    """Of first order. A conditioner's delay and filter, which no file states, within what is allowed."""
     wires: int = 2
     second: bool = True
     start_C: float = 21.0
