@@ -125,7 +125,7 @@ def with_stand(record: CampaignRecord, reached: Reached, identity: Identity) -> 
 
 
 def with_doubt(record: CampaignRecord, trip: Mapping[str, Any]) -> CampaignRecord:
-    """Return the record with the doubt of the wiring that ended its last start before a run was begun.
+    """Return the record with what ended its last start before a run was begun: a doubt, or another guard.
 
     Parameters
     ----------

@@ -58,6 +58,8 @@ class CampaignFacts:
     """Serial number of another controller with which somebody has agreed to go on."""
     changes: tuple[Mapping[str, Any], ...] = ()
     """What differs from what the campaign began with (:mod:`daq.changes`), as it was accepted."""
+    doubted: tuple[Mapping[str, Any], ...] = ()
+    """What ended earlier starts that recorded nothing (:func:`daq.starting.doubts_before`), for the runs."""
     edited: tuple[Mapping[str, Any], ...] = ()
     """Every edit of the campaign's files that was taken so far, with its diff, for the runs."""
 

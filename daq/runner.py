@@ -25,7 +25,7 @@ from daq.run_settings import RunSettings
 from daq.safe_stop import SafeStopReport
 from daq.session import RecorderMaker, Session
 from daq.signals import StopLevel, StopRequest
-from daq.starting import begin, changes_taken, edits_taken
+from daq.starting import begin, changes_taken, doubts_before, edits_taken
 from drivers.interfaces import Stand
 from foundation.clock import Clock
 from foundation.durations import duration_text
@@ -143,6 +143,7 @@ def run_campaign(
                 facts,
                 edited=edits_taken(record),
                 changes=changes_taken(record),
+                doubted=doubts_before(record),
                 began_simulated=known.simulated,
                 began_controller=known.controller,
             )
@@ -229,7 +230,7 @@ class _Campaign:
             stopped_by="" if trip is None else trip.guard,
             trip={} if trip is None else trip.facts(),
         )
-        if trip is not None and trip.doubt and not self._runs:  # no run holds it: the next start keeps it
+        if trip is not None and _is_told_later(trip, refused=refused) and not self._runs:  # no run holds it
             self._record = with_doubt(self._record, {**trip.facts(), "reason": reason})
         self._save()
         self._session.take_notes()
@@ -442,6 +443,11 @@ def _exit_status(trip: Trip | None, report: SafeStopReport | None) -> ExitStatus
 def _too_much_force(trip: Trip) -> bool:
     """Return whether a trip is the force limit, of the guard or of the device."""
     return trip.guard == "force" or fault_text(FORCE_LIMIT_FAULT) in trip.reason
+
+
+def _is_told_later(trip: Trip, *, refused: bool) -> bool:
+    """Return whether later runs tell of a start that this ended: a doubt, or a guard once things moved."""
+    return bool(trip.doubt) or (not refused and trip.guard != "operator" and not _too_warm(trip))
 
 
 def _too_warm(trip: Trip) -> bool:

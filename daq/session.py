@@ -414,6 +414,8 @@ class Session:
         alive.acquisition.log.say("step", f"step {step.index} begins: {step.name}")
         for change in self._facts.changes:
             alive.acquisition.log.say("changed", "{what}: {before} → {now}".format_map(change), **change)
+        for doubt in self._facts.doubted if where is not None else ():
+            alive.acquisition.log.say("doubted", **doubt)
         if step.start_band is not None:
             say_beginning(alive.acquisition, step.start_band)
         for text in expired_today(self._stand):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from daq.as_run import AS_RUN_NAME
-from daq.begun import CHANGES, start_facts
+from daq.begun import CHANGES, TRIP, start_facts
 from daq.changes import file_changes
 from daq.folder import CampaignFolder, CampaignRecord, begin_record
 from daq.metadata import CampaignFacts
 from protocols.plan import Plan
 from protocols.steps import Motion, PlannedStep, motions_after
+
+_CHANGED = "{what}: {before} → {now}"
 
 LeftToDo = tuple[tuple[PlannedStep, tuple[Motion, ...]], ...]
 
@@ -116,6 +118,38 @@ def edits_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
     return tuple(
         {"at_utc": start["at_utc"], **start["edits"]} for start in record.starts if start.get("edits")
     )
+
+
+def doubts_before(record: CampaignRecord) -> tuple[dict[str, Any], ...]:
+    """Return what ended earlier starts before they recorded a run, oldest first, for the runs.
+
+    Each is the trip's facts, with ``at_utc`` of its start, ``changed`` (texts of the settings that were
+    another at a start from then on, up to the first one that was not ended so) and the whole as a ``text``.
+
+    Parameters
+    ----------
+    record : CampaignRecord
+        Its last start is the one that goes on.
+    """
+    found = []
+    for at, start in enumerate(record.starts[:-1], start=1):
+        if not (trip := start.get(TRIP)):
+            continue
+        passed = next((i for i, one in enumerate(record.starts[at:], at) if not one.get(TRIP)), None)
+        later = record.starts[at:] if passed is None else record.starts[at : passed + 1]
+        changed = [_CHANGED.format_map(change) for one in later for change in one.get(CHANGES, ())]
+        text = _said_before(start["at_utc"], trip, changed)
+        found.append({"at_utc": start["at_utc"], **trip, "changed": changed, "text": text})
+    return tuple(found)
+
+
+def _said_before(at_utc: str, trip: Mapping[str, Any], changed: Sequence[str]) -> str:
+    when = f"{at_utc[:16].replace('T', ' ')} UTC"
+    since = "no setting was changed since: mended at the stand, or accepted by going on"
+    if changed:
+        since = f"changed since: {'; '.join(changed)}"
+    reason = str(trip.get("reason") or "no reason recorded").rstrip(". ")
+    return f"the start of {when} recorded nothing and was ended by “{trip.get('guard')}”: {reason}; {since}"
 
 
 def changes_taken(record: CampaignRecord) -> tuple[dict[str, Any], ...]:

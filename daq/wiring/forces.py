@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
-from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, standstill
+from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_by_delay, standstill
 from daq.wiring.scene import Lasting, Scene
 from daq.wiring.track import Means, Track, common_instants, has_hole
 from foundation.likeness import likeness
@@ -41,11 +41,14 @@ amplifier's samples are stamped."""
 FLAT = 0.03
 """One that changes by less than this share of the other stands still."""
 JUMPED = 1.15
-"""An offset while the force changes is that of a zero from so many times this on."""
+"""An offset while the force changes is that of a zero from so many times this on, if no delay up to
+:data:`LATE_S` makes it less: on an even ramp one that comes later reads less, by its delay times the rise."""
 UNLIKE_KN, UNLIKE_SHARE = 0.6, 0.03
 """A multiple leaves less than this of the other, and this share of the change."""
 LATE_S = 0.035
 """The one may come so much later: wire and operating system of a serial amplifier take up to 20 ms."""
+ALLOWED_S = np.arange(-LATE_S, LATE_S + 1e-9, 0.005)
+"""Delays that are no doubt, of force_2 behind force: they explain an offset."""
 _LATE_S = np.concatenate([np.arange(0.01, 0.1, 0.01), np.arange(0.1, 1.21, 0.05)])
 LAGS_S = np.concatenate([-_LATE_S[::-1], _LATE_S])
 """Delays that are tried, of force_2 behind force."""
@@ -149,6 +152,8 @@ class TwoForcesJudge:
             return None
         least_kN = JUMPED * (APART_KN if scene.counted else UNCOUNTED_KN)
         broke = fresh_jump(self._first, self._second, pair.time_s, pair.first, pair.second, least_kN=least_kN)
+        if broke is not None and made_by_delay(broke, pair.means, pair.time_s, pair.second, ALLOWED_S):
+            broke = None
         sure = self._lasting.sure("broke", broke is not None)
         return _jumped(broke) if sure and broke is not None else None
 
@@ -176,7 +181,7 @@ class TwoForcesJudge:
         blurred = fit.left_kN > UNLIKE_KN + UNLIKE_SHARE * taken_kN
         if scene.guard.speed > FAST:
             off, late = off and (still or not blurred), False
-        jumped = not (off or late or blurred) and abs(fit.offset_kN) > JUMPED * zero_kN
+        jumped = not (off or late or blurred) and _offset(pair, fit, zero_kN) > JUMPED * zero_kN
         unlike = off and (blurred or still)
         if self._just_met(scene):
             return None
@@ -324,7 +329,7 @@ def _best(pair: _Pair, zero_kN: float) -> _Fit:
     The offset of both is held near 0 as a zero of a known size is: on an even ramp it would pass for a delay.
     Delays are tried only where none leaves more than noise.
     """
-    weight = float(np.sqrt(len(pair.time_s))) * 0.2 / zero_kN
+    weight = _weight(pair, zero_kN)
     aim = np.append(pair.second, 0.0)
     now_kN, gain, offset_kN = _fit(pair.first, aim, weight)
     now = _Fit(0.0, gain, now_kN, now_kN, offset_kN)
@@ -335,6 +340,29 @@ def _best(pair: _Pair, zero_kN: float) -> _Fit:
     if left_kN > BETTER * now_kN:  # no delay explains it: the gain is that without one
         return replace(now, later_s=lag_s if left_kN < SOMEWHAT * now_kN else 0.0)
     return _Fit(lag_s, gain, left_kN, now_kN, offset_kN, lag_s)
+
+
+def _offset(pair: _Pair, fit: _Fit, zero_kN: float) -> float:
+    """Return the least size of the offset [kN] that a delay within :data:`LATE_S` leaves of that of a fit.
+
+    Only a delay counts that fits no worse: behind a turn, or at rest, none takes the place of a zero.
+    """
+    least_kN = abs(fit.offset_kN)
+    time = pair.time_s
+    inside = (time > time[0] + LATE_S) & (time < time[-1] - LATE_S)  # there both have samples
+    if least_kN <= JUMPED * zero_kN or np.count_nonzero(inside) < LEAST_POINTS:
+        return least_kN
+    time, aim, weight = time[inside], np.append(pair.second[inside], 0.0), _weight(pair, zero_kN)
+    now_kN = _fit(pair.first[inside], aim, weight)[0]
+    for lag_s in ALLOWED_S:
+        left_kN, _, offset_kN = _fit(pair.means.at(time - lag_s), aim, weight)
+        if left_kN <= now_kN:
+            least_kN = min(least_kN, abs(offset_kN))
+    return least_kN
+
+
+def _weight(pair: _Pair, zero_kN: float) -> float:
+    return float(np.sqrt(len(pair.time_s))) * 0.2 / zero_kN
 
 
 def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float, float]:

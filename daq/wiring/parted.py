@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.wiring.track import GRID_S, Track
+from daq.wiring.track import GRID_S, Means, Track
 
 Floats = NDArray[np.float64]
 
@@ -147,6 +147,25 @@ def fresh_jump(
     if abs(stays_kN - size_kN) > OF_SIZE * abs(size_kN):
         return None
     return _of_one(first, second, at_s=float(time[at]), by_kN=size_kN, before=(one, two), at=at)
+
+
+def made_by_delay(broke: Jump, means: Means, time: Floats, two: Floats, lags_s: Floats) -> bool:
+    """Return whether a jump is a turn of the force that comes later in one of both, and no jump.
+
+    Parameters
+    ----------
+    broke : Jump
+    means : Means
+        Of ``force``.
+    time, two : NDArray, shape (n,)
+        ``force_2`` on the grid.
+    lags_s : NDArray
+        Delays that are no doubt, of force_2 behind force [s].
+    """
+    at = int(np.argmin(np.abs(time - broke.at_s)))
+    near = slice(max(0, at - 3), at + 4)  # a jump of ``force`` is moved with it
+    left_kN = [float(np.max(np.abs(_steps(two - means.at(time - lag_s))[near]))) for lag_s in lags_s]
+    return min(left_kN) < (1.0 - OF_SIZE) * abs(broke.size_kN)
 
 
 def _steps(apart: Floats) -> Floats:

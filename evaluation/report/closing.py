@@ -12,6 +12,8 @@ from evaluation.report.numbers import fixed, significant
 from evaluation.report.source import ReportRun, Source, runs_text
 from evaluation.report.verdicts import grouped_points, is_condition
 
+DOUBTED = "doubted"
+"""Kind of a run's event that tells what ended an earlier start of its campaign, which recorded nothing."""
 _RULES = {
     "simple": (
         "Simple acceptance (ILAC-G8:09/2019, w = 0): a result passes if it lies within its limits, whatever "
@@ -183,6 +185,12 @@ def _derived_deviations(source: Source) -> list[str]:
         for run in source.runs
         for finding in run.evaluated.get("plausibility") or ()
         if finding["kind"] == "guard"
+    ]
+    items += [
+        f"{_capital(text)}."  # each run that came after tells it in the same words
+        for run in source.runs
+        for _, kind, text in run.events
+        if kind == DOUBTED
     ]
     items += [f"Results of external providers: {text}" for text in source.fields.external_results]
     imported = [run.number for run in source.runs if run.status == "imported"]

@@ -12,6 +12,7 @@ from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray
 from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
+from evaluation.wiring.jumped import Jumped, jumped
 from evaluation.wiring.words import SECOND, SETTING, doubt
 
 FACTOR = 0.05
@@ -78,7 +79,16 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
     if max(float(np.ptp(one)), float(np.ptp(two))) < least:
         return []
     still = _still(look, time_s, {"force": one, "force_2": two})
-    return still or _followed(look, time_s, one, two, expected)
+    if still:
+        return still
+    strokes = [signals.by_name[name][both] for name in signals.strokes]
+    jump = jumped(time_s, one, two, strokes[0] if strokes else None)
+    if jump is None:
+        return _followed(look, time_s, one, two, expected)
+    parts = slice(None, jump.at), slice(jump.at + 1, None)
+    longer = max(parts, key=lambda part: time_s[part].size)
+    rest = _followed(look, time_s[longer], one[longer], two[longer], expected)
+    return [_jumped(look, jump), *(finding for finding in rest if finding.kind != "zero")]
 
 
 def _still(look: Look, time_s: FloatArray, forces: Mapping[str, FloatArray]) -> list[Finding]:
@@ -102,6 +112,22 @@ def _still(look: Look, time_s: FloatArray, forces: Mapping[str, FloatArray]) -> 
             )
             return [_doubt(look, "frozen", name, since_s, "s", text)]
     return []
+
+
+def _jumped(look: Look, jump: Jumped) -> Finding:
+    """Return the force that has jumped; where that cannot be told, both."""
+    if not jump.name:
+        text = (
+            f"force_2 jumped by {jump.size_kN:+.3g} kN against force at {jump.at_s:.4g} s; which of both it "
+            f"was cannot be told: the zero or the scale of one of them has changed; {_where('')}"
+        )
+        return _doubt(look, "zero", "force", jump.size_kN, "kN", text)
+    other = "force" if jump.name == "force_2" else "force_2"
+    text = (
+        f"{jump.name} jumped by {jump.size_kN:+.3g} kN at {jump.at_s:.4g} s, and stroke and {other} did not: "
+        f"its zero or its scale has changed; {_where(jump.name)}"
+    )
+    return _doubt(look, "zero", jump.name, jump.size_kN, "kN", text)
 
 
 def _followed(

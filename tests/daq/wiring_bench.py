@@ -68,6 +68,11 @@ class Case:
     """Of 50 Hz, in both forces."""
     drift_kN_per_min: float = 0.0
     """Of the second force's zero: its amplifier warms up."""
+    force_late_s: float = 0.0
+    force_low_pass_Hz: float | None = None
+    second_late_s: float = 0.0
+    second_low_pass_Hz: float | None = None
+    """Of first order. A conditioner's delay and filter, which no file states, within what is allowed."""
     wires: int = 2
     second: bool = True
     start_C: float = 21.0
@@ -163,6 +168,9 @@ def signals_of(case: Case) -> Signals:
     shift = 0.0 if case.counted else case.contact_mm
     zeros = (0.0, 0.0) if case.counted else case.wire_zero_mm
 
+    felt = _conditioned(time, force, case.force_late_s, case.force_low_pass_Hz)
+    felt_2 = _conditioned(time, force, case.second_late_s, case.second_low_pass_Hz)
+
     def noise(size: float, count: int | None = None) -> Floats:
         return np.asarray(size * random.standard_normal(len(time) if count is None else count))
 
@@ -171,12 +179,12 @@ def signals_of(case: Case) -> Signals:
         "position": position + shift + noise(case.stroke_noise_mm),
         "stroke_1": stroke * (1.0 + case.tilt) + zeros[0] + noise(case.stroke_noise_mm),
         "stroke_2": stroke * (1.0 - case.tilt) + zeros[1] + noise(case.stroke_noise_mm),
-        "force": force + (0.0 if case.counted else case.force_zero_kN) + noise(case.force_noise_kN),
+        "force": felt + (0.0 if case.counted else case.force_zero_kN) + noise(case.force_noise_kN),
     }
     if case.wires == 1:
         del values["stroke_2"]
     second_s = np.arange(0.0, time[-1], 1.0 / case.force_2_Hz)
-    second = np.interp(second_s, time, force) + (0.0 if case.counted else case.force_zero_kN)
+    second = np.interp(second_s, time, felt_2) + (0.0 if case.counted else case.force_zero_kN)
     second = second + noise(case.force_noise_kN, len(second_s))
     second += case.hum_kN * np.sin(100.0 * np.pi * second_s) + case.drift_kN_per_min / 60.0 * second_s
     values["force"] += case.hum_kN * np.sin(100.0 * np.pi * time)
@@ -189,6 +197,15 @@ def signals_of(case: Case) -> Signals:
     }
     first = case.static_mm if case.static_first else case.sines[0][0] + case.sines[0][1]
     return Signals(case, time, values, second_s, second, reading_s, readings, stroke, first)
+
+
+def _conditioned(time: Floats, value: Floats, late_s: float, low_pass_Hz: float | None) -> Floats:
+    """Return a signal behind a delay and a low pass of first order; each where there is one."""
+    moved = np.interp(time - late_s, time, value) if late_s else value
+    if low_pass_Hz is None:
+        return moved
+    alpha = 1.0 - np.exp(-2.0 * np.pi * low_pass_Hz * float(time[1] - time[0]))
+    return np.asarray(lfilter([alpha], [1.0, alpha - 1.0], moved))
 
 
 def _heat(
@@ -329,10 +346,7 @@ def late(*names: str, by_s: float = 0.0, low_pass_Hz: float | None = None) -> Wr
         for name in names:
             track = second if name == "force_2" else values[name]
             time = signals.second_s if name == "force_2" else signals.time_s
-            moved = np.interp(time - by_s, time, track)
-            if low_pass_Hz is not None:
-                alpha = 1.0 - np.exp(-2.0 * np.pi * low_pass_Hz * float(time[1] - time[0]))
-                moved = lfilter([alpha], [1.0, alpha - 1.0], moved)
+            moved = _conditioned(time, track, by_s, low_pass_Hz)
             if name == "force_2":
                 second = moved
             else:

@@ -140,6 +140,14 @@ THERMAL: Mapping[str, Kind] = {
 }
 
 
+def conditioner(random: np.random.Generator) -> tuple[float, float | None]:
+    """Return an ordinary delay [s] and low pass [Hz] of a conditioner that nobody has stated."""
+    return (
+        float(random.choice([0.0, 0.0, 0.005, 0.02])),
+        (None, None, 20.0, 50.0, 100.0)[random.integers(5)],
+    )
+
+
 def right_case(seed: int) -> Case:
     """Return a right campaign at random: specimens up to 40 % off, gaps, zeros, lags, slow sensors …"""
     random = np.random.default_rng(seed)
@@ -155,6 +163,8 @@ def right_case(seed: int) -> Case:
         amplitude = random.uniform(0.2, 0.9) * min(mean, far_mm - mean)
         frequency = min(2.5, pick(20.0, 80.0, 160.0, 300.0) / (2.0 * np.pi * amplitude))
         sines.append((mean, amplitude, frequency, int(random.integers(2, 6))))
+    of_force = conditioner(np.random.default_rng(seed + 10_000))
+    of_second = conditioner(np.random.default_rng(seed + 20_000))
     return Case(
         model="category-a-elastomer" if buffer else "draw-hook-elastomer",
         factor=random.uniform(0.6, 1.4),
@@ -182,17 +192,22 @@ def right_case(seed: int) -> Case:
         capacity_times=random.uniform(0.6, 1.6),
         friction_kN=pick(0.0, 0.0, 2.0, 4.0),
         knows_model=bool(random.uniform() < 0.9),
+        force_late_s=of_force[0],
+        force_low_pass_Hz=of_force[1],
+        second_late_s=of_second[0],
+        second_low_pass_Hz=of_second[1],
         seed=seed,
     )
 
 
 def plain_case(seed: int) -> Case:
     """Return a right campaign at random in which everything that can be seen is there to be seen: two wires,
-    two forces, a model that is right, first contact touched off, and a slow first stroke."""
+    two forces without a delay, a model that is right, first contact touched off, and a slow first stroke."""
     own = right_case(seed)
     return replace(
         own, second=True, wires=2, counted=True, static_first=True, knows_model=True, factor=1.0,
         static_mm_per_s=min(own.static_mm_per_s, 5.0), contact_mm=max(own.contact_mm, 1.0),
+        force_late_s=0.0, force_low_pass_Hz=None, second_late_s=0.0, second_low_pass_Hz=None,
     )  # fmt: skip
 
 

@@ -147,6 +147,16 @@ class Recorded:
             )
         return replace(self, streams=streams)
 
+    def with_jump(self, name: str, by_kN: float, at_s: float, times: float = 1.0) -> Recorded:
+        """Return it with a force that shows more, and so many times as much, from a time of its clock on."""
+        stream = "amplifier" if name == "force_2" else "controller"
+        content, right = self.streams[stream], self._value(stream, name)
+        changed = np.where(content.time * 1e-6 >= at_s, times * right + by_kN, right)
+        counts = {**content.counts, name: self._counts(stream, name, changed)}
+        return replace(
+            self, streams={**self.streams, stream: StreamContent(content.time, counts, content.segments)}
+        )
+
     def _channel(self, stream: str, name: str) -> Channel:
         channels = self.document["streams"][stream]["channels"]
         return next(Channel.model_validate_json(json.dumps(c)) for c in channels if c["name"] == name)
