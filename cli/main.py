@@ -20,7 +20,7 @@ try:
     from cli.lazy import LazyGroup, module_name
     from foundation.errors import BadInput, DeviceFault, ExitStatus
 except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOPPED
-    sys.stderr.write("bufferstand: stopped by the operator\n")
+    sys.stderr.write("bufferstand: stopped by the operator: nothing was begun\n")
     raise SystemExit(3) from None
 
 # Name → what it does. The modules are imported only when used, so that --help answers at once.

@@ -271,6 +271,10 @@ class Acquisition:
             self.continuity.take_fault(fault)
         self._drain_sensors()
         self._check_recorder()
+        try:
+            self.continuity.see_pause(PAUSE_S, look=False)  # before silences are judged
+        except StoodStill as still:
+            self.continuity.go_on_anew(str(still), still.for_s)
         self._look_at_host()
         self.panel.listen(self.clock.now_s(), self.clock.wall_s())
         said = self.panel.said()
@@ -465,7 +469,8 @@ class Acquisition:
 
     def _judge_status_force(self, shown_kN: float, now_s: float, wall_s: float) -> None:
         """Hold the controller's own reading of the force against its samples."""
-        sampled_kN = self._values.get("force") if self._up_to_date or self._waited_for else None
+        fresh = (self._up_to_date or self._waited_for) and not self.continuity.hands_off
+        sampled_kN = self._values.get("force") if fresh else None
         if sampled_kN is not None and self.zero is not None:
             sampled_kN += self.zero.value("force")
         self._status_force, trip = evaluate_status_force(

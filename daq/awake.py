@@ -58,6 +58,10 @@ class Awake:
         self._explains_until_s = wall_s + EXPLAINS_S
         return still_s
 
+    def since_s(self, wall_s: float) -> float:
+        """Return how long nobody has looked by now [s]."""
+        return wall_s - self._looked_s
+
     def explains(self, wall_s: float) -> bool:
         """Return whether what is seen now may come of the last pause."""
         return wall_s <= self._explains_until_s

@@ -128,8 +128,15 @@ class Continuity:
             self._controller.look_at_lock()
 
     def see_pause_in_call(self, *, look: bool = True) -> None:
-        """See whether this program stood still within a call to the controller (:meth:`see_pause`)."""
+        """See whether this program stood still within a call to the controller that succeeded.
+
+        In a wait with the valve off a call that took long starts every silence anew, whether it was the
+        wire's or a pause too short to tell: the controller has answered, and nothing moves.
+        """
+        long = self.awake.waits and self.awake.since_s(self._clock.wall_s()) > PAUSE_S
         self.see_pause(self.awake.longest_call_s, look=look)
+        if long:
+            self._panel.begin_anew(self._clock.wall_s())
 
     def go_on_anew(self, why: str, slept_s: float = 0.0) -> None:
         """In a wait with the valve off: look at the stand as at a start, take it again, and say so."""
@@ -163,7 +170,7 @@ class Continuity:
     def take_fault(self, fault: DeviceFault) -> None:
         """Let a fault of the controller or its wire be a reason to stop, unless an outage is ridden out."""
         try:
-            self.see_pause_in_call(look=False)
+            self.see_pause(self.awake.longest_call_s, look=False)
         except StoodStill as still:
             self.go_on_anew(str(still), still.for_s)
             return
@@ -202,7 +209,9 @@ class Continuity:
         if wall_s < self._ask_again_s:
             return False
         self._ask_again_s = wall_s + ASK_AGAIN_S
-        if self._another_has_it():
+        another = self._another_has_it()
+        self.see_pause(self.awake.longest_call_s, look=False)
+        if another:
             return False
         if self.awake.waits:
             self.go_on_anew("nobody else gives the controller commands any more")

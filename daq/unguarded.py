@@ -13,6 +13,7 @@ from drivers.stand_file import StandFile
 from foundation.errors import BadInput
 from foundation.settings import place_of, read_text
 from foundation.specimen import Specimen
+from foundation.unguarded import NO_TEMPERATURE_STOP
 from protocols.campaign import Campaign
 from protocols.guard_bounds import Watching
 from protocols.guard_table import GuardTable
@@ -98,7 +99,7 @@ def demand_consent(campaign: Campaign, specimen: Specimen, stand_file: StandFile
     system = specimen.elastic_system
     what = f"an elastic system of {system}" if system else "an elastic system that its file does not state"
     raise BadInput(
-        f"this campaign has no temperature stop: stand “{stand_file.stand.id}” has no thermometer on the "
+        f"{NO_TEMPERATURE_STOP}: stand “{stand_file.stand.id}” has no thermometer on the "
         f"specimen, and “{specimen.id}” has {what}, which heat destroys",
         file=campaign.path,
         place=place_of(("limits",), read_text(campaign.path)),
@@ -189,7 +190,7 @@ def _heat(stand_file: StandFile, plan: Plan) -> Iterator[str]:
     if not names:
         reason = _stated(plan.campaign)
         stated = f"; stated reason: {reason}" if reason else ""
-        yield f"this campaign has no temperature stop: no thermometer on the specimen{stated}"
+        yield f"{NO_TEMPERATURE_STOP}: no thermometer on the specimen{stated}"
     elif len(names) == 1:
         yield f"one thermometer on the specimen ({names[0]}): if it reads too low, no other sees the heat"
 

@@ -250,6 +250,18 @@ class CommandPort:
         self._given.append(sequence)
         return sequence, what, registers
 
+    def count_on(self) -> None:
+        """Count on from the command that the device took last, whoever gave it: the right to is had again.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        if self._given:
+            self._sequence = int(self._panel.persist(self._panel.read_status)["echo_sequence"])
+            self._given.append(self._sequence)
+
     def find_foreign(self, echoed: int) -> int | None:
         """Return the number of the command that the device took last if this program has not given it.
 

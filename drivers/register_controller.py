@@ -205,6 +205,7 @@ class RegisterController:
             If another program has it, or the wire fails.
         """
         self._lock.take()
+        self._commands.count_on()
 
     def changed_limits(self) -> str:
         """Return which limits are no longer those that were set, with both values; nothing is written.

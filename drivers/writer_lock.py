@@ -19,7 +19,7 @@ from foundation.clock import steady_s
 LOOK_S = 1.0
 """A heartbeat is written only if the lock was seen to be the own so recently [s of the wall]: a pause of this
 program may have been another's time."""
-ELSEWHERE = "a program on another computer"
+ELSEWHERE = "a program that this computer knows nothing of"
 """A writer of whom nothing is posted on this one."""
 
 

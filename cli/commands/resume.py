@@ -9,6 +9,7 @@ import click
 
 from cli.arming import yes_move_option
 from cli.options import EXISTING, FiniteRange, edits_choice, edits_options, monitor_option
+from cli.untouched import nothing_moved
 from foundation.errors import BadInput
 
 if TYPE_CHECKING:
@@ -59,39 +60,40 @@ def command(
     another than at the start before (controller, its profile, this software) is shown, asked about at a
     terminal, and recorded. A controller with another serial number needs an answer or --accept-controller.
     """
-    from cli.as_begun import accepted_changes, accepted_serial, going_on_simulated
-    from cli.commands.plan import show_what_is_learned
-    from cli.commands.run import finish, nothing_left
-    from cli.edits import going_on, taken_without_a_start
-    from cli.running import consent_to_move, perform, waits
-    from daq.begun import begun
-    from daq.folder import load_record
-    from daq.starting import left_to_do
+    with nothing_moved():
+        from cli.as_begun import accepted_changes, accepted_serial, going_on_simulated
+        from cli.commands.plan import show_what_is_learned
+        from cli.commands.run import finish, nothing_left
+        from cli.edits import going_on, taken_without_a_start
+        from cli.running import consent_to_move, perform, waits
+        from daq.begun import begun
+        from daq.folder import load_record
+        from daq.starting import left_to_do
 
-    choice = edits_choice(take_edits=take_edits, keep=keep)
-    record = load_record(folder)
-    if record is None:
-        raise BadInput(
-            "no campaign.json in this folder",
-            file=folder,
-            remedy="give the --out folder of a run",
+        choice = edits_choice(take_edits=take_edits, keep=keep)
+        record = load_record(folder)
+        if record is None:
+            raise BadInput(
+                "no campaign.json in this folder",
+                file=folder,
+                remedy="give the --out folder of a run",
+            )
+        going = going_on(folder, record, choice)
+        if record.status == "complete" and not left_to_do(going.prepared.plan, record, folder):
+            return nothing_left(taken_without_a_start(going, folder) or record, folder)
+        simulate, pace = going_on_simulated(record, folder, simulate=simulate, speed=speed)
+        show_what_is_learned(going.prepared.plan, folder, record)
+        consent = consent_to_move(
+            going.prepared, folder, record, simulate=simulate, speed=pace, yes_move=yes_move
         )
-    going = going_on(folder, record, choice)
-    if record.status == "complete" and not left_to_do(going.prepared.plan, record, folder):
-        return nothing_left(taken_without_a_start(going, folder) or record, folder)
-    simulate, pace = going_on_simulated(record, folder, simulate=simulate, speed=speed)
-    show_what_is_learned(going.prepared.plan, folder, record)
-    consent = consent_to_move(
-        going.prepared, folder, record, simulate=simulate, speed=pace, yes_move=yes_move
-    )
-    changes = accepted_changes(
-        going.prepared,
-        begun(record, folder),
-        simulate=simulate,
-        served=not simulate and waits(going.prepared),
-        consent=consent,
-        accept=accept_controller,
-    )
+        changes = accepted_changes(
+            going.prepared,
+            begun(record, folder),
+            simulate=simulate,
+            served=not simulate and waits(going.prepared),
+            consent=consent,
+            accept=accept_controller,
+        )
     outcome = perform(
         going.prepared,
         folder,

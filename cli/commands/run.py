@@ -10,6 +10,7 @@ import click
 
 from cli.arming import yes_move_option
 from cli.options import EXISTING, FiniteRange, monitor_option, out_option
+from cli.untouched import nothing_moved
 from foundation.errors import BadInput
 
 if TYPE_CHECKING:
@@ -53,15 +54,16 @@ def command(
     Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3
     when a limit or the operator stopped it, 4 on a fault of a device.
     """
-    from cli.campaigns import prepare
-    from cli.running import consent_to_move, perform
-    from daq.folder import load_record
+    with nothing_moved():
+        from cli.campaigns import prepare
+        from cli.running import consent_to_move, perform
+        from daq.folder import load_record
 
-    prepared = prepare(campaign)
-    record = load_record(out)
-    if record is not None:
-        _check_begun_anew(record, out, simulate=simulate)
-    consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
+        prepared = prepare(campaign)
+        record = load_record(out)
+        if record is not None:
+            _check_begun_anew(record, out, simulate=simulate)
+        consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
     outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent)
     return finish(outcome, out)
 

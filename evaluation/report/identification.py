@@ -7,7 +7,8 @@ from datetime import date
 
 from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Tone
 from evaluation.report.numbers import fixed, moment_text, significant, usable
-from evaluation.report.source import NOT_RECORDED, Source, runs_text
+from evaluation.report.source import NOT_RECORDED, ReportRun, Source, runs_text
+from foundation.unguarded import NO_TEMPERATURE_STOP
 
 _NOT_USED = "not used (simulated)"
 """Instead of whether a calibration was valid on the day: it is the stand file's, and nobody used it."""
@@ -197,6 +198,8 @@ def _stand(source: Source) -> Sheet:
         facts.append((name, given("; ".join(texts), NOT_RECORDED)))
     stops = {run.temperature_stop_C for run in source.runs} - {None}
     text = "; ".join(f"{significant(stop)} °C" for stop in sorted(s for s in stops if s is not None))
+    if all(any(one.startswith(NO_TEMPERATURE_STOP) for one in _said_of(run)) for run in source.runs):
+        text = "none: see “Not guarded”"
     facts.append(("Temperature stop", given(text, NOT_RECORDED)))
     facts += [("Not guarded", Cell(text)) for text in _not_guarded(source)]
     return Sheet("Test stand and limits in force", tuple(facts))
@@ -206,12 +209,17 @@ def _not_guarded(source: Source) -> list[str]:
     """Return what the stand could not guard, with the runs it is true of where it is not all of them."""
     found: dict[str, list[int]] = {}
     for run in source.runs:
-        for text in run.fact("limits", "not_guarded") or ():
-            found.setdefault(str(text), []).append(run.number)
+        for text in _said_of(run):
+            found.setdefault(text, []).append(run.number)
     return [
         text if len(numbers) == len(source.runs) else f"{text} (run {', '.join(map(str, numbers))})"
         for text, numbers in found.items()
     ]
+
+
+def _said_of(run: ReportRun) -> list[str]:
+    """Return what the stand could not guard in a run."""
+    return [str(text) for text in run.fact("limits", "not_guarded") or ()]
 
 
 def _identity(source: Source) -> Cell:

@@ -274,7 +274,9 @@ class FakeController:
     def seen_writer(self) -> WriterSeen:
         self._wire("seen_writer")
         number = self.orders.writer
-        return WriterSeen(number, f"a program on another computer (number {number})" if number else "")
+        return WriterSeen(
+            number, f"a program that this computer knows nothing of (number {number})" if number else ""
+        )
 
     @property
     def in_charge(self) -> bool:

@@ -59,8 +59,8 @@ def test_who_gives_commands_is_named(tmp_path: Path) -> None:
     outcome = case.run()
     assert (outcome.status, outcome.exit_status) == ("refused", ExitStatus.DEVICE_FAULT)
     assert (
-        "another program gives the controller commands: a program on another computer (number 4711) (ready, "
-        "force 0.0 kN" in outcome.reason
+        "another program gives the controller commands: a program that this computer knows nothing of "
+        "(number 4711) (ready, force 0.0 kN" in outcome.reason
     )
     assert "If it was killed, wait, 10 s at most: the controller's watchdog" in outcome.reason
     assert "10 s after that program's last heartbeat" in outcome.reason

@@ -39,7 +39,7 @@ frequency_Hz = 1.0
 cycles = 2
 """
 COOLS = BRIEF + "start_temperature_C = [15.0, 25.0]\n"
-ELSEWHERE = f"a program on another computer (number {INTRUDER})"
+ELSEWHERE = f"a program that this computer knows nothing of (number {INTRUDER})"
 
 
 class TwoPrograms:

@@ -367,14 +367,17 @@ def test_a_stand_that_somebody_else_uses_by_then_is_left_to_him(tmp_path: Path) 
     seen = case.controller.seen_writer
     case.controller.seen_writer = (  # type: ignore[method-assign]
         lambda: (
-            replace(seen(), number=4711, who="a program on another computer (number 4711)")
+            replace(seen(), number=4711, who="a program that this computer knows nothing of (number 4711)")
             if case.clock.now_s() > 40.0
             else seen()
         )
     )
     outcome = case.run(settings=COARSE)
     assert outcome.exit_status == ExitStatus.DEVICE_FAULT
-    assert "gives the controller commands: a program on another computer (number 4711)" in outcome.reason
+    assert (
+        "gives the controller commands: a program that this computer knows nothing of (number 4711)"
+        in outcome.reason
+    )
     assert case.clock.now_s() < 70.0, "one that gives no sign of life is waited for, as at a start"
 
 
