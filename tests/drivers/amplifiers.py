@@ -32,6 +32,12 @@ PATIENCE_S = 20.0
 _Got = TypeVar("_Got")
 
 
+def for_16_bits(text: str) -> str:
+    """Return a sample stand file whose second force comes as 16 bits instead of 24."""
+    assert "7.885695443832332e-05" in text
+    return text.replace("7.885695443832332e-05", f"{7.885695443832332e-05 * 256}")
+
+
 def amplifier_settings(folder: Path, table: str, *, extra: str = "") -> AmplifierSettings:
     """Return the settings of a stand file whose ``[amplifier]`` keys (up to its channel) are replaced."""
     text = SAMPLE_STAND.read_text(encoding="utf-8")
@@ -42,6 +48,8 @@ def amplifier_settings(folder: Path, table: str, *, extra: str = "") -> Amplifie
         flags=re.S,
     )
     text = text.replace('name = "force_2"\n', f'name = "force_2"\n{extra}\n')
+    if "binary3" in table:
+        text = for_16_bits(text)
     path = folder / "stand.toml"
     path.write_text(text, encoding="utf-8")
     settings = load_stand(path).amplifier

@@ -247,11 +247,10 @@ def test_what_cannot_be_a_map_is_refused(tmp_path: Path, old: str, new: str, mes
 
 def test_a_missing_map_lists_those_there_are(tmp_path: Path, server: RegisterAmplifier) -> None:
     table = TABLE.format(port=server.port, rate=100.0)
-    amplifier_settings(tmp_path, table.replace("dms-float", "dms-flat"))
     with pytest.raises(
         BadInput, match=r"amplifier.modbus.map: there is no register map “dms-flat” .*; shipped: dms-float"
     ):
-        build_amplifier(load_stand(tmp_path / "stand.toml"), WallClock())
+        amplifier_settings(tmp_path, table.replace("dms-float", "dms-flat"))
 
 
 def test_the_stand_file_leads_to_it(tmp_path: Path, server: RegisterAmplifier) -> None:

@@ -22,7 +22,7 @@ from drivers.stand_file import StandFile, load_stand, with_endpoints
 from foundation.clock import WallClock
 from foundation.errors import BadInput
 from tests.contract.stand.backends import GSV2, MODBUS_RTU, MODBUS_TCP, write_stand
-from tests.drivers.amplifiers import Collector, until
+from tests.drivers.amplifiers import Collector, for_16_bits, until
 
 RATE_HZ = 100.0
 WIRES = {"TCP": MODBUS_TCP, "RTU": MODBUS_RTU}
@@ -101,8 +101,13 @@ def test_another_machine_is_refused(tmp_path: Path) -> None:
 class TestInProcess:
     """The same amplifier without a wire: form and rate are those that its driver would give."""
 
-    def drained(self, folder: Path, change: str, *faults: str) -> tuple[list[SampleBlock], list[str]]:
-        file = load_stand(write_stand(folder, ((GSV2, change),)))
+    def drained(
+        self, folder: Path, change: str, *faults: str, int16: bool = False
+    ) -> tuple[list[SampleBlock], list[str]]:
+        path = write_stand(folder, ((GSV2, change),))
+        if int16:
+            path.write_text(for_16_bits(path.read_text(encoding="utf-8")), encoding="utf-8")
+        file = load_stand(path)
         made = open_in_process(file, faults=[parse_fault(text) for text in faults])
         sensor = made.stand.sensors[0]
         sensor.start()
@@ -135,7 +140,7 @@ class TestInProcess:
             text.replace(old, f'address = 0\ntype = "{kind}"'), encoding="utf-8"
         )
         change = MODBUS_TCP.replace("dms-float", "mine.toml")
-        blocks, said = self.drained(tmp_path, change, "amplifier=overload@0.5")
+        blocks, said = self.drained(tmp_path, change, "amplifier=overload@0.5", int16=kind == "i16")
         assert blocks[0].counts["force_2"].dtype == dtype
         assert any("an end of its converter" in text for text in said)
 
