@@ -32,7 +32,7 @@ def demand_named(ran: Ran, kind: Kind) -> None:
     assert ran.trip["setting"] in ran.outcome.reason
     assert ran.most_kN < kind.most_kN
     assert ran.outcome.safe_stop is not None
-    assert ran.outcome.safe_stop.safe
+    assert ran.outcome.safe_stop.safe is kind.seen_safe, ran.outcome.safe_stop.line
 
 
 @pytest.mark.parametrize("name", ALWAYS)
