@@ -253,14 +253,8 @@ class Zeroing:
                 f"zero than {self._limits.names.travel} = {self._table.travel_max_mm:g}: give the specimen "
                 "more room, or set the controller's zero"
             )
-        panel = self._acquisition.panel
-        guards = panel.guards
-        panel.change(guards.comparing("piston"))  # what the draw wires read is no stroke yet
-        try:
-            self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
-            self._driver.perform(RampTo(touched_mm - CLEAR_MM, speed), 2.0 * CLEAR_MM / speed)
-        finally:
-            panel.change(guards)
+        self._driver.perform(Release(self._limits.release_speed_mm_per_s), 10.0)
+        self._driver.perform(RampTo(touched_mm - CLEAR_MM, speed), 2.0 * CLEAR_MM / speed)
         return False
 
     def _go_back(self) -> None:

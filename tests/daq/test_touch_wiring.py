@@ -52,7 +52,7 @@ def test_every_kind_is_named_with_and_without_a_second_force(tmp_path: Path, nam
 
 
 def test_right_stands_are_not_doubted_in_the_touch(tmp_path: Path) -> None:
-    # 191: the piston backs off a contact at its own zero, the draw wires are 8 mm off.
+    # 191: the piston backs off a contact at its own zero, and the draw wires read 8 mm.
     assert alarms(tmp_path, (79, 191)) == []
 
 
