@@ -1,4 +1,4 @@
-"""A piston's scale is doubted where it is off all the way through, not where it stands and makes up."""
+"""A piston's scale is off all the way through a motion, not where it stands and makes up for it."""
 
 from __future__ import annotations
 
