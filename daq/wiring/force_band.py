@@ -23,6 +23,9 @@ FROM_MM, UNCOUNTED_MM = 2.5, 2.5
 FIRST_MM, FIRST_SHARE, FIRST_TIMES, FIRST_KN = 8.0, 0.15, 1.6, 3.0
 """Up to this stroke, or share of the curve, it is judged with so much more of the factor, and this: what a
 preload is, and how it is met, nobody knows well."""
+PRESSED_MM = 1.0
+"""Where strokes do not count from a contact, a draw wire that reads as much as it did at rest presses nothing:
+before a touch it may be 10 mm off. So much more must be seen."""
 PLACE_MM, UNCOUNTED_PLACE_MM = 0.6, 1.2
 """The curve may lie so far beside the stroke."""
 BESIDE_KN = 1.0
@@ -51,7 +54,7 @@ class ForceJudge:
 
     def __init__(self) -> None:
         self._lasting, self._freely = Lasting(LOOKS), Lasting(FREE_LOOKS)
-        self._farthest_mm = 0.0
+        self._farthest_mm, self._least_mm = 0.0, np.inf
         self._pressed = False
         self._rest_until_s: float | None = None
         self._first: list[Floats] = []
@@ -143,6 +146,8 @@ class ForceJudge:
         speed = scene.speed_mm_per_s(scene.way or "")
         first = low_mm > self._farthest_mm - 0.3 and 0.2 < speed < SLOW_MM_PER_S
         self._farthest_mm = max(self._farthest_mm, low_mm)
+        self._least_mm = min(self._least_mm, low_mm)
+        first = first and (scene.counted or low_mm > self._least_mm + PRESSED_MM)
         if curve is None:
             return None
         from_mm = max(curve.from_mm, FROM_MM + (0.0 if scene.counted else UNCOUNTED_MM))

@@ -101,10 +101,11 @@ class PistonJudge:
             self._lasting.sure("slope", False)
             return None
         slope = slope_of(rows, position, command)
-        # A slow actuator falls behind as it meets the preload, or as it begins: not all the way through.
-        halves = np.array_split(rows, 2)
-        off = min(abs(slope_of(half, position, command) - 1.0) for half in halves)
-        if not self._lasting.sure("slope", min(off, abs(slope - 1.0)) > SLOPE_OFF):
+        # A slow actuator falls behind as it meets the preload, or stands as it begins and makes up for it
+        # then: not all the way through, as a wrong scale is.
+        halves = [slope_of(half, position, command) for half in np.array_split(rows, 2)]
+        off = min(one - 1.0 if slope > 1.0 else 1.0 - one for one in (*halves, slope))
+        if not self._lasting.sure("slope", off > SLOPE_OFF):
             return None
         back = scene.points.last(BACK_S)
         if len(back) and (late_s := explained_late_s(back[:, 0], back[:, command], back[:, position])):

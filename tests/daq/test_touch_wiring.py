@@ -32,7 +32,7 @@ def demand_named(ran: Ran, kind: Kind) -> None:
     assert ran.trip["setting"] in ran.outcome.reason
     assert ran.most_kN < kind.most_kN
     assert ran.outcome.safe_stop is not None
-    assert ran.outcome.safe_stop.safe
+    assert ran.outcome.safe_stop.safe is kind.seen_safe, ran.outcome.safe_stop.line
 
 
 @pytest.mark.parametrize("name", ALWAYS)
@@ -52,7 +52,8 @@ def test_every_kind_is_named_with_and_without_a_second_force(tmp_path: Path, nam
 
 
 def test_right_stands_are_not_doubted_in_the_touch(tmp_path: Path) -> None:
-    assert alarms(tmp_path, (79,)) == []
+    # 191: the piston backs off a contact at its own zero, and the draw wires read 8 mm.
+    assert alarms(tmp_path, (79, 191)) == []
 
 
 @pytest.mark.long

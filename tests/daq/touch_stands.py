@@ -129,6 +129,8 @@ class Kind:
     doubts: tuple[str, ...]
     most_kN: float = 10.0
     """Greatest force that the specimen may see."""
+    seen_safe: bool = True
+    """Whether the force that is left can be seen to be none: not by one whose zero reads as a load."""
 
 
 def _force(doubts: str | tuple[str, ...] = "scale", most_kN: float = 10.0, **keys: object) -> Kind:
@@ -140,7 +142,7 @@ def _position(doubt: str, **keys: object) -> Kind:
 
 
 KINDS: Mapping[str, Kind] = {
-    "force: ten times": _force(scale=10.0),
+    "force: ten times": Kind(wrong("force", scale=10.0), "force", ("scale",), seen_safe=False),
     "force: five times": _force(scale=5.0),
     "force: a fifth": _force(scale=0.2, most_kN=40.0),
     "force: a tenth": _force(scale=0.1, most_kN=40.0),
