@@ -12,6 +12,7 @@ from daq.wiring.doubt import Doubt
 from daq.wiring.facts import ForceCurve, WiringGuard
 from daq.wiring.stretch import Floats, Stretch
 from daq.wiring.tripped import tripped_by
+from tests.daq.wiring_bench import Case, judge, scaled, signals_of
 
 RATE_HZ, SECOND_BEHIND_S = 200.0, 0.02
 TIME = np.arange(0.0, 4.0, 1.0 / RATE_HZ)
@@ -121,3 +122,14 @@ def test_a_force_that_both_show_stays_a_force(stiff_kN_per_mm: float) -> None:
     values["force"] = values["force"] + stiff_kN_per_mm * hit  # the specimen blocks
     until = int(np.argmax(values["force"] > 60.0)) + 1
     assert asked("force", values, until, values["force"]) is None
+
+
+@pytest.mark.parametrize("counted", [True, False])
+def test_a_stroke_that_a_force_ten_times_too_large_turns_back_early_is_doubted(counted: bool) -> None:
+    signals = signals_of(Case(static_mm=2.8, sines=(), second=False, counted=counted))
+    trip = judge(scaled("force", by=10.0)(signals)).trip
+    assert trip is not None
+    assert (trip.sensor, trip.doubt, "turns back" in trip.reason) == ("force", "scale", True), trip.reason
+    assert judge(signals).trip is None
+    stiffer = signals_of(Case(static_mm=2.8, sines=(), second=False, counted=counted, factor=1.4))
+    assert judge(stiffer).trip is None
