@@ -274,7 +274,8 @@ class GuardPanel:
         wiring = self.guards.wiring
         if wiring is None or wiring.action is Action.NOTE or self._trip is not None:
             return trip
-        return self._wiring.explained(wiring, trip)
+        own = [value for name, value in self.latest_temperatures().items() if name in wiring.specimen]
+        return self._wiring.explained(wiring, trip, max(own, default=None))
 
     def _observe_wiring(self, block: ScaledBlock) -> None:
         if self.guards.wiring is None:

@@ -46,6 +46,8 @@ FREE_MM, FREE_KN = 0.4, 3.5
 """So far before first contact the force is none, to within this: its zero was set a moment ago."""
 FREE_TOLD_S = 0.3
 """So long the piston must have been told to stay there, too [s]."""
+TURNED_EARLY_MM = 1.0
+"""A stroke of a little more than this that turns back by its force is judged once, as it does so."""
 LOOKS, FREE_LOOKS = 3, 5
 
 
@@ -59,6 +61,7 @@ class ForceJudge:
         self._rest_until_s: float | None = None
         self._first: list[Floats] = []
         self._rest = 0.0, 0.0
+        self._early: Doubt | None = None
 
     def pulls(self, block: ScaledBlock) -> Doubt | None:
         """Return a doubt of the sign, at once: the guard of tension says that it pulls, which it does not."""
@@ -94,7 +97,36 @@ class ForceJudge:
         self._pressed = self._pressed or force_kN > 2.0 * PULLS_KN
         if scene.counted and (doubt := self._free(scene, force_kN)) is not None:
             return doubt
-        return self._late(scene) or self._beside_curve(scene, force_kN, low_mm, high_mm)
+        return (
+            self._late(scene)
+            or self._beside_curve(scene, force_kN, low_mm, high_mm)
+            or self._turned_early(scene, force_kN, low_mm, high_mm)
+        )
+
+    def _turned_early(self, scene: Scene, force_kN: float, low_mm: float, high_mm: float) -> Doubt | None:
+        """Return a doubt where a stroke turns back before it is judged, by a force that is far too great.
+
+        A force limit that a wrong scale reaches within millimetres ends the stroke as if it were complete.
+        """
+        curve, guard, speed = scene.guard.curve, scene.guard, scene.speed_mm_per_s(scene.way or "")
+        if curve is None or curve.from_mm > 0.0 or low_mm < 0.5 * TURNED_EARLY_MM:
+            self._early = None
+            return None
+        if speed < -0.2:
+            early, self._early = self._early, None
+            return early
+        place_mm = PLACE_MM if scene.counted else UNCOUNTED_PLACE_MM + UNCOUNTED_MM
+        usual_kN = curve.at(high_mm + place_mm, scene.specimen_C)
+        most_kN = FIRST_TIMES * guard.factor * curve.fast * usual_kN + FIRST_KN
+        slow = abs(speed) < SLOW_MM_PER_S and low_mm > TURNED_EARLY_MM
+        if slow and force_kN > most_kN:
+            text = (
+                f"force reads {force_kN:.1f} kN at a stroke of {high_mm:.1f} mm, and the stroke turns back "
+                f"there, where at most {usual_kN:.1f} kN are expected ({curve.source}); within a factor of "
+                f"{FIRST_TIMES * guard.factor:.3g} (of [guards] force_against_model_factor) is right"
+            )
+            self._early = _doubt("scale", text, force_kN, most_kN)
+        return None
 
     def _late(self, scene: Scene) -> Doubt | None:
         """Return a doubt where the force still rises after the specimen has turned back."""

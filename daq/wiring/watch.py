@@ -8,20 +8,19 @@ from dataclasses import replace
 from daq.guards import Trip
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, doubt_trip
-from daq.wiring.exchanged import exchanged
 from daq.wiring.facts import WiringGuard
 from daq.wiring.force_band import ForceJudge
 from daq.wiring.forces import TwoForcesJudge
 from daq.wiring.heat import HeatJudge
-from daq.wiring.misled import misled
 from daq.wiring.piston import PistonJudge
-from daq.wiring.points import Points
+from daq.wiring.points import KEPT_S, Points
 from daq.wiring.scene import Scene
 from daq.wiring.stretch import Stretch
+from daq.wiring.tripped import LOOKED_BACK_S, tripped_by
 from daq.wiring.wires import WireJudge
 
-LOOKED_BACK_S, LEAST_POINTS = 2.0, 10
-"""Why a limit was passed is looked for in so long a time before it [s], of so many points at least."""
+LEAST_POINTS = 10
+"""Why a limit was passed is looked for in so many points before it at least."""
 LEAST_SPAN_S = 0.6
 """Force and wires are held against the piston once that was held against its command for so long [s]."""
 
@@ -100,23 +99,26 @@ class WiringWatch:
                 trips.append(doubt_trip(doubt, guard.action, block.received_s, time_us))
         return trips
 
-    def explained(self, guard: WiringGuard, trip: Trip) -> Trip:
-        """Return the trip of a channel's limit, or where exchanged inputs have led to it, a doubt with it.
+    def explained(self, guard: WiringGuard, trip: Trip, specimen_C: float | None = None) -> Trip:
+        """Return the trip of a channel's limit, or where the wiring has led to it, a doubt with it.
 
         Parameters
         ----------
         guard : WiringGuard
         trip : Trip
             Of a guard that believes its signal.
+        specimen_C : float, optional
+            Of the warmest thermometer on the specimen [°C].
         """
         if self._points is None or guard.motion == "none":
             return trip
-        newest = self._points.newest(LOOKED_BACK_S)
+        newest = self._points.newest(KEPT_S)
         if len(newest) < LEAST_POINTS:
             return trip
         values = {name: newest[:, column] for column, name in enumerate(self._points.names, start=1)}
         stretch = Stretch(newest[:, 0], values, *self._forces.second(LOOKED_BACK_S))
-        doubt = exchanged(stretch) or misled(stretch, follows=False)
+        zeros_mm = {} if self._counted else self._wires.rest_mm
+        doubt = tripped_by(guard, trip, stretch, zeros_mm, specimen_C)
         if doubt is None:
             return trip
         own = doubt_trip(doubt, guard.action, trip.at_s, trip.time_us)

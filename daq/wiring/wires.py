@@ -59,6 +59,11 @@ class WireJudge:
         self._come: set[str] = set()
         self._met_s: float | None = None
 
+    @property
+    def rest_mm(self) -> Mapping[str, float]:
+        """Return what each channel read at rest as judging began; empty where that is not known."""
+        return self._rest or {}
+
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with a wire, None if nothing is."""
         way, wires = scene.way, scene.points.wires
