@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
+from daq.wiring.facts import FAST
 from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_by_delay, standstill
 from daq.wiring.rests import Rests
 from daq.wiring.scene import Lasting, Scene
@@ -36,9 +37,6 @@ GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
 """… where the force changes by this in the window."""
-FAST = 2.0
-"""Delays are judged of stands that run no more than so many times as fast as the wall, by which an
-amplifier's samples are stamped."""
 FLAT = 0.03
 """One that changes by less than this share of the other stands still."""
 JUMPED = 1.15
