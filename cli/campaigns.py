@@ -83,7 +83,7 @@ def prepare(
     plan = make_plan(campaign, of_stand, predictor, specimen, over=over)
     demand_heat_is_seen(plan)
     demand_thermometers(plan, stand_file, {str(step["plan_hash"]) for step in over})
-    plan = replace(plan, not_guarded=unguarded(plan, stand_file))
+    plan = replace(plan, not_guarded=unguarded(plan, stand_file, predictor))
     if model_path is not None and specimen_file.catalogue is not None:
         plan = replace(plan, notes=(BOTH.format(specimen=campaign.specimen_path.name), *plan.notes))
     wired = stand_file if devices_from is None else wires_from(stand_file, devices_from)

@@ -32,7 +32,7 @@ OWN = ("temperature_stop_C", "temperature_resume_C")
 SAID_OTHERWISE = (
     "this campaign has no temperature stop", "one thermometer on the specimen",
     "a specimen that heats too fast is only noted", "a frozen channel is only noted",
-    "the specimen's own stroke is not stated",
+    "the specimen's own stroke is not stated", "no spring model and no [catalogue]",
 )  # fmt: skip
 """What is not guarded and stands among the limits by its own figures: sensors, actions, strokes."""
 SHOWN = ("kind", "prestress_mm", "amplitude_mm", "frequency_Hz", "peak_speed_mm_per_s", "cycles",

@@ -6,6 +6,7 @@ import sys
 import traceback
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from daq.runner import CampaignOutcome, run_campaign
 from daq.signals import StopRequest, stop_on_signals
 from daq.starting import left_to_do
 from daq.terminal import progress_on
+from daq.unguarded import unguarded_at
 from drivers.connect import build_controller, build_sensors
 from drivers.interfaces import Stand
 from drivers.simulated.stand_clock import SHOWN, StandClock
@@ -154,20 +156,22 @@ def perform(
             page.watch(progress.message)
         doing = f"campaign “{prepared.campaign.content.campaign.id}” in {out.resolve()}"
         stand = Stand(build_controller(stand_file, clock, doing), build_sensors(stand_file, clock))
+        speed = clock.speed if isinstance(clock, StandClock) else speed
+        beside = unguarded_at(speed, prepared.stand_file)
         try:
             outcome = run_campaign(
-                prepared.plan,
+                replace(prepared.plan, not_guarded=(*prepared.plan.not_guarded, *beside)),
                 stand,
                 clock,
                 out,
-                facts,
+                replace(facts, speed=speed),
                 progress=progress,
                 stop_request=request,
                 settings=RunSettings(
                     waited_for=simulate,
                     says_it_waits=served,
                     awaits_stand=awaits_stand,
-                    speed=clock.speed if isinstance(clock, StandClock) else speed,
+                    speed=speed,
                 ),
                 predictor=prepared.predictor,
             )

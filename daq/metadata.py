@@ -16,6 +16,7 @@ from foundation.zero import Zero
 from protocols.plan import Plan
 from protocols.steps import PlannedStep
 from protocols.temperature_limits import limits_of
+from recording.simulated import SPEED_KEY
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,7 @@ def run_document(
             "operator": facts.operator or plan.campaign.content.campaign.operator,
             "campaign": plan.campaign.id,
             "step_index": step.index,
+            **({SPEED_KEY: facts.speed} if facts.speed != 1.0 else {}),
             **reached.document(),
         },
         "software": {"name": "bufferstand", "version": version("bufferstand")},

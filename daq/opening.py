@@ -40,7 +40,7 @@ from daq.start_band import begins_with_a_wait
 from daq.stop_eyes import StopEyes
 from daq.validity import expired_calibrations
 from daq.wiring import WiringGuard, doubt_trip
-from daq.wiring.expected import nothing_expected, wiring_guard
+from daq.wiring.expected import wiring_guard
 from daq.zero_limits import ZeroLimits
 from daq.zeroing import Zeroing
 from drivers.interfaces import Stand
@@ -310,8 +310,8 @@ class Opening:
             self.showing.message(f"WARNING: {why}")
 
     def _wiring(self) -> WiringGuard:
-        """Return what the signals are held against; where that is little, say it."""
-        wiring = wiring_guard(
+        """Return what the signals are held against."""
+        return wiring_guard(
             self.plan,
             self.stand,
             self.predictor,
@@ -320,9 +320,6 @@ class Opening:
             ambient=self.facts.ambient(),
             speed=self.settings.speed,
         )
-        if why := nothing_expected(wiring.curve):
-            self.showing.message(f"note: {why}")
-        return wiring
 
     def _zeroing(self, acquisition: Acquisition, driver: Driver) -> Zeroing:
         content = self.plan.campaign.content

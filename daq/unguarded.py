@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
+from daq.wiring.expected import little_expected
+from daq.wiring.facts import FAST
 from drivers.profile import Profile
 from drivers.stand_bounds import power_on_C
 from drivers.stand_file import StandFile
@@ -18,6 +20,7 @@ from protocols.campaign import Campaign
 from protocols.guard_bounds import Watching
 from protocols.guard_table import GuardTable
 from protocols.plan import Plan
+from protocols.prediction import Predictor
 from protocols.steps import PlannedStep, WaitUntilCool
 
 HARMED_BY_HEAT = ("elastomer", "rubber-steel", None)
@@ -46,15 +49,35 @@ def watching_of(stand_file: StandFile) -> Watching:
     return Watching(power_on_C(stand_file), None if table is None else table.period_s)
 
 
-def unguarded(plan: Plan, stand_file: StandFile) -> tuple[str, ...]:
-    """Return what is not guarded in a campaign on a stand, one sentence each, most dangerous first."""
+def unguarded(plan: Plan, stand_file: StandFile, predictor: Predictor | None = None) -> tuple[str, ...]:
+    """Return what is not guarded in a campaign on a stand, one sentence each, most dangerous first.
+
+    Parameters
+    ----------
+    plan : Plan
+    stand_file : StandFile
+    predictor : Predictor, optional
+        What is known of the specimen.
+    """
     table = plan.campaign.content.guards
     return (
         *_heat(stand_file, plan),
         *_force_and_stroke(stand_file, plan),
+        *filter(None, [little_expected(plan, predictor)]),
         *_only_noted(table),
         *_controller(stand_file.profile()),
     )
+
+
+def unguarded_at(speed: float, stand_file: StandFile) -> tuple[str, ...]:
+    """Return what is not guarded besides on a simulated stand that is so many times as fast as the wall."""
+    if stand_file.amplifier is None or speed <= FAST:
+        return ()
+    text = (
+        f"a delay of force or force_2, and which of them jumps in motion: at {speed:g} times real time the "
+        f"samples of both are not stamped closely enough; rehearse at --speed {FAST:g} or less to see them"
+    )
+    return (text,)
 
 
 def what_is_unguarded(sentences: Collection[str]) -> tuple[str, ...]:

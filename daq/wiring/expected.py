@@ -92,13 +92,19 @@ def expected_curve(plan: Plan, predictor: Predictor | None) -> ForceCurve | None
     )  # fmt: skip
 
 
-def nothing_expected(curve: ForceCurve | None) -> str:
-    """Return what is to be said where the force cannot be held against anything, empty where it can."""
-    if curve is not None:
+def little_expected(plan: Plan, predictor: Predictor | None) -> str:
+    """Return what is to be said of a specimen whose curve nobody states, empty where somebody does."""
+    if predictor is not None and predictor.known_to_mm > 0.0:
         return ""
+    window = _window(plan.specimen)
+    against = (
+        "against another way to it alone"
+        if window is None
+        else f"against what EN 15551 asks of a buffer of its stroke, within a factor of {window.factor:g}"
+    )
     return (
-        "the specimen has neither a spring model nor a [catalogue], so that its force is held against the "
-        "second way to it alone: a scale that is wrong in both is not seen"
+        "no spring model and no [catalogue]: a scale that is wrong in each force is not seen; "
+        f"it is held {against}"
     )
 
 

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from daq.guards import Action
 
 Floats = NDArray[np.float64]
+FAST = 2.0
+"""Delays are judged of stands that run no more than so many times as fast as the wall, by which an
+amplifier's samples are stamped."""
 Compared = Literal["all", "piston", "none"]
 
 SOFTEST_FRAME_KN_PER_MM, STIFFEST_FRAME_KN_PER_MM = 80.0, 2000.0

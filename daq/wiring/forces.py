@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
+from daq.wiring.facts import FAST
 from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_by_delay, standstill
+from daq.wiring.rests import Rests
 from daq.wiring.scene import Lasting, Scene
 from daq.wiring.track import Means, Track, common_instants, has_hole
 from foundation.likeness import likeness
@@ -35,9 +37,6 @@ GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
 """… where the force changes by this in the window."""
-FAST = 2.0
-"""Delays are judged of stands that run no more than so many times as fast as the wall, by which an
-amplifier's samples are stamped."""
 FLAT = 0.03
 """One that changes by less than this share of the other stands still."""
 JUMPED = 1.15
@@ -82,6 +81,7 @@ class TwoForcesJudge:
         self._lasting, self._unlike = Lasting(LOOKS), Lasting(LONG_LOOKS)
         self._delays: deque[float] = deque(maxlen=OFFSET_WINDOW)
         self._first, self._second = Track("force"), Track("force_2")
+        self._rests = Rests()
         self._due_s = -np.inf
         self._farthest_mm = 0.0
         self.latest_kN: float | None = None
@@ -112,11 +112,15 @@ class TwoForcesJudge:
         since = time >= time[-1] - span_s
         return time[since] - min(self._delays, default=0.0), value[since]
 
-    def look(self, scene: Scene) -> Doubt | None:
+    def look(  # noqa: PLR0911 - one return for each thing that can be wrong, or that keeps from a look
+        self, scene: Scene
+    ) -> Doubt | None:
         """Return what is wrong with one of the forces, None if nothing is."""
         if not self._first or not self._second:
             return None
         until_s = min(self._first.newest_s, self._second.newest_s)
+        if scene.guard.speed > FAST and (doubt := self._at_rest(scene, until_s)):
+            return doubt
         if until_s < self._due_s + EVERY_S * scene.guard.speed and until_s > self._due_s - 10.0:
             return None
         self._due_s = until_s
@@ -129,6 +133,30 @@ class TwoForcesJudge:
         if pair is None or float(np.max(np.abs(pair.second))) > most_kN:
             return None  # as it was just now
         return self._just_jumped(scene, pair) or self._judge(scene, pair)
+
+    def _at_rest(self, scene: Scene, until_s: float) -> Doubt | None:
+        """Return what both show while the force stands: that needs no instants that are the same to 10 ms."""
+        if (rest := self._rests.look(self._first, self._second, until_s)) is None:
+            return None
+        most_kN = BEYOND * scene.guard.force_max_kN
+        if max(abs(rest.first_kN), abs(rest.second_kN)) > most_kN:
+            return None  # saturated, as in look
+        zero_kN = APART_KN if scene.counted else UNCOUNTED_KN
+        least_kN = zero_kN + APART_SHARE * max(abs(rest.first_kN), abs(rest.second_kN))
+        parted = self._rests.parted(rest, JUMPED * APART_KN, APART_SHARE)
+        apart = abs(rest.second_kN - rest.first_kN) > least_kN
+        if parted is None and not apart:
+            return None
+        if stood := self._stood():
+            return _stands(stood)
+        if parted is not None:
+            return _jumped(parted, at_once=False)
+        return _zero(scene, rest.first_kN, rest.second_kN, least_kN, self._expected_kN(scene))
+
+    def _stood(self) -> Standstill | None:
+        """Return which of both stands still, where something else says that they part."""
+        stood = standstill(self._second, self._first, ("force_2", "force"), sure=False)
+        return stood or standstill(self._first, self._second, ("force", "force_2"), sure=False)
 
     def _pair(self, until_s: float) -> _Pair | None:
         """Return both forces at common instants of the window; None where a hole hides what they do."""
@@ -202,8 +230,7 @@ class TwoForcesJudge:
 
         Beside one that is ``flat`` the other one jumps where the specimen's preload is met.
         """
-        stood = standstill(self._second, self._first, ("force_2", "force"), sure=False)
-        if stood := stood or standstill(self._first, self._second, ("force", "force_2"), sure=False):
+        if stood := self._stood():
             return _stands(stood)
         if flat or scene.guard.speed > FAST:
             return None  # an amplifier's samples are stamped by the wall: a step of both is none of one
@@ -285,14 +312,15 @@ def _stands(stood: Standstill) -> Doubt:
     return doubt if stood.name == "force" else replace(doubt, setting=AMPLIFIER)
 
 
-def _jumped(broke: Jump) -> Doubt:
+def _jumped(broke: Jump, *, at_once: bool = True) -> Doubt:
     other = "force" if broke.name == "force_2" else "force_2"
     to_kN = broke.from_kN + broke.size_kN
     ratio = to_kN / broke.from_kN if abs(broke.from_kN) > abs(broke.size_kN) else 0.0
     look = likeness(ratio) if ratio else ""
     text = (
-        f"{broke.name} jumped by {broke.size_kN:+.1f} kN at once, from {broke.from_kN:.1f} kN, and {other} "
-        f"did not: its zero or its scale has changed" + (f" ({look})" if look else "")
+        f"{broke.name} jumped by {broke.size_kN:+.1f} kN{' at once' if at_once else ''}, from "
+        f"{broke.from_kN:.1f} kN, and {other} did not: its zero or its scale has changed"
+        + (f" ({look})" if look else "")
     )
     kind: Kind = "scale" if look else "zero"
     return _doubt(kind, broke.name, "calibration", text, broke.size_kN, APART_KN, "kN")

@@ -37,6 +37,8 @@ class Signals:
     by_name: Mapping[str, FloatArray]
     known: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     """Whether a signal has samples around an instant, (N,) each; one that is not named here has them all."""
+    loose_s: float = 0.0
+    """By how much the stamps of ``force_2`` wander about an even rate [s]: a computer that was starved."""
 
     def both(self, one: str, two: str) -> NDArray[np.bool_]:
         """Return at which instants two signals both have samples, shape (N,)."""
@@ -84,7 +86,21 @@ def signals_of(run: Run, wires: Sequence[str], whole_rows: int, piece_rows: int)
     if time_s.size < 2 or "force" not in usable or np.any(np.diff(time_s) <= 0.0):
         return None
     by_name = {name: np.interp(time_s, *pair) for name, pair in usable.items()}
-    return Signals(time_s, by_name, {name: _known(time_s, pair[0]) for name, pair in usable.items()})
+    loose_s = _wander_s(usable["force_2"][0]) if "force_2" in usable else 0.0
+    return Signals(time_s, by_name, {name: _known(time_s, pair[0]) for name, pair in usable.items()}, loose_s)
+
+
+def _wander_s(own_s: FloatArray) -> float:
+    """Return by how much stamps wander about an even rate, lost samples left out: from least to most [s]."""
+    steps = np.diff(own_s)
+    period_s = float(np.median(steps)) if steps.size else 0.0
+    if period_s <= 0.0 or steps.size < 3:
+        return 0.0
+    index = np.concatenate(([0.0], np.cumsum(np.maximum(1.0, np.rint(steps / period_s)))))
+    index -= index.mean()
+    late_s = own_s - own_s.mean()
+    late_s = late_s - index * (float(np.dot(index, late_s)) / float(np.dot(index, index)))
+    return float(np.ptp(late_s))
 
 
 def _known(time_s: FloatArray, own_s: FloatArray) -> NDArray[np.bool_]:

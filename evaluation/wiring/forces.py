@@ -35,6 +35,8 @@ FOLLOWS, AT_ALL = 0.05, 0.3
 NEARER = 0.6
 """The right force is nearer to what the plan expected by this, in the logarithm of the ratio (1.8 times)."""
 BETTER = 0.5
+BLURRED = 0.4
+"""Stamps that wander take of the factor: up to so much is not told from them."""
 LEAST_LATE_S = 0.02
 """The amplifier's own delay is known to some ms."""
 
@@ -83,11 +85,11 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
         return still
     strokes = [signals.by_name[name][both] for name in signals.strokes]
     jump = jumped(time_s, one, two, strokes[0] if strokes else None)
-    if jump is None:
-        return _followed(look, time_s, one, two, expected)
+    if jump is None or abs(jump.size_kN) < _moves_kN(time_s, one, signals.loose_s):
+        return _followed(look, time_s, one, two, expected, signals.loose_s)
     parts = slice(None, jump.at), slice(jump.at + 1, None)
     longer = max(parts, key=lambda part: time_s[part].size)
-    rest = _followed(look, time_s[longer], one[longer], two[longer], expected)
+    rest = _followed(look, time_s[longer], one[longer], two[longer], expected, signals.loose_s)
     return [_jumped(look, jump), *(finding for finding in rest if finding.kind != "zero")]
 
 
@@ -131,15 +133,26 @@ def _jumped(look: Look, jump: Jumped) -> Finding:
 
 
 def _followed(
-    look: Look, time_s: FloatArray, one: FloatArray, two: FloatArray, expected: float | None
+    look: Look,
+    time_s: FloatArray,
+    one: FloatArray,
+    two: FloatArray,
+    expected: float | None,
+    loose_s: float,
 ) -> list[Finding]:
-    """Return how the second force follows the first: late, not at all, by a factor, with a zero."""
+    """Return how the second force follows the first: late, not at all, by a factor, with a zero.
+
+    No finer than the stamps of the second one allow, which wander by ``loose_s``.
+    """
     fit = fitted(one, two)
     if fit is None:
         return []
+    blurred = FOLLOWS < fit.left < _by_stamps(time_s, one, loose_s)
+    if blurred and abs(fit.factor - 1.0) < BLURRED:
+        return []
     late = lateness(time_s, one, two) if fit.left > FOLLOWS else None
     found = []
-    if late is not None and abs(late[0]) > LEAST_LATE_S and late[1].left < BETTER * fit.left:
+    if late is not None and abs(late[0]) > LEAST_LATE_S + loose_s and late[1].left < BETTER * fit.left:
         found.append(_late(look, late[0]))
         if late[1].left <= AT_ALL:
             return found  # what delays smooths as well, and so takes from the factor
@@ -150,6 +163,18 @@ def _followed(
         )
         return [*found, _doubt(look, "not-following", "force", fit.left, "", text)]
     return found + _scale_or_zero(look, fit, one, expected)
+
+
+def _moves_kN(time_s: FloatArray, force: FloatArray, loose_s: float) -> float:  # noqa: N802 - a unit
+    """Return the most by which a force changes within the time by which stamps are wrong [kN]."""
+    return float(np.max(np.abs(np.interp(time_s + loose_s, time_s, force) - force)))
+
+
+def _by_stamps(time_s: FloatArray, force: FloatArray, loose_s: float) -> float:
+    """Return which share of a force stamps that are wrong by ``loose_s`` [s] leave of it, at most."""
+    moved = np.interp(time_s + loose_s, time_s, force) - force
+    spread = float(np.std(force))
+    return float(np.sqrt(np.mean(moved**2))) / spread if spread > 0.0 else 0.0
 
 
 def _late(look: Look, late_s: float) -> Finding:

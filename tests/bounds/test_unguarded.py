@@ -9,9 +9,10 @@ from click.testing import CliRunner
 
 from cli.commands.plan import command
 from cli.main import main
-from daq.unguarded import demand_thermometers, is_reason, unguarded
+from daq.unguarded import demand_thermometers, is_reason, unguarded, unguarded_at
 from drivers.stand_file import load_stand
 from foundation.errors import BadInput
+from protocols.curve_predictor import NothingKnown
 from tests.bounds.files import (
     SINE,
     Files,
@@ -181,3 +182,20 @@ def test_plan_refuses_with_one_line_and_status_2(tmp_path: Path, capsys: pytest.
     assert ended.value.code == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "limits: this campaign has no temperature stop" in line
+
+
+@pytest.mark.parametrize(("speed", "said"), [(1.0, 0), (2.0, 0), (10.0, 1)])
+def test_what_a_speed_does_not_let_judge_is_said_where_there_are_two_forces(
+    tmp_path: Path, speed: float, said: int
+) -> None:
+    two, one = base_stand(), base_stand()
+    del one["amplifier"]
+    assert len(unguarded_at(speed, Files(tmp_path).prepare(stand=two).stand_file)) == said
+    assert unguarded_at(speed, Files(tmp_path).prepare(stand=one).stand_file) == ()
+
+
+def test_a_specimen_whose_curve_nobody_states_is_said(tmp_path: Path) -> None:
+    prepared = Files(tmp_path).prepare()
+    assert "no spring model" not in "\n".join(prepared.plan.not_guarded)
+    said = "\n".join(unguarded(prepared.plan, prepared.stand_file, NothingKnown()))
+    assert "no spring model and no [catalogue]: a scale that is wrong in each force is not seen" in said

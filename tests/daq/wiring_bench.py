@@ -81,6 +81,8 @@ class Case:
     capacity_times: float = 1.0
     friction_kN: float = 0.0
     knows_model: bool = True
+    speed: float = 1.0
+    """Of a simulated stand, in multiples of the wall's."""
     seed: int = 1
     block_s: float = BLOCK_S
 
@@ -250,6 +252,7 @@ def guard_of(signals: Signals) -> WiringGuard:
         ambient=signals.roles[1],
         capacity_J_per_K=heat.capacity_J_per_K if signals.case.knows_model else None,
         sensor_lag_s=heat.sensor_lag_s if signals.case.knows_model else None,
+        speed=signals.case.speed,
     )
 
 

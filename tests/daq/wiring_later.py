@@ -144,11 +144,12 @@ def rough_case(seed: int) -> Case:
     )
 
 
-def rough_alarms(seeds: Iterable[int]) -> list[str]:
-    """Return what was doubted of them."""
+def rough_alarms(seeds: Iterable[int], speed: float = 1.0, second_late_s: float = 0.0) -> list[str]:
+    """Return what was doubted of them, on stands of a speed whose second force is stamped late."""
     found = []
     for seed in seeds:
-        verdict = judge(signals_of(rough_case(seed)))
+        signals = signals_of(replace(rough_case(seed), speed=speed))
+        verdict = judge(replace(signals, second_s=signals.second_s + second_late_s))
         if verdict.trip is not None:
             found.append(f"{seed}: {verdict.trip.reason}")
     return found
