@@ -24,8 +24,8 @@ FIRST_MM, FIRST_SHARE, FIRST_TIMES, FIRST_KN = 8.0, 0.15, 1.6, 3.0
 """Up to this stroke, or share of the curve, it is judged with so much more of the factor, and this: what a
 preload is, and how it is met, nobody knows well."""
 PRESSED_MM = 1.0
-"""Where strokes do not count from a contact, what a draw wire reads at rest is no compression: before a touch it
-may be 10 mm off. So much more must be seen."""
+"""Where strokes do not count from a contact, what a draw wire reads at rest is no compression: before a
+touch it may be 10 mm off. So much more must be seen."""
 PLACE_MM, UNCOUNTED_PLACE_MM = 0.6, 1.2
 """The curve may lie so far beside the stroke."""
 BESIDE_KN = 1.0
