@@ -41,6 +41,8 @@ this share of it there: what the specimen does both show."""
 LASTS_S, NEWEST_S, STANDS_OUT = 0.25, 0.7, 3.0
 """A jump that nothing else has said lasts so long, is no older than this, and so many times what both part by
 elsewhere."""
+NO_WORSE, NO_WORSE_KN = 1.1, 0.1
+"""A delay explains a jump only if both part elsewhere by no more with it than without."""
 DECISIVE = 0.5
 """One is that much nearer to the expected force than the other, in the logarithm of the ratio: more than a
 specimen that is 40 % off makes."""
@@ -164,8 +166,13 @@ def made_by_delay(broke: Jump, means: Means, time: Floats, two: Floats, lags_s: 
     """
     at = int(np.argmin(np.abs(time - broke.at_s)))
     near = slice(max(0, at - 3), at + 4)  # a jump of ``force`` is moved with it
-    left_kN = [float(np.max(np.abs(_steps(two - means.at(time - lag_s))[near]))) for lag_s in lags_s]
-    return min(left_kN) < (1.0 - OF_SIZE) * abs(broke.size_kN)
+    most_kN = NO_WORSE * _elsewhere(_steps(two - means.at(time)), at) + NO_WORSE_KN
+    for lag_s in lags_s:
+        steps = _steps(two - means.at(time - lag_s))
+        gone = float(np.max(np.abs(steps[near]))) < (1.0 - OF_SIZE) * abs(broke.size_kN)
+        if gone and _elsewhere(steps, at) < most_kN:
+            return True
+    return False
 
 
 def _steps(apart: Floats) -> Floats:
