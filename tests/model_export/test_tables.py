@@ -163,7 +163,6 @@ class TestCommand:
         [
             ((), "nothing to write"),
             (("--fmu", "x.fmu", "--temperature", "20"), "add --tables"),
-            (("--fmu", "x.fmu", "--ambient", "-400"), "ambient_C"),
         ],
     )
     def test_what_makes_no_sense_is_refused(self, arguments, told):
