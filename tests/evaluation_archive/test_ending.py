@@ -102,5 +102,8 @@ def test_an_interrupt_while_the_command_is_loaded(
     (tmp_path / "click.py").write_text("raise KeyboardInterrupt\n")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])]))
     process = start("evaluate", "--help")
-    assert process.communicate(timeout=LONG_S) == ("", "bufferstand: stopped by the operator: nothing was begun\n")
+    assert process.communicate(timeout=LONG_S) == (
+        "",
+        "bufferstand: stopped by the operator: nothing was begun\n",
+    )
     assert process.returncode == 3
