@@ -12,7 +12,6 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from daq.awake import StoodStill
 from daq.blocks import join_blocks
 from daq.clock_guard import PAUSE_S, HostMemory, evaluate_host
 from daq.continuity import Continuity
@@ -29,7 +28,6 @@ from drivers.delivery import STATUS_LONGEST_S, status_rest_s
 from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
 from foundation.channel import Branch
 from foundation.clock import Clock, steady_s
-from foundation.errors import DeviceFault
 from foundation.zero import Zero
 
 LONG_LOOK_S = 0.0005
@@ -260,21 +258,15 @@ class Acquisition:
         of the guard ``controller``, like every other reason to stop.
         """
         self._pass_began_s = self.clock.now_s()
-        try:
+        with self.continuity.answered_for():
             self.continuity.see_pause(PAUSE_S)
             self.continuity.come_back()
             if not self.continuity.is_cut_off:
                 self._ask_controller()
-        except StoodStill as still:
-            self.continuity.go_on_anew(str(still), still.for_s)
-        except DeviceFault as fault:
-            self.continuity.take_fault(fault)
         self._drain_sensors()
         self._check_recorder()
-        try:
+        with self.continuity.answered_for():
             self.continuity.see_pause(PAUSE_S, look=False)  # before silences are judged
-        except StoodStill as still:
-            self.continuity.go_on_anew(str(still), still.for_s)
         self._look_at_host()
         self.panel.listen(self.clock.now_s(), self.clock.wall_s())
         said = self.panel.said()
@@ -320,16 +312,12 @@ class Acquisition:
         end_s = self.clock.wall_s() + CATCH_UP_S
         if self.continuity.is_cut_off:
             return
-        try:
+        with self.continuity.answered_for():
             self.continuity.see_pause_in_call()
             undisturbed = self._read_until(end_s)
             for request in (self._feed, self._look_if_overdue):
                 if undisturbed and request():
                     undisturbed = self._read_until(end_s)
-        except StoodStill as still:
-            self.continuity.go_on_anew(str(still), still.for_s)
-        except DeviceFault as fault:
-            self.continuity.take_fault(fault)
 
     def _read_until(self, end_s: float) -> bool:
         """Read until nothing is unread, or a time of the wall is reached; return False once a guard trips."""

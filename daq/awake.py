@@ -52,7 +52,7 @@ class Awake:
 
     def look(self, wall_s: float, most_s: float) -> float:
         """Return how long nobody had looked by now, where that is more than ``most_s``; else 0 [s]."""
-        still_s, self._looked_s = wall_s - self._looked_s, wall_s
+        still_s, self._looked_s = self.since_s(wall_s), wall_s
         if still_s <= most_s:
             return 0.0
         self._explains_until_s = wall_s + EXPLAINS_S

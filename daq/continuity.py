@@ -6,6 +6,8 @@ another program that has the stand.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Protocol
 
 import numpy as np
@@ -98,6 +100,22 @@ class Continuity:
         self.hands_off = False
         self.heard()
 
+    @contextmanager
+    def answered_for(self) -> Iterator[None]:
+        """Let what is done with the controller in here end in a reason to stop, not in an exception.
+
+        A pause in a wait is followed by a new look at the stand, and an outage may be ridden out.
+        """
+        try:
+            yield
+        except StoodStill as still:
+            self._wake(still)
+        except DeviceFault as fault:
+            self._take_fault(fault)
+
+    def _wake(self, still: StoodStill) -> None:
+        self._go_on_anew(str(still), still.for_s)
+
     def see_pause(self, most_s: float, *, look: bool = True) -> None:
         """See whether this program stood still: nothing that it does takes longer than ``most_s`` [s].
 
@@ -138,7 +156,7 @@ class Continuity:
         if long:
             self._panel.begin_anew(self._clock.wall_s())
 
-    def go_on_anew(self, why: str, slept_s: float = 0.0) -> None:
+    def _go_on_anew(self, why: str, slept_s: float = 0.0) -> None:
         """In a wait with the valve off: look at the stand as at a start, take it again, and say so."""
         rides, clock = self.rides, self._clock
         if self.awake.take_anew is None:
@@ -167,12 +185,12 @@ class Continuity:
             Trip("anew", Action.NOTE, text, clock.now_s(), value=slept_s or None, unit="s" if slept_s else "")
         )
 
-    def take_fault(self, fault: DeviceFault) -> None:
+    def _take_fault(self, fault: DeviceFault) -> None:
         """Let a fault of the controller or its wire be a reason to stop, unless an outage is ridden out."""
         try:
             self.see_pause(self.awake.longest_call_s, look=False)
         except StoodStill as still:
-            self.go_on_anew(str(still), still.for_s)
+            self._wake(still)
             return
         if isinstance(fault, WireLost) and self.lose(fault):
             return
@@ -193,7 +211,7 @@ class Continuity:
         """Return whether a controller that does not go on as it did is taken anew, as behind its restart."""
         if not self.awake.may_take_anew(self._clock.wall_s()):
             return False
-        self.go_on_anew(f"the controller does not go on as it did ({fault})")
+        self._go_on_anew(f"the controller does not go on as it did ({fault})")
         return True
 
     def _another_has_it(self) -> bool:
@@ -214,7 +232,7 @@ class Continuity:
         if another:
             return False
         if self.awake.waits:
-            self.go_on_anew("nobody else gives the controller commands any more")
+            self._go_on_anew("nobody else gives the controller commands any more")
             return not self.hands_off
         self._controller.skip_backlog()
         self.hands_off = self._panel.cut_off = False
