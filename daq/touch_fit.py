@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.wiring.stretch import noise_of
+
 FloatArray = NDArray[np.float64]
 
 SMOOTHED_S = 0.04
@@ -138,7 +140,7 @@ def find_contact(samples: TouchSamples) -> Contact:
     force, way = samples.force_kN[:turn], way_mm[:turn]
     if turn < FEWEST_REST + few:
         raise NoContactError(f"only {turn} samples were taken before the piston turned")
-    level, noise = float(np.median(force[: max(FEWEST_REST, turn // 2)])), _noise(force)
+    level, noise = float(np.median(force[: max(FEWEST_REST, turn // 2)])), noise_of(force)
     crest = _crest(force, level, noise, few)
     half = _first_lasting(force > level + 0.5 * crest)
     if half < FEWEST_REST:
@@ -151,7 +153,7 @@ def find_contact(samples: TouchSamples) -> Contact:
     used = slice(max(0, min(reached, half) - round(REST_S * rate_Hz)), turn)
     moved_mm = float(np.max(np.abs(way[used][_lag(rate_Hz) :] - way[used][: -_lag(rate_Hz)])))
     own = samples.step.get("position", 0.0) / float(np.sqrt(12.0))
-    scatter_mm = float(np.hypot(_noise(samples.position_mm), own))
+    scatter_mm = float(np.hypot(noise_of(samples.position_mm), own))
     fit = _Hinge(way[used], force[used], scatter_mm).best(lowest, float(way[half]), moved_mm)
     wires = {
         name: _reading(way[used], _moved(samples, name, values)[used], fit, samples.step.get(name, 0.0))
@@ -191,11 +193,6 @@ def _moved(samples: TouchSamples, name: str, values: FloatArray) -> FloatArray:
     """Return a wire at the moments at which the force was true."""
     late_s = samples.delay_s.get("force", 0.0) - samples.delay_s.get(name, 0.0)
     return np.asarray(np.interp(samples.time_s - late_s, samples.time_s, values))
-
-
-def _noise(values: FloatArray) -> float:
-    """Return the standard deviation of noise from differences of neighbours, whatever the trend."""
-    return 1.4826 * float(np.median(np.abs(np.diff(values)))) / float(np.sqrt(2.0))
 
 
 def _turn(force: FloatArray, count: int) -> int:

@@ -278,7 +278,7 @@ def _scale(fit: _Fit, first: Floats, second: Floats, expected_kN: float | None, 
     name = farther(float(first[-1]), float(second[-1]), expected_kN)
     if not FLAT < abs(gain) < 1.0 / FLAT:
         still = "force_2" if abs(gain) <= FLAT else "force"
-        other = "force" if still == "force_2" else "force_2"
+        other = _other(still)
         text = (
             f"{still} stands still while {other} changes by "
             f"{float(max(np.ptp(first), np.ptp(second))):.1f} kN"
@@ -302,8 +302,13 @@ def _scale(fit: _Fit, first: Floats, second: Floats, expected_kN: float | None, 
     return _doubt("scale", name, "calibration", text, ratio, 1.0 + GAIN_OFF, "")
 
 
+def _other(name: str) -> str:
+    """Return the other way to the same force."""
+    return "force" if name == "force_2" else "force_2"
+
+
 def _stands(stood: Standstill) -> Doubt:
-    other = "force" if stood.name == "force_2" else "force_2"
+    other = _other(stood.name)
     text = (
         f"{stood.name} has shown one value to the last digit for {stood.for_s:.1f} s while {other} changed "
         f"by {stood.other_kN:.1f} kN: it is frozen; look at its amplifier's cable and supply"
@@ -313,7 +318,7 @@ def _stands(stood: Standstill) -> Doubt:
 
 
 def _jumped(broke: Jump, *, at_once: bool = True) -> Doubt:
-    other = "force" if broke.name == "force_2" else "force_2"
+    other = _other(broke.name)
     to_kN = broke.from_kN + broke.size_kN
     ratio = to_kN / broke.from_kN if abs(broke.from_kN) > abs(broke.size_kN) else 0.0
     look = likeness(ratio) if ratio else ""
@@ -403,7 +408,7 @@ def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float, float
 def _late(lag_s: float, stated_s: Mapping[str, float]) -> Doubt:
     """Return the doubt of a delay: the later one is late, unless of the other too long a delay is stated."""
     name = "force_2" if lag_s > 0.0 else "force"
-    other = "force" if name == "force_2" else "force_2"
+    other = _other(name)
     if stated_s.get(other, 0.0) > 0.5 * abs(lag_s):
         text = (
             f"{other} comes {abs(lag_s) * 1e3:.0f} ms before {name}, less the delay of "

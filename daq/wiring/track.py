@@ -32,6 +32,8 @@ class Track:
     def __init__(self, name: str) -> None:
         self._name = name
         self._samples: deque[Floats] = deque()
+        self._whole: Floats | None = None
+        """All of them in one, once asked for since the last block: a look asks several times."""
         self._stands_from_s = 0.0
         self._count = 0
         self._least_step_kN = float("inf")
@@ -53,6 +55,7 @@ class Track:
             self._samples.clear()
         self._look_whether_it_stands(time_s, value)
         self._samples.append(np.stack([time_s, value]))
+        self._whole = None
         oldest_s = float(time_s[-1]) - KEPT_S
         while float(self._samples[0][0, -1]) < oldest_s:
             self._samples.popleft()
@@ -78,10 +81,12 @@ class Track:
         return self._least_step_kN
 
     def samples(self) -> Floats:
-        """Return time and value of its samples, shape (2, n); time does not fall."""
-        whole = np.concatenate(self._samples, axis=1)
-        whole[0] = np.maximum.accumulate(whole[0])  # the clocks' offset may have become less
-        return whole
+        """Return time and value of its samples, shape (2, n), not to be written to; time does not fall."""
+        if self._whole is None:
+            self._whole = np.concatenate(self._samples, axis=1)
+            np.maximum.accumulate(self._whole[0], out=self._whole[0])  # the clocks' offset may become less
+            self._whole.flags.writeable = False
+        return self._whole
 
 
 class Means:
