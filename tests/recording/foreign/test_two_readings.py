@@ -342,7 +342,8 @@ def test_the_stated_form_over_a_change_of_the_clock(tmp_path: Path) -> None:
 
 def test_dates_and_times_are_not_scaled(tmp_path: Path) -> None:
     path, mapping = date_times(tmp_path, "2026-10-25T00:00:00Z,1,2", form="scale = 2.0")
-    assert "lab.toml: line 1: columns.time: with scale or offset, say the unit" in refused(
+    assert mapping.read_text(encoding="utf-8").splitlines()[2] == "scale = 2.0"
+    assert "lab.toml: line 3: columns.time.scale: with scale or offset, say the unit" in refused(
         path, mapping=mapping
     )
 
