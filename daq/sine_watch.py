@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -249,6 +250,8 @@ class SineWatch:
         self._frequency_Hz = frequency_Hz
         self._delays_s = delays_s
         self._blocks: list[ScaledBlock] = []
+        self._first_us: list[int] = []  # of each block: a look at every block's array would cost more than it
+        self._last_us: list[int] = []
         self._gaps_us: list[tuple[int, int]] = []
 
     @property
@@ -259,25 +262,27 @@ class SineWatch:
     @property
     def oldest_us(self) -> int | None:
         """Time stamp of the oldest sample that is kept [µs]."""
-        return int(self._blocks[0].time_us[0]) if self._blocks else None
+        return self._first_us[0] if self._blocks else None
 
     @property
     def newest_us(self) -> int | None:
         """Time stamp of the newest sample [µs]."""
-        return int(self._blocks[-1].time_us[-1]) if self._blocks else None
+        return self._last_us[-1] if self._blocks else None
 
     def take(self, block: ScaledBlock) -> None:
         """Keep a block of the controller's samples."""
         if not len(block) or any(name not in block.values for name in (*_CHANNELS, "force")):
             return
         if block.lost and self._blocks:
-            self._gaps_us.append((int(self._blocks[-1].time_us[-1]), int(block.time_us[0])))
+            self._gaps_us.append((self._last_us[-1], int(block.time_us[0])))
         self._blocks.append(block)
+        self._first_us.append(int(block.time_us[0]))
+        self._last_us.append(int(block.time_us[-1]))
 
     def forget_before(self, time_us: float) -> None:
         """Keep no block that ends before a time stamp [µs]."""
-        while self._blocks and self._blocks[0].time_us[-1] < time_us:
-            self._blocks.pop(0)
+        old = bisect_left(self._last_us, time_us)
+        del self._blocks[:old], self._first_us[:old], self._last_us[:old]
         self._gaps_us = [gap for gap in self._gaps_us if gap[1] >= time_us]
 
     def period_from(self, begin_us: float) -> Period | None:
@@ -286,7 +291,9 @@ class SineWatch:
         A hole of a few samples, as of a cycle that the controller missed, is bridged by straight lines.
         """
         end_us = begin_us + self.period_us
-        blocks = [one for one in self._blocks if one.time_us[-1] >= begin_us and one.time_us[0] <= end_us]
+        if self._is_running(end_us):
+            return None
+        blocks = self._blocks[bisect_left(self._last_us, begin_us) : bisect_right(self._first_us, end_us)]
         if not blocks:
             return None
         time_us = np.concatenate([block.time_us for block in blocks])
@@ -313,3 +320,8 @@ class SineWatch:
         values = {name: one[every] for name, one in values.items()}
         since_s = (time_us[every] - time_us[0]) / 1e6
         return Period(since_s, values, self._frequency_Hz, self._delays_s, float(time_us[0]))
+
+    def _is_running(self, end_us: float) -> bool:
+        """Return whether the newest sample is clearly before the end of a period, as at most looks."""
+        newest = self._blocks[-1].time_us[-2:] if self._blocks else ()
+        return len(newest) > 1 and newest[-1] < end_us - 2.0 * EDGE_SAMPLES * (newest[-1] - newest[0])
