@@ -57,7 +57,8 @@ def installer() -> list[str]:
     version = tuple(int(part) for part in probe.stdout.split()[1].split(".")[:2])
     if version < OLDEST_PIP:
         stop(f"pip {version[0]}.{version[1]} is too old, 22.3 is needed: python3 -m pip install -U pip")
-    return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--quiet",
+    # Compiled when first imported: of all that comes down only a part ever is.
+    return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--quiet", "--no-compile",
             "--disable-pip-version-check", "--no-warn-script-location"]  # fmt: skip
 
 

@@ -323,5 +323,7 @@ class SineWatch:
 
     def _is_running(self, end_us: float) -> bool:
         """Return whether the newest sample is clearly before the end of a period, as at most looks."""
-        newest = self._blocks[-1].time_us[-2:] if self._blocks else ()
-        return len(newest) > 1 and newest[-1] < end_us - 2.0 * EDGE_SAMPLES * (newest[-1] - newest[0])
+        newest_us = self._blocks[-1].time_us[-2:] if self._blocks else np.empty(0)
+        if len(newest_us) < 2:
+            return False
+        return bool(newest_us[-1] < end_us - 2.0 * EDGE_SAMPLES * (newest_us[-1] - newest_us[0]))
