@@ -23,6 +23,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 ENVIRONMENT = ROOT / ".venv"
 STAMP = ENVIRONMENT / "bufferstand-stamp"
+COMPILED = ENVIRONMENT / "compiled"
+"""Where Python keeps what it has compiled: nothing in the tree, and each program starts in half the time."""
 PYTHON = ENVIRONMENT / "bin" / "python"
 OLDEST_PYTHON = (3, 11)
 OLDEST_PIP = (22, 3)
@@ -82,7 +84,13 @@ def set_up() -> None:
 
 def run(*command: str, folder: Path | None = None) -> int:
     """Run Python of the environment and return its exit status; Ctrl-C is the command's to handle."""
-    environment = {**os.environ, "PATH": f"{PYTHON.parent}{os.pathsep}{os.environ.get('PATH', '')}"}
+    environment = {
+        **os.environ,
+        "PATH": f"{PYTHON.parent}{os.pathsep}{os.environ.get('PATH', '')}",
+        "PYTHONPYCACHEPREFIX": str(COMPILED),
+    }
+    # Containers set it to keep their trees clean; here every program would compile the whole house anew.
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     # -P: nothing in the folder where the user stands can shadow the project's packages
     process = subprocess.Popen([str(PYTHON), "-P", *command], cwd=folder, env=environment)
     while True:

@@ -71,6 +71,20 @@ def test_set_up_environment_is_left_alone(
     start.set_up()
 
 
+def test_what_is_compiled_is_kept_in_the_environment_and_not_in_the_tree(
+    start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(start, "PYTHON", Path(sys.executable))
+    monkeypatch.setattr(start, "COMPILED", tmp_path / "compiled")
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    (tmp_path / "tree").mkdir()
+    (tmp_path / "tree" / "some_room.py").write_text("")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path / 'tree')!r}); import some_room"
+    assert start.run("-c", code) == 0
+    assert [path.name for path in (tmp_path / "tree").iterdir()] == ["some_room.py"]
+    assert len(list((tmp_path / "compiled").rglob("some_room.*.pyc"))) == 1
+
+
 @pytest.mark.parametrize(
     ("answer", "status", "words"),
     [("", 1, "has no pip"), ("pip 21.0.1 from somewhere", 0, "too old")],
