@@ -53,11 +53,19 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                     item.add_marker(skip)
 
 
-SHARED_FILES = "tests/main_job/"
+SHARED_FILES = (
+    "tests/main_job/",
+    "tests/cli/test_model_paper.py",
+    "tests/contract/controller/test_announced.py",
+    "tests/drivers/test_fault_messages.py",
+    "tests/evaluation/test_budget.py",
+    "tests/evaluation/turns/test_end_forces.py",
+)
+"""Files whose tests share what takes seconds to make: a campaign, figures, a stand with every fault."""
 
 
 class _TestByTest(LoadScopeScheduling):  # type: ignore[misc] - xdist states no types
-    """Hand out test by test, but the files of the main job whole: the tests of each share a campaign."""
+    """Hand out test by test, but whole the files whose tests share much."""
 
     def _split_scope(self, nodeid: str) -> str:
         return nodeid.split("::", maxsplit=1)[0] if nodeid.startswith(SHARED_FILES) else nodeid

@@ -99,6 +99,7 @@ class _Later(StopRequest):
         return self._asked.reason
 
 
+@pytest.mark.long
 def test_the_time_that_is_left_comes_closer_to_what_happens(tmp_path: Path) -> None:
     ended = run(tmp_path, GIVEN)
     assert ended.outcome.status == "complete", ended.outcome.reason

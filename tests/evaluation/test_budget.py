@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -39,22 +41,34 @@ def gapped() -> RunEvaluation:
     return evaluate_run(record, facts, Options(draws=10_000))
 
 
-STATIC = StaticTest().evaluate(draws=10_000)
-GAPPED = gapped()
-RUNS = {
-    "gaps": GAPPED,
-    "static": STATIC,
-    "0.5 Hz": harmonic(0.5, 2e-4),
-    "2.5 Hz": harmonic(2.5, 5e-4),
-    "no reversibility": harmonic(1.0, 5e-4, ChannelUncertainty(accuracy_percent=0.5, zero=0.5)),
+RUNS: dict[str, Callable[[], RunEvaluation]] = {
+    "gaps": gapped,
+    "static": lambda: StaticTest().evaluate(draws=10_000),
+    "0.5 Hz": lambda: harmonic(0.5, 2e-4),
+    "2.5 Hz": lambda: harmonic(2.5, 5e-4),
+    "no reversibility": lambda: harmonic(1.0, 5e-4, ChannelUncertainty(accuracy_percent=0.5, zero=0.5)),
 }
+
+
+@cache
+def made(name: str) -> RunEvaluation:
+    """Return the run of that name: made once a process, and not when the tests are collected."""
+    return RUNS[name]()
+
+
+@pytest.fixture
+def run(request: pytest.FixtureRequest) -> RunEvaluation:
+    return made(request.param)
+
+
+every_run = pytest.mark.parametrize("run", RUNS, indirect=True)
 
 
 def of(run: RunEvaluation, name: str) -> Budget:
     return next(b for b in run.budget if b.quantity == name)
 
 
-@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+@every_run
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_agrees_with_the_monte_carlo_propagation(run: RunEvaluation, name: str) -> None:
     budget = of(run, name)
@@ -63,7 +77,7 @@ def test_agrees_with_the_monte_carlo_propagation(run: RunEvaluation, name: str) 
     assert budget.value == run.summary.values[name].value
 
 
-@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+@every_run
 def test_contributions_add_up(run: RunEvaluation) -> None:
     assert [b.quantity for b in run.budget] == list(QUANTITIES)
     for budget in run.budget:
@@ -76,11 +90,11 @@ def test_contributions_add_up(run: RunEvaluation) -> None:
 
 def test_what_is_not_on_record_is_a_line_of_each_result() -> None:
     """Rectangular, with the mean of the cycles' limits; a run that lacks nothing has no such line."""
-    used = set(GAPPED.summary.cycles_used)
-    cycles = [cycle for cycle in GAPPED.cycles if cycle.cycle.index in used]
+    used = set(made("gaps").summary.cycles_used)
+    cycles = [cycle for cycle in made("gaps").cycles if cycle.cycle.index in used]
     assert sum(bool(cycle.gap_limits) for cycle in cycles) >= 2
     shares = {}
-    for budget in GAPPED.budget:
+    for budget in made("gaps").budget:
         limits = [cycle.gap_limits.get(budget.quantity, 0.0) for cycle in cycles]
         (line,) = [line for line in budget.lines if line.source == "what is not on record"]
         assert line.limit == pytest.approx(abs(sum(limits)) / len(cycles))
@@ -88,12 +102,12 @@ def test_what_is_not_on_record_is_a_line_of_each_result() -> None:
         assert line.contribution == pytest.approx(line.limit / math.sqrt(3.0))
         shares[budget.quantity] = line.contribution / budget.u
     assert max(shares.values()) > 0.3, "it counts here, so that agreeing with the draws says something"
-    assert all("not on record" not in line.source for b in STATIC.budget for line in b.lines)
+    assert all("not on record" not in line.source for b in made("static").budget for line in b.lines)
 
 
 def test_shared_inputs_are_correlated() -> None:
     """The force scale is most of either energy's uncertainty and nothing of damping's."""
-    run = RUNS["0.5 Hz"]
+    run = made("0.5 Hz")
     stored, damping = of(run, "stored_energy_J"), of(run, "damping")
     scale = {b.quantity: b.lines[0] for b in (stored, damping)}
     assert scale["stored_energy_J"].source == "force: scale (class)"
@@ -109,7 +123,7 @@ def test_shared_inputs_are_correlated() -> None:
 
 def test_sensitivities_by_hand() -> None:
     """Zero of the force: W_s by the range of the stroke; skew: W_a by π K′ ω A² (standards.md 3)."""
-    run = RUNS["2.5 Hz"]
+    run = made("2.5 Hz")
     lines = {line.source: line for line in of(run, "stored_energy_J").lines}
     assert lines["force: zero"].sensitivity == pytest.approx(40.0, rel=1e-3)
     assert lines["force: zero"].u == pytest.approx(1.0 / math.sqrt(3.0))
@@ -119,10 +133,10 @@ def test_sensitivities_by_hand() -> None:
 
 
 def test_degrees_of_freedom() -> None:
-    budget = of(RUNS["0.5 Hz"], "damping")
+    budget = of(made("0.5 Hz"), "damping")
     scatter = budget.lines[-1]
     assert scatter.source == "scatter between cycles"
-    assert scatter.degrees_of_freedom == len(RUNS["0.5 Hz"].summary.cycles_used) - 1
+    assert scatter.degrees_of_freedom == len(made("0.5 Hz").summary.cycles_used) - 1
     assert all(line.degrees_of_freedom is None for line in budget.lines[:-1])
     assert budget.degrees_of_freedom is not None
     assert budget.degrees_of_freedom > 30
@@ -130,8 +144,8 @@ def test_degrees_of_freedom() -> None:
 
 
 def test_in_the_document() -> None:
-    entry = json.loads(json.dumps(run_entry(STATIC), allow_nan=False))
-    assert entry["budget"] == json.loads(json.dumps(budget_entry(STATIC.budget)))
+    entry = json.loads(json.dumps(run_entry(made("static")), allow_nan=False))
+    assert entry["budget"] == json.loads(json.dumps(budget_entry(made("static").budget)))
     assert [b["quantity"] for b in entry["budget"]] == list(QUANTITIES)
     assert {line["source"] for line in entry["budget"][0]["sources"]} >= {
         "force: scale (class)",

@@ -80,6 +80,7 @@ def test_temperature_stop_ends_with_3_at_zero_force_and_keeps_the_data(tmp_path:
     assert resumed.returncode == 3, resumed.stderr
 
 
+@pytest.mark.long
 def test_a_polled_stand_a_hundred_times_as_fast_waits_for_who_polls_it(tmp_path: Path) -> None:
     """It completes, slower than asked; every poll that was due was made."""
     text = (SAMPLES / "stand.toml").read_text("utf-8")

@@ -264,7 +264,7 @@ def test_a_reader_whose_terminal_is_closed_is_stopped_and_no_bad_input(stand: Pa
     assert held.hang_up() == 3
 
 
-@pytest.mark.parametrize("words", [("zero",), ("jog", "--by", "0.5")])
+@pytest.mark.parametrize("words", [("zero",), pytest.param(("jog", "--by", "0.5"), marks=pytest.mark.long)])
 def test_a_stand_that_another_program_moves_is_left_alone(
     stand: Path, tmp_path: Path, words: tuple[str, ...]
 ) -> None:
