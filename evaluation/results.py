@@ -366,7 +366,8 @@ class RunEvaluation:
     findings: tuple[Finding, ...] = ()
     """What on record no specimen and no motion make (:mod:`evaluation.plausibility`)."""
     unfit: bool = False
-    """Whether its means are of spoiled cycles: they are kept out of trends and comparisons."""
+    """Whether its means are of spoiled cycles: they are kept out of trends and comparisons. A run of several
+    steps is unfit if all of them are; one without means if all its complete cycles are spoiled."""
 
 
 @dataclass(frozen=True)
