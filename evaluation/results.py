@@ -78,6 +78,8 @@ class RunFacts:
     kind: Kind
     path: str = ""
     sha256: str | None = None
+    samples_sha256: str | None = None
+    """Hash of the samples alone, whatever is stated about them; None where there are none."""
     specimen: Mapping[str, Any] = field(default_factory=dict)
     started: datetime | None = None
     status: str = "complete"
