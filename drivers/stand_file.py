@@ -21,6 +21,7 @@ from drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifie
 from drivers.profile import Profile, load_profile
 from drivers.stand_bounds import demand_stand_bounds
 from drivers.stand_numbers import (
+    STAND_FORCE_KN,
     Baud,
     CellRange,
     MassAccuracy,
@@ -41,6 +42,7 @@ from foundation.errors import BadInput
 from foundation.force_speed import curve_problem
 from foundation.settings import Settings, load_settings, read_text
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 
 CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
     "force": ("force", "kN"),
@@ -109,11 +111,14 @@ class Limits(Settings):
             return self
         if problem := curve_problem(self.force_speed):
             raise ValueError(f"force_speed: {problem}")
-        last_kN = self.force_speed[-1][0]
-        if last_kN < self.force_max_kN:
-            raise ValueError(
-                f"force_speed ends at {last_kN:g} kN, below force_max_kN = {self.force_max_kN:g}; add the "
-                "speed that is left there"
+        last_kN, most_kN = self.force_speed[-1][0], self.force_max_kN
+        # A force that no stand has is refused by its own bound, which says more: newtons taken for kN.
+        if last_kN < most_kN <= STAND_FORCE_KN.high:
+            raise WrongKeyError(
+                "force_max_kN",
+                text=f"force_max_kN = {most_kN:g} is more than force_speed knows of, which ends at "
+                f"{last_kN:g} kN; write force_max_kN = {last_kN:g} or less, or add to force_speed the speed "
+                f"that is left at {most_kN:g} kN",
             )
         return self
 
@@ -122,6 +127,24 @@ class Limits(Settings):
         """Leave out what the stand file does not state."""
         content: dict[str, Any] = handler(self)
         return {key: value for key, value in content.items() if value is not None}
+
+
+def _demand(channel: Channel, quantity: str, unit: str, *, place: tuple[str | int, ...]) -> None:
+    """Demand the quantity and unit that a channel of this name has everywhere in the house."""
+    if channel.quantity != quantity:
+        raise WrongKeyError(
+            *place,
+            "quantity",
+            text=f"quantity = “{channel.quantity}” is not possible for the channel “{channel.name}”; write "
+            f"quantity = “{quantity}” and unit = “{unit}”",
+        )
+    if channel.unit != unit:
+        raise WrongKeyError(
+            *place,
+            "unit",
+            text=f"unit = “{channel.unit}” is not possible for the channel “{channel.name}”; write unit = "
+            f"“{unit}”, and in its calibration coefficients that give {unit}",
+        )
 
 
 class ControllerSettings(Settings):
@@ -157,7 +180,7 @@ class ControllerSettings(Settings):
     @model_validator(mode="after")
     def _channels_complete(self) -> ControllerSettings:
         names = [channel.name for channel in self.channel]
-        for channel in self.channel:
+        for number, channel in enumerate(self.channel):
             if names.count(channel.name) > 1:
                 raise ValueError(f"channel “{channel.name}” is there twice; leave one out")
             if channel.name not in CONTROLLER_CHANNELS:
@@ -166,8 +189,7 @@ class ControllerSettings(Settings):
                     + ", ".join(CONTROLLER_CHANNELS)
                 )
             wanted = CONTROLLER_CHANNELS[channel.name]
-            if (channel.quantity, channel.unit) != wanted:
-                raise ValueError(f"channel “{channel.name}” must be {wanted[0]} in {wanted[1]}")
+            _demand(channel, *wanted, place=("channel", number))
         if missing := [name for name in CONTROLLER_CHANNELS if name not in names]:
             raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)}")
         if self.watchdog_s < 2 * self.timeout_s:
@@ -197,8 +219,7 @@ class AmplifierSettings(Settings):
 
     @model_validator(mode="after")
     def _fits(self) -> AmplifierSettings:
-        if (self.channel.quantity, self.channel.unit) != ("force", "kN"):
-            raise ValueError(f"channel “{self.channel.name}” must be force in kN")
+        _demand(self.channel, "force", "kN", place=("channel",))
         for table in ("gsv2", "aed", "modbus"):
             if table in self.model_fields_set and table != self.protocol:
                 raise ValueError(

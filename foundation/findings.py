@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from foundation.wanted import Found, alternatives, fields_by_key, find, tag_values
+from foundation.wrong_key import WrongKeyError
 
 LONGEST_SHOWN = 60
 """Of a text that is wrong, so many characters are shown."""
@@ -160,11 +161,14 @@ def _own_words(text: str, value: object) -> tuple[str, str]:
     return f"{problem} (got {shown(value)})", remedy
 
 
-def _key_told(finding: Finding, found: Found) -> tuple[str, ...]:
-    """Return the first key that a check of ours on a whole table names, and that is written there."""
+def _key_told(finding: Finding, found: Found) -> tuple[str | int, ...]:
+    """Return the key at fault where a check of ours on a whole table says it, and it is written there."""
     written = finding.get("input")
     if finding["type"] != "value_error" or found.spot.model is None or not isinstance(written, dict):
         return ()
+    error = finding["ctx"]["error"]
+    if isinstance(error, WrongKeyError):
+        return error.path if error.path[0] in written else ()
     words = re.findall(r"\w+", str(finding["ctx"]["error"]))
     return next(((word,) for word in words if word in written), ())
 
