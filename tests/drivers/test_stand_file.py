@@ -132,10 +132,10 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         ),
         (POSITION, "", "the controller's channels are incomplete; add position"),
         ("force_max_kN = 600.0", "force_max_kN = 630000", "limits.force_max_kN: 630000.0 is too large"),
-        ('unit = "kN"', 'unit = "N"', "controller.channel.unit: unit = “N” is not possible for the channel “force”"),
+        (
             'unit = "kN"',
             'unit = "N"',
-            "controller.channel[0].unit: unit = “N” is not possible for the channel “force”; write unit = “kN”",
+            "controller.channel.unit: unit = “N” is not possible for the channel “force”; write unit = “kN”",
         ),
         (
             'protocol = "gsv2"',
