@@ -50,7 +50,7 @@ class Anew:
         Returns
         -------
         str
-            Why it cannot be gone on; empty where it can.
+            Why the campaign cannot go on; empty where it can.
 
         Raises
         ------

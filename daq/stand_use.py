@@ -200,7 +200,8 @@ def await_free(
         f"waits for the controller to come to rest by itself{first.at_most}: {first.what} ({first.shown}); "
         "nothing is written to it meanwhile, Ctrl-C ends the wait"
     )
-    end_s = began_s + first.longest_s + RESERVE_S
+    left_s = first.longest_s
+    end_s = began_s + left_s + RESERVE_S
     while not interrupted():
         now_s = clock.wall_s()
         if use is None:
@@ -214,7 +215,8 @@ def await_free(
                 "whether its controller has a watchdog that runs; if nobody works on it, switch its "
                 "hydraulics off and its controller off and on, then start again"
             )
-        left_s = max(0.0, end_s - RESERVE_S - now_s if use.longest_s is None else use.longest_s)
+        # What is left is reckoned anew from what it does by now, and only ever counts down.
+        left_s = min(left_s, max(0.0, end_s - RESERVE_S - now_s if use.longest_s is None else use.longest_s))
         show(f"waits for the stand ({use.shown})", left_s)
         if now_s - said_s >= SAID_S:
             said_s = now_s
