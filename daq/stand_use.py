@@ -76,7 +76,8 @@ def look_at_use(controller: Controller, most_kN: float) -> Use | None:
         If the wire fails.
     """
     writer, status = controller.seen_writer(), controller.status()
-    shown = f"{status.state.name.lower()}, force {status.force_kN:.1f} kN, stroke {status.stroke_mm:.1f} mm"
+    force_kN, stroke_mm = (round(value, 1) + 0.0 for value in (status.force_kN, status.stroke_mm))  # no -0.0
+    shown = f"{status.state.name.lower()}, force {force_kN:.1f} kN, stroke {stroke_mm:.1f} mm"
     if writer.number:
         what = f"another program gives the controller commands: {writer.who}"
     elif status.fault_code and status.state is MotionState.RELEASING:
