@@ -216,8 +216,9 @@ def await_free(
                 "whether its controller has a watchdog that runs; if nobody works on it, switch its "
                 "hydraulics off and its controller off and on, then start again"
             )
-        # What is left is reckoned anew from what it does by now, and only ever counts down.
-        left_s = min(left_s, max(0.0, end_s - RESERVE_S - now_s if use.longest_s is None else use.longest_s))
+        # Reckoned anew it may be less than at first, never more: it is “at most”, and counts down.
+        reckoned_s = max(0.0, end_s - RESERVE_S - now_s)
+        left_s = min(left_s, reckoned_s if use.longest_s is None else min(reckoned_s, use.longest_s))
         show(f"waits for the stand ({use.shown})", left_s)
         if now_s - said_s >= SAID_S:
             said_s = now_s
