@@ -13,10 +13,13 @@ from typing import Any, Literal, TextIO, TypeVar
 
 import click
 
+from foundation.clock import DELAYS_TO_SPEED
 from foundation.errors import BadInput
 from foundation.output import check_outputs, replaced_whole
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+JUDGED_TO_SPEED = f"delays of signals are judged only at a speed of at most {DELAYS_TO_SPEED:g}"
+"""What the help says wherever a stand may run faster than the wall."""
 
 
 class _Named(click.Path):

@@ -41,6 +41,8 @@ class Anew:
         self._free_trouble = free_trouble
         self.doubt_zero: Callable[[str], object] = lambda _: None
         """Told why the zero may be none any more."""
+        self.leave: Callable[[str], object] = lambda _: None
+        """Told why what answers is not this program's to stop."""
 
     def look(self) -> str:
         """See who answers, that nobody else has the stand, what it does; take the lock, go on from now.
@@ -50,7 +52,7 @@ class Anew:
         Returns
         -------
         str
-            Why it cannot be gone on; empty where it can.
+            Why the campaign cannot go on; empty where it can.
 
         Raises
         ------
@@ -59,8 +61,20 @@ class Anew:
         """
         acquisition, controller = self._acquisition, self._acquisition.stand.controller
         unseen_s = acquisition.clock.wall_s() - acquisition.continuity.seen_last_s
-        if why := differs(self._identity, controller.connect()) or self._free_trouble():
+        now = controller.connect()
+        if other := differs(self._identity, now):
             acquisition.feeding = False  # it is not this program's
+            self.leave(
+                f"another controller answers ({other}), and the one that this program moved is NOT SEEN: "
+                "look at its stand before anyone goes near it"
+            )
+            return (
+                f"another controller answers at {now.address} than before the wait; see which controller "
+                "moves the stand"
+            )
+        if why := self._free_trouble():
+            acquisition.feeding = False
+            self.leave("it is not this program's to stop")
             return why
         status = controller.status()
         if status.fault_code not in (0, WATCHDOG_FAULT):
@@ -112,10 +126,4 @@ def differs(before: Identity, now: Identity) -> str:
         "register profile": (before.profile, now.profile),
         "sample rate": (f"{before.sample_rate_Hz:g} Hz", f"{now.sample_rate_Hz:g} Hz"),
     }
-    found = [f"{what} {new}, before it was {old}" for what, (old, new) in told.items() if new != old]
-    if not found:
-        return ""
-    return (
-        f"another controller answers at {now.address} than before the wait ({'; '.join(found)}): it is not "
-        "commanded; see which controller moves the stand"
-    )
+    return "; ".join(f"{what} {new}, before it was {old}" for what, (old, new) in told.items() if new != old)

@@ -19,9 +19,9 @@ class StoodStill(Exception):  # noqa: N818 - it names the fact
     """This program did not look for so long [s] that nothing seen before is to be believed."""
 
     def __init__(self, for_s: float) -> None:
-        super().__init__(
-            f"the computer slept {for_s:.0f} s (or this program stood still: stopped, overloaded)"
-        )
+        self.short = f"the computer slept {for_s:.0f} s"
+        """For a line that says more than this."""
+        super().__init__(f"{self.short} (or this program stood still: stopped, overloaded)")
         self.for_s = for_s
 
 

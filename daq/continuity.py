@@ -114,7 +114,7 @@ class Continuity:
             self._take_fault(fault)
 
     def _wake(self, still: StoodStill) -> None:
-        self._go_on_anew(str(still), still.for_s)
+        self._go_on_anew(str(still), still.for_s, short=still.short)
 
     def see_pause(self, most_s: float, *, look: bool = True) -> None:
         """See whether this program stood still: nothing that it does takes longer than ``most_s`` [s].
@@ -156,8 +156,11 @@ class Continuity:
         if long:
             self._panel.begin_anew(self._clock.wall_s())
 
-    def _go_on_anew(self, why: str, slept_s: float = 0.0) -> None:
-        """In a wait with the valve off: look at the stand as at a start, take it again, and say so."""
+    def _go_on_anew(self, why: str, slept_s: float = 0.0, *, short: str = "") -> None:
+        """In a wait with the valve off: look at the stand as at a start, take it again, and say so.
+
+        ``short`` is said for ``why`` where the reason that it cannot be taken follows.
+        """
         rides, clock = self.rides, self._clock
         if self.awake.take_anew is None:
             raise RuntimeError("nobody can look at the stand anew")
@@ -177,7 +180,7 @@ class Continuity:
             self.awake.look(clock.wall_s(), 0.0)
         if trouble:
             self.hands_off = True
-            self._latch_fault(f"{why}; the stand cannot be taken again: {trouble}")
+            self._latch_fault(f"{short or why}; the stand cannot be taken again: {trouble}")
             return
         self._panel.expect_valve(False)
         text = f"{why}: the stand was looked at as at a start, and taken again; the wait goes on"

@@ -179,6 +179,7 @@ class Opening:
         )
         zeroing = self._zeroing(acquisition, driver)
         anew.doubt_zero = zeroing.doubt
+        anew.leave = safe_stop.leave
         return Alive(identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides)
 
     def demand_free(self, *, wait: bool = False) -> None:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from daq.acquisition import Acquisition
     from daq.scaling import ScaledBlock
 
-Phase = Literal["start", "ramp", "motion", "release", "touch", "wait", "cool-down", "safe stop", "done"]
+Phase = Literal["start", "ramp", "motion", "release", "touch", "hold", "cool-down", "safe stop", "done"]
 """What the campaign does at present."""
 Part = Literal["", "lead-in", "run-out"]
 """What a sine does beside its full cycles: it grows before the first, and fades behind the last."""

@@ -293,7 +293,7 @@ class RideOut:
 
     @staticmethod
     def _stop(outage: Outage, out_s: float, why: str, at_s: float) -> Trip:
-        text = f"{out_s:.1f} s without the controller at {outage.at}, and it cannot be gone on: {why}"
+        text = f"{out_s:.1f} s without the controller at {outage.at}, and this campaign cannot go on: {why}"
         return Trip("controller", Action.EMERGENCY, text, at_s, value=out_s, unit="s", device_fault=True)
 
     def _end(self, trip: Trip) -> Trip:

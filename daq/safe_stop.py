@@ -50,7 +50,7 @@ class SafeStopReport:
     by : str
         ``commands`` (ours), ``controller`` (it had fallen back by itself), ``watchdog`` (the wire is lost:
         nothing was seen, the controller's watchdog has to do it) or ``nobody`` (another program has the
-        right to give commands: nothing was sent).
+        right to give commands, or another controller answers: nothing was sent).
     state : MotionState or None
         Last state seen.
     force_kN, stroke_mm : float or None
@@ -148,11 +148,19 @@ class SafeStop:
         self._status: ControllerStatus | None = None
         self._began_s = 0.0
         self._answered_s = 0.0
+        self._left = ""
 
     @property
     def report(self) -> SafeStopReport | None:
         """Return what it reached, None if it has not run (since it was armed)."""
         return self._report
+
+    def leave(self, why: str) -> None:
+        """Send nothing any more, and say why: what answers is not this program's to stop.
+
+        What a stop before has reached says nothing of the stand as it is now, and is forgotten.
+        """
+        self._left, self._report = why, None
 
     def arm(self) -> None:
         """Make the next call stop again: called before the actuator is switched on."""
@@ -181,6 +189,9 @@ class SafeStop:
         self._problems = []
         self._began_s = self._clock.now_s()
         self._answered_s = self._clock.wall_s()
+        if self._left:
+            line = f"nothing was sent: {self._left}"
+            return SafeStopReport(False, "nobody", None, None, None, "", 0.0, (), line)
         by: By = "commands"
         status = seen
         if status is None or status.state in VALVE_OFF:

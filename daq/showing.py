@@ -148,4 +148,4 @@ def phase_of(motion: Motion) -> Phase:
         return "release"
     if isinstance(motion, WaitUntilCool):
         return "cool-down"
-    return "wait" if isinstance(motion, Hold) else "ramp"
+    return "hold" if isinstance(motion, Hold) else "ramp"

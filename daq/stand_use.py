@@ -76,7 +76,8 @@ def look_at_use(controller: Controller, most_kN: float) -> Use | None:
         If the wire fails.
     """
     writer, status = controller.seen_writer(), controller.status()
-    shown = f"{status.state.name.lower()}, force {status.force_kN:.1f} kN, stroke {status.stroke_mm:.1f} mm"
+    force_kN, stroke_mm = (round(value, 1) + 0.0 for value in (status.force_kN, status.stroke_mm))  # no -0.0
+    shown = f"{status.state.name.lower()}, force {force_kN:.1f} kN, stroke {stroke_mm:.1f} mm"
     if writer.number:
         what = f"another program gives the controller commands: {writer.who}"
     elif status.fault_code and status.state is MotionState.RELEASING:
@@ -200,7 +201,8 @@ def await_free(
         f"waits for the controller to come to rest by itself{first.at_most}: {first.what} ({first.shown}); "
         "nothing is written to it meanwhile, Ctrl-C ends the wait"
     )
-    end_s = began_s + first.longest_s + RESERVE_S
+    left_s = first.longest_s
+    end_s = began_s + left_s + RESERVE_S
     while not interrupted():
         now_s = clock.wall_s()
         if use is None:
@@ -214,7 +216,9 @@ def await_free(
                 "whether its controller has a watchdog that runs; if nobody works on it, switch its "
                 "hydraulics off and its controller off and on, then start again"
             )
-        left_s = max(0.0, end_s - RESERVE_S - now_s if use.longest_s is None else use.longest_s)
+        # Reckoned anew it may be less than at first, never more: it is “at most”, and counts down.
+        reckoned_s = max(0.0, end_s - RESERVE_S - now_s)
+        left_s = min(left_s, reckoned_s if use.longest_s is None else min(reckoned_s, use.longest_s))
         show(f"waits for the stand ({use.shown})", left_s)
         if now_s - said_s >= SAID_S:
             said_s = now_s

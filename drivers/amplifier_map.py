@@ -11,6 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from drivers.registers import WORDS, RegisterType, WordOrder, decode_value
 from foundation.errors import BadInput
 from foundation.settings import Settings, load_settings
+from foundation.wrong_key import WrongKeyError
 
 SHIPPED_MAPS = Path(__file__).parent / "amplifier_maps"
 """Folder of the maps that come with the software."""
@@ -48,7 +49,7 @@ class StatusRegister(Register):
     @model_validator(mode="after")
     def _whole(self) -> StatusRegister:
         if self.type == "f32":
-            raise ValueError("a status is no float")
+            raise WrongKeyError("a status is no float", "type")
         return self
 
 
@@ -80,15 +81,20 @@ class AmplifierMap(Settings):
                 continue
             for address in range(register.address, register.address + register.words):
                 if address in taken:
-                    raise ValueError(f"{name} and {taken[address]} overlap at address {address}")
+                    raise WrongKeyError(
+                        f"{name} and {taken[address]} overlap at address {address}", name, taken[address]
+                    )
                 taken[address] = name
         if self.counter is not None and self.counter.type not in {"u16", "u32"}:
-            raise ValueError("a counter must be u16 or u32")
+            raise WrongKeyError("a counter must be u16 or u32", "counter")
         block = self.block
         if block.words > _MOST_REGISTERS:
-            raise ValueError(
+            raise WrongKeyError(
                 f"value, status and counter lie over {block.words} registers; one read carries "
-                f"{_MOST_REGISTERS}, and only one read shows them of one instant"
+                f"{_MOST_REGISTERS}, and only one read shows them of one instant",
+                "value",
+                "status",
+                "counter",
             )
         return self
 

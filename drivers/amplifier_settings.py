@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from drivers.stand_numbers import ReplyTime
 from foundation.settings import Settings
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 
 BITS_16, BITS_24 = (-0x8000, 0x7FFF), (-0x800000, 0x7FFFFF)
 """Counts of converters of so many bits."""
@@ -31,7 +32,7 @@ class Gsv2Settings(Settings):
     @model_validator(mode="after")
     def _fits(self) -> Gsv2Settings:
         if self.rate_code is not None and not self.set_up:
-            raise ValueError("rate_code is only sent with set_up = true")
+            raise WrongKeyError("rate_code is only sent with set_up = true", "rate_code", "set_up")
         return self
 
     @property
@@ -63,9 +64,11 @@ class AedSettings(Settings):
     @model_validator(mode="after")
     def _fits(self) -> AedSettings:
         if self.output not in {0, 1, 2, 3, 4, 6, 8, 9, 11, 12}:
-            raise ValueError("output must be 0, 1, 2, 3, 4, 6, 8, 9, 11 or 12 (COF without its additions)")
+            raise WrongKeyError(
+                "output must be 0, 1, 2, 3, 4, 6, 8, 9, 11 or 12 (COF without its additions)", "output"
+            )
         if self.checksum and self.output not in {8, 12}:
-            raise ValueError("a checksum needs the output format 8 or 12")
+            raise WrongKeyError("a checksum needs the output format 8 or 12", "checksum", "output")
         return self
 
     @property

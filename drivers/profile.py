@@ -34,6 +34,7 @@ from drivers.registers import (
 from foundation.canonical import content_hash
 from foundation.errors import BadInput
 from foundation.settings import Settings, parse_settings, read_text
+from foundation.wrong_key import WrongKeyError
 
 SHIPPED = Path(__file__).parent / "profiles"
 """Folder of the profiles that come with the software."""
@@ -140,15 +141,17 @@ class Register(Settings):
         if self.expect is not None:
             encode_value(self.expect, self.type)
             if self.scale != 1.0:
-                raise ValueError(f"“{self.name}” has an expected value, so it can have no scale")
+                raise WrongKeyError(f"“{self.name}” has an expected value, so it can have no scale", "scale")
         if self.accept and (self.expect is None or self.type != "u16"):
-            raise ValueError(f"“{self.name}” accepts other values, so it must expect one and be u16")
+            raise WrongKeyError(
+                f"“{self.name}” accepts other values, so it must expect one and be u16", "expect"
+            )
         for value in self.accept:
             encode_value(value, self.type)
         if self.table == "input" and self.access != "r":
-            raise ValueError(f"“{self.name}” lies in the input table, which cannot be written")
+            raise WrongKeyError(f"“{self.name}” lies in the input table, which cannot be written", "table")
         if self.address + self.words > 0x10000:
-            raise ValueError(f"“{self.name}” reaches beyond address 65535")
+            raise WrongKeyError(f"“{self.name}” reaches beyond address 65535", "address")
         return self
 
 
@@ -176,15 +179,15 @@ class Ring(Settings):
         header = {name for name, _ in self.header}
         for name in ("first_sequence", "count", "overruns", "status_word"):
             if name not in header:
-                raise ValueError(f"the ring's header lacks “{name}”")
+                raise WrongKeyError(f"the ring's header lacks “{name}”", "header")
         if CHECK in header and self.header[-1] != (CHECK, "u32"):
-            raise ValueError("“check:u32” must be the last of the ring's header")
+            raise WrongKeyError("“check:u32” must be the last of the ring's header", "header")
         if ASKED in header and (ASKED, "u32") not in self.header:
-            raise ValueError("“asked” must be u32")
+            raise WrongKeyError("“asked” must be u32", "header")
         if ("tick", "u32") not in self.sample:
-            raise ValueError("a sample of the ring lacks “tick:u32”")
+            raise WrongKeyError("a sample of the ring lacks “tick:u32”", "sample")
         if self.samples_per_block < 1:
-            raise ValueError(f"not one sample fits in {self.registers} registers")
+            raise WrongKeyError(f"not one sample fits in {self.registers} registers", "sample", "registers")
         return self
 
     @property
@@ -218,7 +221,7 @@ class Poll(Settings):
     def _each_once(self) -> Poll:
         names = [name for read in self.reads for name in read]
         if sorted(names) != sorted(SAMPLED):
-            raise ValueError(f"poll.reads must name each of {', '.join(SAMPLED)} exactly once")
+            raise WrongKeyError(f"poll.reads must name each of {', '.join(SAMPLED)} exactly once", "reads")
         return self
 
 
@@ -258,7 +261,7 @@ class ProfileFile(Settings):
     @model_validator(mode="after")
     def _one_way(self) -> ProfileFile:
         if (self.ring is None) == (self.poll is None):
-            raise ValueError("a profile has either a table [ring] or a table [poll]")
+            raise WrongKeyError("a profile has either a table [ring] or a table [poll]", "ring", "poll")
         return self
 
     @model_validator(mode="after")
@@ -266,14 +269,14 @@ class ProfileFile(Settings):
         names = [register.name for register in self.register_]
         for name in names:
             if names.count(name) > 1:
-                raise ValueError(f"register “{name}” is there twice")
+                raise WrongKeyError(f"register “{name}” is there twice", "register")
         spans = [(r.table, r.address, r.address + r.words, f"“{r.name}”") for r in self.register_]
         if self.ring is not None:
             end = self.ring.address + self.ring.registers
             spans.append(("holding", self.ring.address, end, "the ring's window"))
         for (table, _, end, first), (other, start, _, second) in pairwise(sorted(spans)):
             if table == other and start < end:
-                raise ValueError(f"{first} and {second} overlap at address {start}")
+                raise WrongKeyError(f"{first} and {second} overlap at address {start}", "register")
         return self
 
     @model_validator(mode="after")
@@ -281,19 +284,21 @@ class ProfileFile(Settings):
         by_name = {register.name: register for register in self.register_}
         for name, access in (RING_REGISTERS if self.ring is not None else POLLED_REGISTERS).items():
             if name not in by_name:
-                raise ValueError(f"register “{name}” is missing")
+                raise WrongKeyError(f"register “{name}” is missing", "register")
             if access == "rw" and by_name[name].access != "rw":
-                raise ValueError(f"register “{name}” must have access “rw”")
+                raise WrongKeyError(f"register “{name}” must have access “rw”", "register")
         for name in ("request_number", "writer"):
             if name in by_name and by_name[name].access != "rw":
-                raise ValueError(f"register “{name}” must have access “rw”")
+                raise WrongKeyError(f"register “{name}” must have access “rw”", "register")
         if ("request_number" in by_name) != ("request_echo" in by_name):
-            raise ValueError("“request_number” and “request_echo” need each other")
+            raise WrongKeyError("“request_number” and “request_echo” need each other", "register")
         blocks = [IDENTITY, STATUS, COMMAND, LIMITS]
         if self.poll is not None:
             for name in SAMPLED:
                 if by_name[f"raw_{name}"].scale != 1.0:
-                    raise ValueError(f"“raw_{name}” can have no scale: the channel's calibration has it")
+                    raise WrongKeyError(
+                        f"“raw_{name}” can have no scale: the channel's calibration has it", "register"
+                    )
             blocks += [tuple(f"raw_{name}" for name in read) for read in self.poll.reads]
         for names in blocks:
             self._demand_block([by_name[name] for name in names if name in by_name])
@@ -305,12 +310,12 @@ class ProfileFile(Settings):
         last = max(members, key=lambda r: r.address)
         what = f"“{first.name}” to “{last.name}”"
         if {r.table for r in members} != {first.table}:
-            raise ValueError(f"{what} must lie in one table")
+            raise WrongKeyError(f"{what} must lie in one table", "register")
         start, end = first.address, last.address + last.words
         if end - start > MAX_READ:
-            raise ValueError(f"{what} do not fit one transaction of {MAX_READ} registers")
+            raise WrongKeyError(f"{what} do not fit one transaction of {MAX_READ} registers", "register")
         if sum(r.words for r in members) != end - start:
-            raise ValueError(f"{what} must follow each other without a hole")
+            raise WrongKeyError(f"{what} must follow each other without a hole", "register")
 
 
 @dataclass(frozen=True)

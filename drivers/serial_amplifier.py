@@ -397,7 +397,7 @@ class SerialAmplifier:
 def resync_text(times: int) -> str:
     """Return how it is said that the form of the stream was lost, so often since the start."""
     return (
-        f"the spacing of its frames was lost ({times} times since the start); "
+        f"the spacing of its frames was lost (count since the start: {times}); "
         "look at cable, shield and baud rate"
     )
 

@@ -21,6 +21,7 @@ from drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifie
 from drivers.profile import Profile, load_profile
 from drivers.stand_bounds import demand_stand_bounds
 from drivers.stand_numbers import (
+    STAND_FORCE_KN,
     Baud,
     CellRange,
     MassAccuracy,
@@ -41,6 +42,7 @@ from foundation.errors import BadInput
 from foundation.force_speed import curve_problem
 from foundation.settings import Settings, load_settings, read_text
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 
 CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
     "force": ("force", "kN"),
@@ -108,12 +110,15 @@ class Limits(Settings):
         if self.force_speed is None:
             return self
         if problem := curve_problem(self.force_speed):
-            raise ValueError(f"force_speed: {problem}")
-        last_kN = self.force_speed[-1][0]
-        if last_kN < self.force_max_kN:
-            raise ValueError(
-                f"force_speed ends at {last_kN:g} kN, below force_max_kN = {self.force_max_kN:g}; add the "
-                "speed that is left there"
+            raise WrongKeyError(f"force_speed: {problem}", "force_speed")
+        last_kN, most_kN = self.force_speed[-1][0], self.force_max_kN
+        # A force that no stand has is refused by its own bound, which says more: newtons taken for kN.
+        if last_kN < most_kN <= STAND_FORCE_KN.high:
+            raise WrongKeyError(
+                f"force_max_kN = {most_kN:g} is more than force_speed knows of, which ends at "
+                f"{last_kN:g} kN; write force_max_kN = {last_kN:g} or less, or add to force_speed the speed "
+                f"that is left at {most_kN:g} kN",
+                "force_max_kN",
             )
         return self
 
@@ -122,6 +127,22 @@ class Limits(Settings):
         """Leave out what the stand file does not state."""
         content: dict[str, Any] = handler(self)
         return {key: value for key, value in content.items() if value is not None}
+
+
+def _demand(channel: Channel, quantity: str, unit: str, *, place: tuple[str | int, ...]) -> None:
+    """Demand the quantity and unit that a channel of this name has everywhere in the house."""
+    if channel.quantity != quantity:
+        raise WrongKeyError(
+            f"quantity = “{channel.quantity}” is not possible for the channel “{channel.name}”; write "
+            f"quantity = “{quantity}” and unit = “{unit}”",
+            (*place, "quantity"),
+        )
+    if channel.unit != unit:
+        raise WrongKeyError(
+            f"unit = “{channel.unit}” is not possible for the channel “{channel.name}”; write unit = "
+            f"“{unit}”, and in its calibration coefficients that give {unit}",
+            (*place, "unit"),
+        )
 
 
 class ControllerSettings(Settings):
@@ -145,36 +166,42 @@ class ControllerSettings(Settings):
     @model_validator(mode="after")
     def _one_wire(self) -> ControllerSettings:
         if bool(self.host) == bool(self.serial):
-            raise ValueError("give either host (Modbus TCP) or serial (Modbus RTU)")
+            raise WrongKeyError("give either host (Modbus TCP) or serial (Modbus RTU)", "host", "serial")
         longest_s = LONGEST_RTU_BITS / self.baud
         if self.serial and self.timeout_s < longest_s:
-            raise ValueError(
+            raise WrongKeyError(
                 f"timeout_s = {self.timeout_s:g} is too short: at {self.baud} baud the longest request and "
-                f"its reply take {longest_s:.2g} s on the line"
+                f"its reply take {longest_s:.2g} s on the line",
+                "timeout_s",
+                "baud",
             )
         return self
 
     @model_validator(mode="after")
     def _channels_complete(self) -> ControllerSettings:
         names = [channel.name for channel in self.channel]
-        for channel in self.channel:
-            if names.count(channel.name) > 1:
-                raise ValueError(f"channel “{channel.name}” is there twice; leave one out")
+        for number, channel in enumerate(self.channel):
+            if channel.name in names[:number]:
+                raise WrongKeyError(
+                    f"channel “{channel.name}” is there twice; leave one out", ("channel", number, "name")
+                )
             if channel.name not in CONTROLLER_CHANNELS:
-                raise ValueError(
+                raise WrongKeyError(
                     f"the controller has no channel “{channel.name}”; its channels are "
-                    + ", ".join(CONTROLLER_CHANNELS)
+                    + ", ".join(CONTROLLER_CHANNELS),
+                    ("channel", number, "name"),
                 )
             wanted = CONTROLLER_CHANNELS[channel.name]
-            if (channel.quantity, channel.unit) != wanted:
-                raise ValueError(f"channel “{channel.name}” must be {wanted[0]} in {wanted[1]}")
+            _demand(channel, *wanted, place=("channel", number))
         if missing := [name for name in CONTROLLER_CHANNELS if name not in names]:
             raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)}")
         if self.watchdog_s < 2 * self.timeout_s:
-            raise ValueError(
+            raise WrongKeyError(
                 f"watchdog_s = {self.watchdog_s:g} must be at least twice timeout_s = {self.timeout_s:g}, "
                 f"or one slow reply stops the stand; write timeout_s = {0.5 * self.watchdog_s:g} or less, or "
-                "a longer watchdog_s"
+                "a longer watchdog_s",
+                "watchdog_s",
+                "timeout_s",
             )
         return self
 
@@ -197,25 +224,28 @@ class AmplifierSettings(Settings):
 
     @model_validator(mode="after")
     def _fits(self) -> AmplifierSettings:
-        if (self.channel.quantity, self.channel.unit) != ("force", "kN"):
-            raise ValueError(f"channel “{self.channel.name}” must be force in kN")
+        _demand(self.channel, "force", "kN", place=("channel",))
         for table in ("gsv2", "aed", "modbus"):
             if table in self.model_fields_set and table != self.protocol:
-                raise ValueError(
-                    f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”; remove it"
+                raise WrongKeyError(
+                    f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”; remove it",
+                    table,
+                    "protocol",
                 )
         if self.protocol == "modbus" and self.modbus is None:
-            raise ValueError("protocol = “modbus” needs a table [amplifier.modbus]")
+            raise WrongKeyError("protocol = “modbus” needs a table [amplifier.modbus]", "protocol", "modbus")
         if not self.port and (self.modbus is None or self.modbus.host is None):
-            raise ValueError("port must name the serial device")
+            raise WrongKeyError("port must name the serial device", "port")
         if self.protocol != "modbus":
             size = self.gsv2.bytes_per_value if self.protocol == "gsv2" else self.aed.bytes_per_value
             bits = 11 if self.protocol == "aed" and self.aed.parity == "even" else 10
             most = self.baud / (bits * size)
             if self.rate_Hz > most:
-                raise ValueError(
+                raise WrongKeyError(
                     f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}; "
-                    f"write rate_Hz = {math.floor(most):g} or less, or a larger baud"
+                    f"write rate_Hz = {math.floor(most):g} or less, or a larger baud",
+                    "rate_Hz",
+                    "baud",
                 )
         return self
 
@@ -247,7 +277,9 @@ class SensorSettings(Settings):
     @model_validator(mode="after")
     def _is_a_channel(self) -> SensorSettings:
         if self.uncertainty.drift is not None:
-            raise ValueError("uncertainty.drift is for force channels, not for temperature; leave it out")
+            raise WrongKeyError(
+                "uncertainty.drift is for force channels, not for temperature; leave it out", "uncertainty"
+            )
         return self
 
     def channel(self) -> Channel:
@@ -285,11 +317,15 @@ class TemperatureSettings(Settings):
     def _all_different(self) -> TemperatureSettings:
         for what in ("rom", "name", "place"):
             values = [getattr(sensor, what) for sensor in self.sensor]
-            for value in values:
-                if values.count(value) > 1:
-                    raise ValueError(f"two sensors have the {what} “{value}”; give each its own")
+            for number, value in enumerate(values):
+                if value in values[:number]:
+                    raise WrongKeyError(
+                        f"two sensors have the {what} “{value}”; give each its own", ("sensor", number, what)
+                    )
         if (self.kind == "ds2480b") != bool(self.port):
-            raise ValueError("port names the serial device of kind = “ds2480b”, and only of that")
+            raise WrongKeyError(
+                "port names the serial device of kind = “ds2480b”, and only of that", "port", "kind"
+            )
         return self
 
     @model_serializer(mode="wrap")

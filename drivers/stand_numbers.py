@@ -18,11 +18,8 @@ MovingMass = Annotated[
 MassAccuracy = Annotated[
     float, Field(ge=0), Within(0.0, MASS_ACCURACY_MOST_PERCENT, "known no better it is not known")
 ]
-StandForce = Annotated[
-    float,
-    Field(gt=0),
-    Within(1.0, 10_000.0, "no stand for buffers presses with less than 1 kN or over 10 MN"),
-]
+STAND_FORCE_KN = Within(1.0, 10_000.0, "no stand for buffers presses with less than 1 kN or over 10 MN")
+StandForce = Annotated[float, Field(gt=0), STAND_FORCE_KN]
 Travel = Annotated[float, Field(gt=0), Within(1.0, 1000.0, "no buffer needs less than 1 mm of travel or 1 m")]
 StandFrequency = Annotated[
     float, Field(gt=0), Within(0.01, 100.0, "no servo-hydraulic stand for buffers is slower or faster")

@@ -12,6 +12,7 @@ import numpy as np
 
 from evaluation.budget_lines import budget_entry
 from evaluation.conformity import candidate_of, decide_purposes
+from evaluation.copies import Recording, each_once
 from evaluation.evidence import comparison_entries, evidence_entry, plain
 from evaluation.grouping import mixture
 from evaluation.history import RunHistory, across_entries
@@ -91,7 +92,7 @@ def evaluate_entry(
 def assemble(
     parts: Iterable[tuple[dict[str, Any], RunEvaluation]], conformity: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return the evaluation document of entries made by :func:`evaluate_entry`, in their order.
+    """Return the evaluation document of entries made by :func:`evaluate_entry`, in their order, each once.
 
     Raises
     ------
@@ -99,6 +100,10 @@ def assemble(
         If ``conformity`` names a run that is none of them, or can be no conformity test.
     """
     parts = list(parts)
+    told = each_once([_recording(run) for _, run in parts])
+    parts = [parts[place] for place in told.kept]
+    original = {copy.path: copy.of for copy in told.copies}
+    conformity = [original.get(name, name) for name in conformity]
     decided = decide_purposes([candidate_of(run) for _, run in parts], conformity)
     together = what_runs_say_together([run for _, run in parts])
     return {
@@ -108,8 +113,15 @@ def assemble(
             {**entry, **purpose.entry()} for (entry, _), purpose in zip(parts, decided.purposes, strict=True)
         ],
         **together,
+        "warnings": [*told.warnings, *together["warnings"]],
+        "copies": [copy.entry() for copy in told.copies],
         "conformity": [statement.entry() for statement in decided.statements],
     }
+
+
+def _recording(run: RunEvaluation) -> Recording:
+    facts = run.facts
+    return Recording(facts.path, facts.id, facts.sha256, facts.samples_sha256, facts.campaign, facts.started)
 
 
 def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:

@@ -276,6 +276,7 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         kind=cast("Kind", kind),
         path=readable(run.path),
         sha256=run.sha256,
+        samples_sha256=run.samples_sha256,
         specimen=run.specimen,
         started=_moment(run.metadata["run"].get("started_utc")),
         status=run.status,

@@ -78,6 +78,8 @@ class RunFacts:
     kind: Kind
     path: str = ""
     sha256: str | None = None
+    samples_sha256: str | None = None
+    """Hash of the samples alone, whatever is stated about them; None where there are none."""
     specimen: Mapping[str, Any] = field(default_factory=dict)
     started: datetime | None = None
     status: str = "complete"
@@ -366,7 +368,8 @@ class RunEvaluation:
     findings: tuple[Finding, ...] = ()
     """What on record no specimen and no motion make (:mod:`evaluation.plausibility`)."""
     unfit: bool = False
-    """Whether its means are of spoiled cycles: they are kept out of trends and comparisons."""
+    """Whether its means are of spoiled cycles: they are kept out of trends and comparisons. A run of several
+    steps is unfit if all of them are; one without means if all its complete cycles are spoiled."""
 
 
 @dataclass(frozen=True)

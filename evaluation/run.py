@@ -127,7 +127,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         ),
         division,
     )
-    whole = summed_without_claims(whole, spoiled)
+    whole = summed_without_claims(whole, spoiled, [r.cycle.index for r in complete])
     warnings += unfit_warnings(whole)
     warnings += _off_plan(facts, whole)
     contact = first_contact_of(record, facts, results)

@@ -20,6 +20,7 @@ from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, mode
 
 from foundation.settings import Day, Numbers, Settings
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 
 FloatArray = NDArray[np.float64]
 
@@ -170,17 +171,22 @@ class Calibration(Settings):
     @model_validator(mode="after")
     def _stages_fit(self) -> Calibration:
         if self.input_per_count == 0.0:
-            raise ValueError(
-                "input_per_count = 0 would make every value the same; write the input of one count"
+            raise WrongKeyError(
+                "input_per_count = 0 would make every value the same; write the input of one count",
+                "input_per_count",
             )
         if self.falling and self.turn_counts <= 0.0:
-            raise ValueError("a falling branch needs turn_counts: the reversal over which it is reached")
+            raise WrongKeyError(
+                "a falling branch needs turn_counts: the reversal over which it is reached",
+                "falling",
+                "turn_counts",
+            )
         if self.table and (self.falling or self.coefficients != (0.0, 1.0)):
-            raise ValueError("give either a table or polynomials, not both")
+            raise WrongKeyError("give either a table or polynomials, not both", "table")
         if self.table:
             _check_table(self.table)
         if self.date and self.valid_until and self.valid_until < self.date:
-            raise ValueError("valid_until lies before date; look at both")
+            raise WrongKeyError("valid_until lies before date; look at both", "valid_until", "date")
         return self
 
     @model_serializer(mode="wrap")
@@ -285,12 +291,16 @@ def _polynomial(coefficients: tuple[float, ...], x: FloatArray) -> FloatArray:
 
 def _check_table(table: tuple[tuple[float, float], ...]) -> None:
     if len(table) < 2:
-        raise ValueError("a calibration table needs two points at least")
+        raise WrongKeyError("a calibration table needs two points at least", "table")
     for (x0, y0), (x1, y1) in itertools.pairwise(table):
         if x1 <= x0:
-            raise ValueError(f"the inputs of a calibration table must rise, {x1:g} follows {x0:g}")
+            raise WrongKeyError(
+                f"the inputs of a calibration table must rise, {x1:g} follows {x0:g}", "table"
+            )
         if y1 == y0 or (y1 > y0) != (table[1][1] > table[0][1]):
-            raise ValueError(f"the values of a calibration table must rise, or fall, all along (at {y1:g})")
+            raise WrongKeyError(
+                f"the values of a calibration table must rise, or fall, all along (at {y1:g})", "table"
+            )
 
 
 class _Table:

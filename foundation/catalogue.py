@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.settings import Settings
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 
 
 def _as_pairs(value: object) -> object:
@@ -50,13 +51,16 @@ class Catalogue(Settings):
     @model_validator(mode="after")
     def _a_curve(self) -> Self:
         if self.points[0][0] != 0.0:
-            raise ValueError(f"points begin at {self.points[0][0]:g} mm; the first is [0.0, preload_kN]")
+            raise WrongKeyError(
+                f"points begin at {self.points[0][0]:g} mm; the first is [0.0, preload_kN]", "points"
+            )
         if self.points[0][1] < 0.0:
-            raise ValueError("the force at 0 mm is below 0; it is the preload, 0 or more")
+            raise WrongKeyError("the force at 0 mm is below 0; it is the preload, 0 or more", "points")
         for number, (before, after) in enumerate(pairwise(self.points), start=2):
             if not (after[0] > before[0] and after[1] > before[1]):
-                raise ValueError(
+                raise WrongKeyError(
                     f"points: point {number} [{after[0]:g}, {after[1]:g}] is not beyond [{before[0]:g}, "
-                    f"{before[1]:g}]; stroke and force must both rise"
+                    f"{before[1]:g}]; stroke and force must both rise",
+                    "points",
                 )
         return self

@@ -13,6 +13,7 @@ from foundation.calibration import Branch as Branch  # noqa: PLC0414 - part of w
 from foundation.calibration import Calibration as Calibration  # noqa: PLC0414
 from foundation.settings import Settings
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 
 Quantity = Literal["force", "stroke", "position", "command", "temperature", "speed"]
 Span = Annotated[tuple[float, float], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
@@ -44,7 +45,7 @@ class Plausibility(Settings):
     @model_validator(mode="after")
     def _spans(self) -> Plausibility:
         if self.counts is not None and self.counts[0] >= self.counts[1]:
-            raise ValueError(f"counts = {list(self.counts)} is no span; write [lowest, highest]")
+            raise WrongKeyError(f"counts = {list(self.counts)} is no span; write [lowest, highest]", "counts")
         return self
 
 
@@ -104,8 +105,9 @@ class Channel(Settings):
     @model_validator(mode="after")
     def _drifts(self) -> Channel:
         if self.uncertainty.drift is not None and self.quantity != "force":
-            raise ValueError(
-                f"uncertainty.drift is for force channels, not for {self.quantity}; leave it out"
+            raise WrongKeyError(
+                f"uncertainty.drift is for force channels, not for {self.quantity}; leave it out",
+                "uncertainty",
             )
         return self
 

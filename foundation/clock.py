@@ -8,6 +8,9 @@ from typing import Protocol
 MISSED_CYCLES_MAX_PER_MIN = 60
 """So many cycles a controller may miss in a minute where a campaign states nothing else: 0.1 % of 1 kHz."""
 
+DELAYS_TO_SPEED = 2.0
+"""Delays of signals are judged of stands that run no more than so many times as fast as the wall, by which an
+amplifier's samples are stamped."""
 
 _STEADY = getattr(time, "CLOCK_BOOTTIME", getattr(time, "CLOCK_MONOTONIC", None))
 

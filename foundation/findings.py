@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Mapping, Sequence
 from datetime import date
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from foundation.wanted import Found, alternatives, fields_by_key, find, tag_values
+from foundation.wrong_key import Place, WrongKeyError
 
 LONGEST_SHOWN = 60
 """Of a text that is wrong, so many characters are shown."""
@@ -58,7 +58,7 @@ class Complaint:
         # Where several types were tried, the one that led furthest is what was meant.
         self._finding, self._found = max(chosen, key=lambda pair: len(pair[1].path))
         self.others = len(groups) - 1
-        self.path = (*within, *self._found.path, *_key_told(self._finding, self._found))
+        self.path = (*within, *self._found.path, *_key_at_fault(self._finding))
 
     def said(self) -> tuple[str, str]:
         """Return what is wrong and what to do."""
@@ -160,13 +160,10 @@ def _own_words(text: str, value: object) -> tuple[str, str]:
     return f"{problem} (got {shown(value)})", remedy
 
 
-def _key_told(finding: Finding, found: Found) -> tuple[str, ...]:
-    """Return the first key that a check of ours on a whole table names, and that is written there."""
-    written = finding.get("input")
-    if finding["type"] != "value_error" or found.spot.model is None or not isinstance(written, dict):
-        return ()
-    words = re.findall(r"\w+", str(finding["ctx"]["error"]))
-    return next(((word,) for word in words if word in written), ())
+def _key_at_fault(finding: Finding) -> Place:
+    """Return the key at fault where a check of ours on a whole table says it, and it is written there."""
+    written, error = finding.get("input"), finding.get("ctx", {}).get("error")
+    return error.place(written) if isinstance(error, WrongKeyError) and isinstance(written, dict) else ()
 
 
 def _wrong(kind: str, value: object) -> str:

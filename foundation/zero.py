@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.channel import Channel
 from foundation.settings import Moment, Settings
+from foundation.wrong_key import WrongKeyError
 
 How = Literal["touch", "tare"]
 
@@ -67,9 +68,11 @@ class Zero(Settings):
     def _each_once(self) -> Zero:
         names = [one.name for one in self.channel]
         if len(set(names)) < len(names):
-            raise ValueError("a channel has two zeros")
+            raise WrongKeyError("a channel has two zeros", "channel")
         if (self.how == "touch") != (self.touch is not None):
-            raise ValueError("a zero that was touched off states how the touch went, and no other does")
+            raise WrongKeyError(
+                "a zero that was touched off states how the touch went, and no other does", "how", "touch"
+            )
         return self
 
     def of(self, name: str) -> ChannelZero | None:

@@ -11,6 +11,7 @@ from foundation.force_speed import ForceSpeed, curve_problem
 from foundation.settings import Settings
 from foundation.specimen import Specimen
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 from protocols.physical import Force, Frequency, Speed, Stroke, Temperature
 
 TemperaturePolicy = Literal["stop", "wait-and-continue", "skip"]
@@ -159,21 +160,27 @@ class TestLimits(Settings):
     @model_validator(mode="after")
     def _thresholds_are_apart(self) -> Self:
         if not self.temperature_resume_C < self.temperature_stop_C:
-            raise ValueError(
+            raise WrongKeyError(
                 f"temperature_resume_C = {self.temperature_resume_C} must be below "
                 f"temperature_stop_C = {self.temperature_stop_C}; write temperature_resume_C below "
-                f"{self.temperature_stop_C:g}, or a higher temperature_stop_C"
+                f"{self.temperature_stop_C:g}, or a higher temperature_stop_C",
+                "temperature_resume_C",
+                "temperature_stop_C",
             )
         if self.force_trip_kN is not None and self.force_trip_kN < self.force_max_kN:
-            raise ValueError(
+            raise WrongKeyError(
                 f"force_trip_kN = {self.force_trip_kN} must not be below force_max_kN = {self.force_max_kN}; "
-                f"write force_trip_kN = {self.force_max_kN:g} or more, or a smaller force_max_kN"
+                f"write force_trip_kN = {self.force_max_kN:g} or more, or a smaller force_max_kN",
+                "force_trip_kN",
+                "force_max_kN",
             )
         trip, top = self.stroke_trip_mm, self.stroke_max_mm
         if trip is not None and top is not None and trip < top:
-            raise ValueError(
+            raise WrongKeyError(
                 f"stroke_trip_mm = {trip} must not be below stroke_max_mm = {top}; "
-                f"write stroke_trip_mm = {top:g} or more, or a smaller stroke_max_mm"
+                f"write stroke_trip_mm = {top:g} or more, or a smaller stroke_max_mm",
+                "stroke_trip_mm",
+                "stroke_max_mm",
             )
         return self
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.calibration import Branch
+from foundation.canonical import content_hash
 from foundation.channel import Channel
 from foundation.errors import BadInput
 from recording.clockmap import ClockMap
@@ -121,6 +122,17 @@ class Run:
     def step(self) -> dict[str, Any]:
         """Get the planned step's facts (empty for an imported record)."""
         return dict(self.metadata.get("step") or {})
+
+    @property
+    def samples_sha256(self) -> str | None:
+        """Hash of the samples of all streams, whatever the document states about them; None without any."""
+        groups = tuple(f"{ENTRY}/{name}/" for name in self.streams)
+        samples = {
+            place: facts["sha256"]
+            for place, facts in self.metadata["datasets"].items()
+            if place.startswith(groups) and facts["rows"]
+        }
+        return content_hash(samples) if samples else None
 
     @property
     def sha256(self) -> str:

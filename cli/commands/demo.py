@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import FILE, FOLDER, FiniteRange, write_json
+from cli.options import FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange, write_json
 from cli.samples import sample
 from foundation.durations import duration_text
 from foundation.errors import BadInput, ExitStatus
@@ -36,7 +36,7 @@ What next
     "--speed",
     type=FiniteRange(min=0.1, max=50.0),
     default=SPEED,
-    help=f"Stand time in multiples of real time (default {SPEED:g}).",
+    help=f"Stand time in multiples of real time (default {SPEED:g}); {JUDGED_TO_SPEED}.",
 )
 @click.option("--truth", metavar="FILE", type=FILE, help="Write what really happened in the specimen (.npz).")
 def command(out: Path | None, speed: float, truth: Path | None) -> int:

@@ -138,6 +138,9 @@ def command(
         show_evaluation(document(evaluation))
     elif to_terminal:
         show_archive(evaluation)
+    else:  # who reads the JSON by a program sees it here, too
+        for text in evaluation.warnings:
+            warn(text)
     return _status(evaluation, len(files), strict=strict)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cli.arming import yes_move_option
-from cli.options import EXISTING, FiniteRange, edits_choice, edits_options, monitor_option
+from cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, edits_choice, edits_options, monitor_option
 from cli.untouched import nothing_moved
 from foundation.errors import BadInput
 
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     "--speed",
     type=FiniteRange(min=0.01, max=100.0),
     default=None,
-    help="Stand time in multiples of real time, for a simulated stand (default: as it was begun).",
+    help="Stand time in multiples of real time, for a simulated stand (default: as it was begun); "
+    f"{JUDGED_TO_SPEED}.",
 )
 @monitor_option
 @yes_move_option("specimen")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cli.arming import yes_move_option
-from cli.options import EXISTING, FiniteRange, monitor_option, out_option
+from cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, monitor_option, out_option
 from cli.untouched import nothing_moved
 from foundation.errors import BadInput
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     "--speed",
     type=FiniteRange(min=0.01, max=100.0),
     default=1.0,
-    help="Stand time in multiples of real time, for a simulated stand (default 1).",
+    help=f"Stand time in multiples of real time, for a simulated stand (default 1); {JUDGED_TO_SPEED}.",
 )
 @monitor_option
 @yes_move_option("specimen")

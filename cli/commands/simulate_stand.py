@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, FOLDER, FiniteRange
+from cli.options import EXISTING, FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange
 
 if TYPE_CHECKING:
     from drivers.simulated.server import Served
@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 
 @click.command("simulate-stand", epilog="Example:  bufferstand simulate-stand sample_runs/stand.toml")
 @click.argument("stand", metavar="STAND.toml", type=EXISTING)
-@click.option("--speed", type=FiniteRange(min=0.01, max=100.0), default=1.0, help="Times real time.")
+@click.option(
+    "--speed",
+    type=FiniteRange(min=0.01, max=100.0),
+    default=1.0,
+    help=f"Times real time; {JUDGED_TO_SPEED}.",
+)
 @click.option("--port", type=click.IntRange(0, 65535), help="TCP port instead of the stand file's; 0: free.")
 @click.option("--model", metavar="MODEL.toml", type=EXISTING, help="Spring model of the specimen in it.")
 @click.option("--wires", metavar="DIR", type=FOLDER, help="Folder for the serial device and the 1-Wire tree.")

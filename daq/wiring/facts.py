@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.guards import Action
+from foundation.clock import DELAYS_TO_SPEED
 
 Floats = NDArray[np.float64]
-FAST = 2.0
-"""Delays are judged of stands that run no more than so many times as fast as the wall, by which an
-amplifier's samples are stamped."""
+FAST = DELAYS_TO_SPEED
 Compared = Literal["all", "piston", "none"]
 
 SOFTEST_FRAME_KN_PER_MM, STIFFEST_FRAME_KN_PER_MM = 80.0, 2000.0

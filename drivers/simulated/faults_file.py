@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from drivers.simulated.faults import FOREVER_S, ScheduledFault, Setting
 from foundation.errors import BadInput
 from foundation.settings import Settings, load_settings
+from foundation.wrong_key import WrongKeyError
 
 SAMPLE_S = 1e-3
 """Period of the simulated controller's samples, in its own time [s]."""
@@ -41,9 +42,11 @@ class FaultEntry(Settings):
         by_time = self.at_s is not None or self.for_s is not None
         by_sample = self.at_sample is not None or self.for_samples is not None
         if by_time and by_sample:
-            raise ValueError("give its time either in seconds (at_s, for_s) or in samples, not both")
+            raise WrongKeyError(
+                "give its time either in seconds (at_s, for_s) or in samples, not both", "at_s", "for_s"
+            )
         if (self.times > 1) != (self.every_s is not None):
-            raise ValueError("every_s and times belong together")
+            raise WrongKeyError("every_s and times belong together", "every_s", "times")
         return self
 
     def settings(self) -> dict[str, Setting]:

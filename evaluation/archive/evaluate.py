@@ -13,6 +13,7 @@ from evaluation.archive.identity import Settings, Software, settings_entry, soft
 from evaluation.archive.kept import KeptRun, Wanted
 from evaluation.archive.work import File, Outcome
 from evaluation.conformity import Decided, decide_purposes
+from evaluation.copies import Copy, each_once
 from evaluation.document import SCHEMA, what_runs_say_together
 from foundation.names import readable
 from recording.cachefile import Stamp, stamp_of
@@ -65,6 +66,10 @@ class ArchiveEvaluation:
         Runs that were known from before.
     conformity : tuple of str
         Runs that the user names as conformity tests, by id or path.
+    copies : tuple of Copy
+        Files that hold the recording of another one: it is among ``runs`` once.
+    warnings : tuple of str
+        What is to be said of copies.
     """
 
     runs: tuple[KeptRun, ...]
@@ -73,6 +78,8 @@ class ArchiveEvaluation:
     software: Software
     reused: int = 0
     conformity: tuple[str, ...] = ()
+    copies: tuple[Copy, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @cached_property
     def decided(self) -> Decided:
@@ -97,8 +104,11 @@ class ArchiveEvaluation:
     @cached_property
     def tail(self) -> dict[str, Any]:
         """The keys of the evaluation document that come after its runs."""
+        together = what_runs_say_together([run.light() for run in self.runs])
         return {
-            **what_runs_say_together([run.light() for run in self.runs]),
+            **together,
+            "warnings": [*self.warnings, *together["warnings"]],
+            "copies": [copy.entry() for copy in self.copies],
             "decision_rule": self.settings.options.decision_rule,
             "conformity": [statement.entry() for statement in self.decided.statements],
             "settings": self.settings_entry,
@@ -180,13 +190,18 @@ def evaluate_archive(
     finally:
         kept.flush()
     names = [str(path) for path in files]
+    runs = [found[name] for name in names if name in found]
+    told = each_once([run.recording for run in runs])
+    original = {copy.path: copy.of for copy in told.copies}
     evaluation = ArchiveEvaluation(
-        runs=tuple(found[name] for name in names if name in found),
+        runs=tuple(runs[place] for place in told.kept),
         failures=tuple(failed[name] for name in names if name in failed),
         settings=settings,
         software=software(),
         reused=reused,
-        conformity=tuple(conformity),
+        conformity=tuple(original.get(name, name) for name in conformity),
+        copies=told.copies,
+        warnings=told.warnings,
     )
     _ = evaluation.decided  # what the user named must be there before anything is written
     return evaluation

@@ -64,6 +64,7 @@ def _extremes(part: Mapping[str, Any]) -> dict[str, float | None]:
 
 
 def results_by_path(evaluation: ArchiveEvaluation) -> dict[str, list[dict[str, Any]]]:
-    """Return the results of runs by their file, as :func:`foundation.names.readable` writes it."""
+    """Return the results of runs and copies by their file, as :func:`foundation.names.readable` writes it."""
     both = zip(evaluation.runs, evaluation.decided.purposes, strict=True)
-    return {run.path: result_facts(run, purpose) for run, purpose in both}
+    results = {run.path: result_facts(run, purpose) for run, purpose in both}
+    return results | {copy.path: results[copy.of] for copy in evaluation.copies}

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from evaluation.across_runs.shared import shared_of
 from evaluation.conformity import Candidate, Purpose, candidate_of
+from evaluation.copies import Recording
 from evaluation.document import LIGHT, run_entry
 from evaluation.mean_loop import MeanLoop
 from evaluation.results import Extreme, Measured, RunEvaluation, RunFacts, StepResult, Summary
@@ -79,6 +80,15 @@ class KeptRun:
     def candidate(self) -> Candidate:
         """What decides whether the run is a conformity test."""
         return Candidate(**{**self.facts["candidate"], "path": self.path})
+
+    @property
+    def recording(self) -> Recording:
+        """By what its recording is known again in another file."""
+        facts = self.facts
+        started = None if facts["started"] is None else datetime.fromisoformat(facts["started"])
+        return Recording(
+            self.path, facts["id"], facts["sha256"], facts["samples_sha256"], facts["campaign"], started
+        )
 
     @property
     def cycle_numbers(self) -> NDArray[np.float64]:
@@ -168,6 +178,8 @@ def _facts(entry: Mapping[str, Any], run: RunEvaluation) -> dict[str, Any]:
         "kind": run.facts.kind,
         "specimen": dict(run.facts.specimen),
         "sha256": run.facts.sha256,
+        "samples_sha256": run.facts.samples_sha256,
+        "campaign": run.facts.campaign,
         "simulated": run.facts.simulated,
         "started": None if run.facts.started is None else run.facts.started.isoformat(),
         "status": run.facts.status,

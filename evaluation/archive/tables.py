@@ -47,7 +47,8 @@ def _of_run(evaluation: ArchiveEvaluation) -> OfRun:
 
 
 def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
-    """Return the table with a row a run, and one a file that could not be evaluated (``problem``).
+    """Return the table with a row a run, and one a file that is not counted: it could not be
+    evaluated, or holds the recording of another one (``problem``).
 
     The row of a run with several steps has no means; a row for each of its steps follows, with the means of
     that step. ``part`` is the number of the step there, and empty in the rows of runs; what belongs to the
@@ -66,6 +67,7 @@ def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
         row for run, purpose in both for row in (_run_row(run, purpose), *_step_rows(run))
     ]
     rows += [{"path": failure.path, "problem": failure.problem} for failure in evaluation.failures]
+    rows += [{"path": copy.path, "problem": f"{copy.text}: counted once"} for copy in evaluation.copies]
     trace = {"settings_sha256": evaluation.settings_entry["sha256"], "version": evaluation.software.text}
     table = pd.DataFrame([row | trace for row in rows], columns=list(RUN_COLUMNS))
     numbers = [*SUMMARY_NAMES, *(f"U({name})" for name in SUMMARY_NAMES), *_EXTREME_COLUMNS]

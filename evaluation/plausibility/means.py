@@ -47,7 +47,7 @@ def division_without(
     return replace(division, parts=tuple(parts), why=tuple(why))
 
 
-def summed_without_claims(whole: SummedUp, spoiled: Spoiled) -> SummedUp:
+def summed_without_claims(whole: SummedUp, spoiled: Spoiled, complete: Sequence[int]) -> SummedUp:
     """Return what stands for a run without the uncertainties of means of spoiled cycles.
 
     What a channel shows that is not to be believed has an error that no certificate states: budget, shared
@@ -57,6 +57,14 @@ def summed_without_claims(whole: SummedUp, spoiled: Spoiled) -> SummedUp:
     ----------
     whole : SummedUp
     spoiled : Spoiled
+    complete : sequence of int
+        Numbers of the run's complete cycles. They stand for a run that has no means.
+
+    Returns
+    -------
+    SummedUp
+        Unfit is a run whose means are of spoiled cycles; one of several steps if all of them are; one
+        without means if all its complete cycles are spoiled.
     """
     out = spoiled.cycles
     if not out:
@@ -73,7 +81,11 @@ def summed_without_claims(whole: SummedUp, spoiled: Spoiled) -> SummedUp:
         else step
         for step in whole.steps
     )
-    if not out & set(whole.summary.cycles_used):
+    used = set(whole.summary.cycles_used)
+    if not used:
+        unfit = all(step.unfit for step in steps) if steps else bool(complete) and out >= set(complete)
+        return replace(whole, steps=steps, unfit=unfit)
+    if not out & used:
         return replace(whole, steps=steps)
     return replace(
         whole,
@@ -88,6 +100,6 @@ def summed_without_claims(whole: SummedUp, spoiled: Spoiled) -> SummedUp:
 def unfit_warnings(whole: SummedUp) -> list[str]:
     """Return that means are of spoiled cycles, and what follows of it."""
     text = "all its cycles are spoiled: its means stay, without uncertainties, and are left out of trends"
-    steps = [step.index for step in whole.steps if step.unfit]
-    found = [f"step {index}: {text}" for index in steps]
-    return [text, *found] if whole.unfit else found
+    if whole.steps:
+        return [f"step {step.index}: {text}" for step in whole.steps if step.unfit]
+    return [text] if whole.unfit and whole.summary.cycles_used else []

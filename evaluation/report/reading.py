@@ -12,6 +12,7 @@ from evaluation.archive.evaluate import evaluate_archive
 from evaluation.archive.identity import Settings
 from evaluation.archive.local import Local
 from evaluation.archive.tables import document as evaluation_document
+from evaluation.copies import Recording, each_once
 from evaluation.load import load_run
 from evaluation.record import Record
 from evaluation.report.fields import ReportFields, load_fields
@@ -81,23 +82,21 @@ def _each_once(loaded: Sequence[Loaded], findings: list[str]) -> list[Loaded]:
         If two runs have one id: results, statements and trends of a report go by it.
     """
     first: dict[str, Run] = {}
-    kept = []
     for one in loaded:
         run = one.run
         before = first.setdefault(run.id, run)
-        if before is run:
-            kept.append(one)
-            continue
-        if before.sha256 == run.sha256:
-            findings.append(f"{run.path} is the same recording as {before.path}; it is in this report once")
-            continue
-        raise BadInput(
-            f"run “{run.id}” is another than that of {before.path}, which has the same id: one report cannot "
-            "tell them apart",
-            file=run.path,
-            remedy="make a report of each campaign’s own folder, or put one of the two files elsewhere",
-        )
-    return kept
+        if before.sha256 != run.sha256:
+            raise BadInput(
+                f"run “{run.id}” is another than that of {before.path}, which has the same id: one report "
+                "cannot tell them apart",
+                file=run.path,
+                remedy="make a report of each campaign’s own folder, or put one of the two files elsewhere",
+            )
+    told = each_once(
+        [Recording(str(run.path), run.id, run.sha256, run.samples_sha256) for run in (o.run for o in loaded)]
+    )
+    findings += [f"{copy.text}; it is in this report once" for copy in told.copies]
+    return [loaded[place] for place in told.kept]
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from foundation.canonical import content_hash
 from foundation.errors import BadInput
 from foundation.kind import Kind
 from foundation.settings import Day, Settings, load_settings
+from foundation.wrong_key import WrongKeyError
 
 FOLDER = Path(__file__).resolve().parent.parent / "limit_sets"
 SHIPPED = FOLDER / "en15551-105mm.toml"
@@ -210,31 +211,43 @@ class LimitSet(Settings):
         ):
             twice = {name for name in names if names.count(name) > 1}
             if twice:
-                raise ValueError(f"{what}: the id {sorted(twice)[0]} is given twice")
-        for what, lower, upper in self._windows():
+                raise WrongKeyError(
+                    f"{what}: the id {sorted(twice)[0]} is given twice", tuple(what.split("."))
+                )
+        for table, what, lower, upper in self._windows():
             least, most = known(lower), known(upper)
             if least is not None and most is not None and least > most:
-                raise ValueError(f"{what}: the lower limit {least:g} is above the upper one {most:g}")
+                raise WrongKeyError(
+                    f"{what}: the lower limit {least:g} is above the upper one {most:g}", table
+                )
         for name in self.conditions.sources:
             if name not in CONDITION_IDS:
-                raise ValueError(
-                    f"conditions.sources: no condition “{name}”; one of {', '.join(CONDITION_IDS)}"
+                raise WrongKeyError(
+                    f"conditions.sources: no condition “{name}”; one of {', '.join(CONDITION_IDS)}",
+                    "conditions",
                 )
         if self.readings.static_extent == "proof-load" and self.proof_load("F1") is None:
-            raise ValueError("readings.static_extent is proof-load, but the set has no proof.load F1")
+            raise WrongKeyError(
+                "readings.static_extent is proof-load, but the set has no proof.load F1", "readings", "proof"
+            )
         return self
 
-    def _windows(self) -> Iterator[tuple[str, Limit, Limit]]:
-        """Yield name, lower and upper limit of everything that has both."""
+    def _windows(self) -> Iterator[tuple[str, str, Limit, Limit]]:
+        """Yield table, name, lower and upper limit of everything that has both."""
         conditions, maintenance = self.conditions, self.maintenance
-        yield "conditions.temperature", conditions.temperature_min_C, conditions.temperature_max_C
+        yield (
+            "conditions",
+            "conditions.temperature",
+            conditions.temperature_min_C,
+            conditions.temperature_max_C,
+        )
         for window in self.force:
-            yield f"force {window.id}", window.lower_kN, window.upper_kN
+            yield "force", f"force {window.id}", window.lower_kN, window.upper_kN
         if maintenance is not None:
             for name in ("preload", "assembled_length", "length_at_hold", "final_length"):
                 unit = "kN" if name == "preload" else "mm"
                 lower, upper = (getattr(maintenance, f"{name}_{end}_{unit}") for end in ("min", "max"))
-                yield f"maintenance.{name}", lower, upper
+                yield "maintenance", f"maintenance.{name}", lower, upper
 
     def reference(self, cited: Cited | None = None, condition: str = "") -> tuple[str | None, str]:
         """Return clause and source of a requirement; the clause is None where none is on record.

@@ -29,7 +29,7 @@ class SummedUp:
     shared_errors: SharedErrors | None = None
     steps: tuple[StepResult, ...] = ()
     unfit: bool = False
-    """Whether its means are of cycles that are spoiled."""
+    """Whether its means are of spoiled cycles; where it has none, whether its complete cycles are."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -283,16 +283,17 @@ def _zeros(look: Look, signals: Signals) -> list[Finding]:
 
 def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: FloatArray) -> list[Finding]:
     """Return the wire that leaves the piston for good while the other one does not."""
-    moved = {}
-    for name in signals.strokes:
-        if name in look.out:
-            return []
-        moved[name] = _step(signals.time_s[rows], (signals.by_name[name] - expected)[rows])
-    if len(moved) < 2:
+    if any(name in look.out for name in signals.strokes) or len(signals.strokes) < 2:
         return []
-    (one, (size, at_s)), (_, (other, _)) = sorted(moved.items(), key=lambda item: -abs(item[1][0]))
+    time_s = signals.time_s[rows]
+    left = {name: (signals.by_name[name] - expected)[rows] for name in signals.strokes}
+    moved = {name: _step(time_s, left_mm)[0] for name, left_mm in left.items()}
+    one, other = sorted(moved, key=lambda name: -abs(moved[name]))[:2]
+    # What the frame gives is the same for both wires: their difference shows the step alone.
+    size, at_s = _step(time_s, left[one] - left[other])
     span_mm = float(np.ptp(expected[rows]))
-    if abs(size) <= SLIP_MM + SLIP_SHARE * span_mm or abs(size) <= SLIP_ALONE * abs(other):
+    most_mm = max(SLIP_MM + SLIP_SHARE * span_mm, SLIP_ALONE * abs(moved[other]))
+    if min(abs(moved[one]), abs(size)) <= most_mm:
         return []
     text = (
         f"{one} slips by {size:+.3g} mm about {at_s:.4g} s, and the other wire does not: look at its hook "
@@ -306,6 +307,12 @@ def _step(time_s: FloatArray, left_mm: FloatArray) -> tuple[float, float]:
     parts = np.array_split(np.arange(time_s.size), _STRETCHES)
     levels = np.array([float(np.median(left_mm[part])) for part in parts])
     begins = np.array([float(time_s[part[0]]) for part in parts])
-    steps = [float(np.median(levels[cut:]) - np.median(levels[:cut])) for cut in range(2, _STRETCHES - 1)]
-    at = int(np.argmax(np.abs(steps)))
-    return steps[at], float(begins[at + 2])
+    cuts = range(2, _STRETCHES - 1)
+    left = [_off_median(levels[:cut]) + _off_median(levels[cut:]) for cut in cuts]
+    cut = cuts[int(np.argmin(left))]  # two levels fit best there; their medians alone hardly move with it
+    return float(np.median(levels[cut:]) - np.median(levels[:cut])), float(begins[cut])
+
+
+def _off_median(levels: FloatArray) -> float:
+    """Return the sum of what levels are off their median [mm]."""
+    return float(np.sum(np.abs(levels - np.median(levels))))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Sequence
 
+from foundation.wrong_key import WrongKeyError
+
 
 def checked_kind(
     kinds: Sequence[str], elsewhere: Sequence[str] = (), why: str = ""
@@ -28,11 +30,11 @@ def checked_kind(
             raise ValueError(f"this step has no kind; give kind = one of {', '.join(kinds)}")
         kind = value["kind"]
         if kind in elsewhere:
-            raise ValueError(f"kind = “{kind}” is not possible here: {why}")
+            raise WrongKeyError(f"kind = “{kind}” is not possible here: {why}", "kind")
         if kind not in kinds:
             near = difflib.get_close_matches(str(kind), kinds, n=1, cutoff=0.4)
             hint = f"did you mean “{near[0]}”?" if near else f"use one of {', '.join(kinds)}"
-            raise ValueError(f"unknown kind of step “{kind}”; {hint}")
+            raise WrongKeyError(f"unknown kind of step “{kind}”; {hint}", "kind")
         return value
 
     return check

@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.settings import Numbers, Settings
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 from protocols.kinds.strokes import StrokeSettings
 from protocols.kinds.temperatures import TemperatureSettings
 from protocols.physical import Cycles, Percent
@@ -71,14 +72,18 @@ class UntilSteady(Settings):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if self.min_cycles < self.window:
-            raise ValueError(
+            raise WrongKeyError(
                 f"min_cycles = {self.min_cycles} is fewer than window = {self.window}: "
-                f"so few cycles cannot be compared; write min_cycles = {self.window} or more"
+                f"so few cycles cannot be compared; write min_cycles = {self.window} or more",
+                "min_cycles",
+                "window",
             )
         if self.max_cycles < self.min_cycles:
-            raise ValueError(
+            raise WrongKeyError(
                 f"max_cycles = {self.max_cycles} must not be below min_cycles = {self.min_cycles}; "
-                f"write max_cycles = {self.min_cycles} or more, or fewer min_cycles"
+                f"write max_cycles = {self.min_cycles} or more, or fewer min_cycles",
+                "max_cycles",
+                "min_cycles",
             )
         return self
 
@@ -94,7 +99,11 @@ class Rated(StepSettings):
     def exactly_one(frequency: object, speed: object) -> None:
         """Refuse both, and neither."""
         if (frequency is None) == (speed is None):
-            raise ValueError("give exactly one of frequency_Hz and peak_speed_mm_per_s")
+            raise WrongKeyError(
+                "give exactly one of frequency_Hz and peak_speed_mm_per_s",
+                "frequency_Hz",
+                "peak_speed_mm_per_s",
+            )
 
 
 def _one_or_more(value: object) -> object:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.settings import Settings
+from foundation.wrong_key import WrongKeyError
 from protocols.kinds.common import Rated, StepSettings, as_tuple
 from protocols.kinds.cyclic import HarmonicStep
 from protocols.physical import Cycles, Duration, Force, Frequency, Speed, Stroke, StrokeFromZero
@@ -23,7 +24,7 @@ class RampPiece(Settings):
     @model_validator(mode="after")
     def _one_end(self) -> Self:
         if (self.to_mm is None) == (self.to_kN is None):
-            raise ValueError("a ramp needs exactly one end; give to_mm or to_kN")
+            raise WrongKeyError("a ramp needs exactly one end; give to_mm or to_kN", "to_mm", "to_kN")
         return self
 
 
@@ -79,8 +80,9 @@ class MotionStep(StepSettings):
             elif isinstance(piece, ReleasePiece):
                 after_force = False
             elif isinstance(piece, HarmonicPiece) and after_force:
-                raise ValueError(
+                raise WrongKeyError(
                     f"piece {number} is a sine after a ramp to a force, whose stroke is not known before: "
-                    "ramp to a stroke (to_mm) first"
+                    "ramp to a stroke (to_mm) first",
+                    "piece",
                 )
         return self

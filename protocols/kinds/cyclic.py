@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from foundation.purpose import Purpose
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 from protocols.kinds.common import Rated, StepSettings, SweepNumbers, UntilSteady, as_tuple
 from protocols.physical import (
     Cycles,
@@ -49,15 +50,19 @@ class StaticStep(StepSettings):
     @model_validator(mode="after")
     def _proof_load_has_a_force(self) -> Self:
         if self.proof_load is not None and self.force_limit_kN is None:
-            raise ValueError(
-                f"a step with proof_load = “{self.proof_load}” needs the force: add force_limit_kN"
+            raise WrongKeyError(
+                f"a step with proof_load = “{self.proof_load}” needs the force: add force_limit_kN",
+                "proof_load",
+                "force_limit_kN",
             )
         return self
 
 
 def _cycles_or_steady(step: HarmonicStep | SweepStep) -> None:
     if step.until_steady is not None and "cycles" in step.model_fields_set:
-        raise ValueError("give cycles or [step.until_steady] (with its min_cycles and max_cycles), not both")
+        raise WrongKeyError(
+            "give cycles or [step.until_steady] (with its min_cycles and max_cycles), not both", "cycles"
+        )
 
 
 class HarmonicStep(Rated):
@@ -113,21 +118,26 @@ class SweepStep(Rated):
         self.exactly_one(self.frequency_Hz, self.peak_speed_mm_per_s)
         for name in ("amplitude_mm", "frequency_Hz", "peak_speed_mm_per_s"):
             if any(not value > 0.0 for value in getattr(self, name) or ()):
-                raise ValueError(f"every value of {name} must be positive")
+                raise WrongKeyError(f"every value of {name} must be positive", name)
         if any(value < 0.0 for value in self.prestress_mm):
-            raise ValueError("no value of prestress_mm may be below zero")
+            raise WrongKeyError("no value of prestress_mm may be below zero", "prestress_mm")
         if any(count < 1 for count in self.cycle_counts()):
-            raise ValueError("every value of cycles must be at least 1")
+            raise WrongKeyError("every value of cycles must be at least 1", "cycles")
         if len(self.cycle_counts()) != len(self.rates()):
-            raise ValueError(
+            raise WrongKeyError(
                 f"cycles lists {len(self.cycle_counts())} values for {len(self.rates())} frequencies or "
-                "peak speeds: give one number, or one for each of them"
+                "peak speeds: give one number, or one for each of them",
+                "cycles",
             )
         if self.order == "random" and self.seed is None:
-            raise ValueError("order = “random” needs a seed, so that the plan is the same each time")
+            raise WrongKeyError(
+                "order = “random” needs a seed, so that the plan is the same each time", "order", "seed"
+            )
         if self.order != "random" and self.seed is not None:
-            raise ValueError(
-                "seed has a meaning with order = “random” only; leave it out, or write that order"
+            raise WrongKeyError(
+                "seed has a meaning with order = “random” only; leave it out, or write that order",
+                "seed",
+                "order",
             )
         _cycles_or_steady(self)
         return self
@@ -167,11 +177,15 @@ class SineOrSlow(Rated):
         sine = sorted(given & {"prestress_mm", "amplitude_mm", "frequency_Hz", "peak_speed_mm_per_s"})
         slow = sorted(given & {"speed_mm_per_s", "force_limit_kN", "stroke_limit_mm"})
         if sine and slow:
-            raise ValueError(f"give the keys of a sine or of slow strokes, not both ({sine[0]}, {slow[0]})")
+            raise WrongKeyError(
+                f"give the keys of a sine or of slow strokes, not both ({sine[0]}, {slow[0]})",
+                sine[0],
+                slow[0],
+            )
         if sine:
             for key in ("prestress_mm", "amplitude_mm"):
                 if getattr(self, key) is None:
-                    raise ValueError(f"a {self.what()} sine needs {key}")
+                    raise WrongKeyError(f"a {self.what()} sine needs {key}", *sine)
             self.exactly_one(self.frequency_Hz, self.peak_speed_mm_per_s)
         return self
 
@@ -228,12 +242,14 @@ class InnerLoopsStep(Rated):
     def _fits_together(self) -> Self:
         self.exactly_one(self.frequency_Hz, self.peak_speed_mm_per_s)
         if any(not value > 0.0 for value in (*self.mean_mm, *self.amplitude_mm)):
-            raise ValueError("every value of mean_mm and amplitude_mm must be positive")
+            raise WrongKeyError(
+                "every value of mean_mm and amplitude_mm must be positive", "mean_mm", "amplitude_mm"
+            )
         for name in ("mean_mm", "amplitude_mm"):
             values = getattr(self, name)
             if any(after <= before for before, after in pairwise(values)):
-                raise ValueError(
-                    f"{name} must increase from value to value: the loops lie on the loading path"
+                raise WrongKeyError(
+                    f"{name} must increase from value to value: the loops lie on the loading path", name
                 )
         return self
 

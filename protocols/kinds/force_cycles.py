@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 from protocols.kinds.common import StepSettings
 from protocols.physical import Cycles, Force, Speed, Stroke
 from protocols.steps import ForceCycles
@@ -43,14 +44,19 @@ class ForceCyclesStep(StepSettings):
     def _forces_are_apart(self) -> Self:
         least_kN = 2.0 * 0.01 * self.tolerance_percent * self.force_max_kN
         if not self.force_max_kN > self.force_min_kN:
-            raise ValueError(
+            raise WrongKeyError(
                 f"force_max_kN = {self.force_max_kN:g} must be above force_min_kN = {self.force_min_kN:g}; "
-                "force_min_kN is where it unloads to: write the smaller one there"
+                "force_min_kN is where it unloads to: write the smaller one there",
+                "force_max_kN",
+                "force_min_kN",
             )
         if self.force_max_kN - self.force_min_kN < least_kN:
-            raise ValueError(
+            raise WrongKeyError(
                 f"force_max_kN = {self.force_max_kN:g} and force_min_kN = {self.force_min_kN:g} are nearer "
                 f"than twice tolerance_percent = {self.tolerance_percent:g} of force_max_kN "
-                f"({least_kN:g} kN); put them further apart, or narrow the tolerance"
+                f"({least_kN:g} kN); put them further apart, or narrow the tolerance",
+                "force_max_kN",
+                "force_min_kN",
+                "tolerance_percent",
             )
         return self

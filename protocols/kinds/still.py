@@ -6,6 +6,7 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
+from foundation.wrong_key import WrongKeyError
 from protocols.kinds.common import StepSettings
 from protocols.physical import Duration, Force, Speed, Stroke, Temperature, Timeout
 from protocols.zero_table import TouchForce, TouchSpeed
@@ -24,9 +25,15 @@ class HoldStep(StepSettings):
     @model_validator(mode="after")
     def _one_place(self) -> Self:
         if self.stroke_mm is not None and self.force_kN is not None:
-            raise ValueError("give stroke_mm or force_kN, not both: it stands still at one place")
+            raise WrongKeyError(
+                "give stroke_mm or force_kN, not both: it stands still at one place", "stroke_mm", "force_kN"
+            )
         if self.force_kN is None and "approach_speed_mm_per_s" in self.model_fields_set:
-            raise ValueError("approach_speed_mm_per_s has a meaning with force_kN only; leave it out")
+            raise WrongKeyError(
+                "approach_speed_mm_per_s has a meaning with force_kN only; leave it out",
+                "approach_speed_mm_per_s",
+                "force_kN",
+            )
         return self
 
 

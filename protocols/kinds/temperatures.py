@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, model_validator
 
 from foundation.settings import Settings
+from foundation.wrong_key import WrongKeyError
 from protocols.physical import Temperature, Timeout, bounds_of
 from protocols.steps import StartBand
 
@@ -42,12 +43,14 @@ class TemperatureSettings(Settings):
         if band is None:
             for key in ("start_timeout_s", "too_cold"):
                 if getattr(self, key) != type(self).model_fields[key].default:
-                    raise ValueError(
-                        f"{key} has a meaning with start_temperature_C only; add that, or leave it out"
+                    raise WrongKeyError(
+                        f"{key} has a meaning with start_temperature_C only; add that, or leave it out",
+                        key,
                     )
         elif not band[0] < band[1]:
-            raise ValueError(
-                f"start_temperature_C = [{band[0]:g}, {band[1]:g}]: the first must be below the second"
+            raise WrongKeyError(
+                f"start_temperature_C = [{band[0]:g}, {band[1]:g}]: the first must be below the second",
+                "start_temperature_C",
             )
         return self
 

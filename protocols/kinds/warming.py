@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 from protocols.evenness import LOOK_S
 from protocols.kinds.cyclic import SineOrSlow
 from protocols.physical import Cycles, Pause, Temperature, Timeout
@@ -29,9 +30,11 @@ class WarmUpStep(SineOrSlow):
     @model_validator(mode="after")
     def _there_is_time(self) -> Self:
         if self.timeout_s <= self.soak_s + LOOK_S:
-            raise ValueError(
+            raise WrongKeyError(
                 f"timeout_s = {self.timeout_s:g} is no longer than what it rests in any case: soak_s = "
-                f"{self.soak_s:g}, and {LOOK_S:g} s in which it looks; raise timeout_s, or shorten soak_s"
+                f"{self.soak_s:g}, and {LOOK_S:g} s in which it looks; raise timeout_s, or shorten soak_s",
+                "timeout_s",
+                "soak_s",
             )
         return self
 

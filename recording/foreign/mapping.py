@@ -16,6 +16,7 @@ from foundation.kind import Kind
 from foundation.rates import LOGGER_HZ
 from foundation.settings import Day, Settings, load_settings
 from foundation.wanted import Within
+from foundation.wrong_key import WrongKeyError
 from recording.foreign.columns import DATE_TIME, Wish, full_name
 
 
@@ -90,13 +91,18 @@ class ChannelForm(Settings):
     @model_validator(mode="after")
     def _one_column(self) -> ChannelForm:
         if self.header is not None and self.number is not None:
-            raise ValueError("give either header or number, not both")
+            raise WrongKeyError("give either header or number, not both", "header", "number")
         if self.scale == 0.0:
-            raise ValueError("scale must not be 0")
+            raise WrongKeyError("scale must not be 0", "scale")
         if self.format is not None and self.unit != DATE_TIME:
-            raise ValueError(f"a format is for a time whose unit is “{DATE_TIME}”")
+            raise WrongKeyError(f"a format is for a time whose unit is “{DATE_TIME}”", "format", "unit")
         if (self.scale, self.offset) != (1.0, 0.0) and self.unit in (None, DATE_TIME):
-            raise ValueError("with scale or offset, say the unit of the value (dates and times have none)")
+            raise WrongKeyError(
+                "with scale or offset, say the unit of the value (dates and times have none)",
+                "scale",
+                "offset",
+                "unit",
+            )
         return self
 
     def channel_facts(self) -> dict[str, Any]:

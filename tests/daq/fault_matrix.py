@@ -19,7 +19,7 @@ from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 
 PHASES = ("before start", "ramp", "harmonic", "hold", "cool-down", "recording close")
-_SEEN = {"ramp": "ramp", "harmonic": "motion", "hold": "wait", "cool-down": "cool-down"}
+_SEEN = {"ramp": "ramp", "harmonic": "motion", "hold": "hold", "cool-down": "cool-down"}
 
 SHORT = """
 [[step]]

@@ -25,7 +25,7 @@ ENDS = {
 GOES_ON = {
     "controller=drop@5:9,share=0.01": "no true reply (drop, a simulated fault); connection closed, sent once",
     "controller=nan@8:9": "register force of the controller holds nan, which is no number; look at its",
-    "amplifier=resync@6": "the spacing of its frames was lost (1 times since the start)",
+    "amplifier=resync@6": "the spacing of its frames was lost (count since the start: 1)",
     "amplifier=overload@6:7": "force_2 reads 8388607 counts (≥ 8388607), an end of its converter",
     "temperature_3=crc@4:6": "the kernel read it with a wrong CRC (“NO”); look at cable length",
 }

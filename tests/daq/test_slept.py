@@ -153,6 +153,9 @@ def test_a_stand_that_is_anothers_behind_a_sleep_is_left_to_it(tmp_path: Path, l
     assert "the computer slept 30 s" in outcome.reason
     assert f"another program gives the controller commands: {ELSEWHERE}" in outcome.reason
     assert "and it lives" in outcome.reason
+    assert len(outcome.reason) < 300
+    assert outcome.safe_stop is not None
+    assert outcome.safe_stop.line == "nothing was sent: it is not this program's to stop"
     assert [request for at_s, request in two.written if at_s > taken[0]] == []
     assert two.writer == INTRUDER
 
@@ -275,5 +278,9 @@ def test_another_controller_ends_the_wait(tmp_path: Path) -> None:
     outcome = two.run()
     assert (outcome.status, outcome.exit_status) == ("failed", ExitStatus.DEVICE_FAULT)
     assert "another controller answers" in outcome.reason
-    assert "serial number" in outcome.reason
+    assert outcome.safe_stop is not None
+    assert not outcome.safe_stop.safe
+    assert "another controller answers (serial number 99, before it was " in outcome.safe_stop.line
+    assert "NOT SEEN: look at its stand" in outcome.safe_stop.line
+    assert "valve off" not in outcome.safe_stop.line, "that was the other one"
     assert [request for at_s, request in two.written if at_s > two.again[0] + 15.0] == []

@@ -232,7 +232,7 @@ def test_a_lost_byte_costs_a_restart_that_is_counted(tmp_path: Path) -> None:
         far.give(7, 8)
         until(lambda: got.take().counts[-2:] == [7, 8])
         assert any(
-            "the spacing of its frames was lost (1 times since the start)" in text for text in got.said
+            "the spacing of its frames was lost (count since the start: 1)" in text for text in got.said
         )
         assert any("it is stopped and started again" in text for text in got.said)
     finally:

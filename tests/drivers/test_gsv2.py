@@ -133,7 +133,7 @@ def test_torn_frames_are_reported_and_counted(far: PtyAmplifier, amplifier: Gsv2
     assert after.first_sequence == 21
     (fault,) = got.faults
     assert fault.stream == "amplifier"
-    assert "the spacing of its frames was lost (1 times since the start); look at cable" in fault.what
+    assert "the spacing of its frames was lost (count since the start: 1); look at cable" in fault.what
     assert str(far.path) in fault.what
     assert amplifier.resyncs == 1
 

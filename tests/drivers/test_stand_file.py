@@ -131,7 +131,12 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
             "the controller has no channel “stroke_3”; its channels are force,",
         ),
         (POSITION, "", "the controller's channels are incomplete; add position"),
-        ('unit = "kN"', 'unit = "N"', "channel “force” must be force in kN"),
+        ("force_max_kN = 600.0", "force_max_kN = 630000", "limits.force_max_kN: 630000.0 is too large"),
+        (
+            'unit = "kN"',
+            'unit = "N"',
+            "controller.channel.unit: unit = “N” is not possible for the channel “force”; write unit = “kN”",
+        ),
         (
             'protocol = "gsv2"',
             'protocol = "gsv8"',
@@ -188,7 +193,7 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         (
             SPEED,
             f"{SPEED}force_speed = [[0.0, 800.0], [500.0, 100.0]]\n",
-            "force_speed ends at 500 kN, below force_max_kN = 600",
+            "limits.force_max_kN: force_max_kN = 600 is more than force_speed knows of, which ends at 500 kN",
         ),
     ],
 )

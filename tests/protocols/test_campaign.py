@@ -71,7 +71,7 @@ def test_an_absolute_path_stays(tmp_path: Path) -> None:
     [
         (harmonic(20, 20).replace("amplitude_mm", "amplitud_mm"), "line 8", "did you mean “amplitude_mm”?"),
         ("[limits]\ntemperature_stop = 40\n" + harmonic(20, 20), "line 6", "“temperature_stop_C”"),
-        ('[[step]]\nkind = "harmonik"\n', "line 5", "did you mean “harmonic”?"),
+        ('[[step]]\nkind = "harmonik"\n', "line 6: step.kind", "did you mean “harmonic”?"),
         ('[[step]]\nname = "a"\n', "line 5", "no kind"),
         (harmonic(20, 20, rate=""), "line 5", "exactly one of frequency_Hz and peak_speed_mm_per_s"),
         (

@@ -251,7 +251,7 @@ def test_registers_stand_still_and_go_on() -> None:
     [
         ("amplifier=silent@1", "silent; look at cable, power and port"),
         ("amplifier=overload@1", "an end of its converter"),
-        ("amplifier=resync@1", "the spacing of its frames was lost (1 times since the start)"),
+        ("amplifier=resync@1", "the spacing of its frames was lost (count since the start: 1)"),
         *(
             (f"temperature_1={kind}@1", "look")
             for kind in FAULTS["temperature"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,26 @@ def test_a_wrong_signal_is_named_with_its_size(
     rows = [row for row in run.requirements if row.id.startswith(("force-at", "preload"))]
     assert not [row for row in rows if row.verdict in ("pass", "fail")]
     assert run.unfit or not any(result.cycle.complete for result in run.cycles)
+
+
+@pytest.mark.parametrize("motion", STEPS)
+def test_a_slip_is_told_with_the_time_at_which_it_happened(
+    runs: dict[str, Recorded], tmp_path: Path, motion: str
+) -> None:
+    miswired = Miswired(stroke_2=S(slip_mm=-3.0, slip_at_s=6.0))
+    run = evaluated(runs[motion].rewired(miswired).written(tmp_path))
+    told = re.search(r"about ([0-9.]+) s", about(run, "slip", "stroke_2").text)
+    assert told is not None
+    assert float(told.group(1)) == pytest.approx(6.0, abs=0.8)  # a twentieth of the record
+
+
+def test_a_run_whose_steps_are_all_spoiled_is_unfit(runs: dict[str, Recorded], tmp_path: Path) -> None:
+    miswired = Miswired(stroke_2=S(slip_mm=-3.0, slip_at_s=6.0))
+    run = evaluated(runs["fast"].rewired(miswired).written(tmp_path))
+    assert len(run.steps) == 2
+    assert all(step.unfit for step in run.steps)
+    assert run.unfit
+    assert sum("all its cycles are spoiled" in text for text in run.warnings) == 2
 
 
 NOTED = {
