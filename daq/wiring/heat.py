@@ -164,7 +164,13 @@ class HeatJudge:
         """Return what a sensor that stands still is held against."""
         planned = all(name not in self._sensors for name in guard.ambient)
         air_C = self._air_C(guard) - AIR_K[planned]
-        return Heat(self._absorbed_J, air_C, most_J_per_K(guard.capacity_J_per_K), COOLS_S, lag_s)
+        rises = [
+            twin.now_C - first_C
+            for name in guard.ambient
+            if (twin := self._sensors.get(name)) and (first_C := twin.first_C) is not None
+        ]
+        most = most_J_per_K(guard.capacity_J_per_K)
+        return Heat(self._absorbed_J, air_C, max(rises, default=0.0), most, COOLS_S, lag_s)
 
     def _air_C(self, guard: WiringGuard) -> float:  # noqa: N802
         firsts = [
@@ -306,8 +312,8 @@ def _swapped(one: str, other: str, text: str) -> Doubt:
 def _stopped(name: str, reading_C: float, still: Still) -> Doubt:
     text = (
         f"{name} has shown {reading_C:.2f} °C for {still.since_s:.0f} s, while the specimen absorbed "
-        f"{still.heat_J / 1e3:.1f} kJ, by which it warms by {still.must_K:.1f} K at least; before, it rose by "
-        f"{still.rise_K:.1f} K with {still.of_J / 1e3:.1f} kJ: it stands still"
+        f"{still.heat_J / 1e3:.1f} kJ, by which it warms by {still.must_K:.1f} K at least; before, it rose "
+        f"by {still.rise_K:.1f} K with {still.of_J / 1e3:.1f} kJ: it stands still"
     )
     return _doubt("still", name, text, 0.0, still.must_K)
 

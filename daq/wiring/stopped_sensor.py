@@ -1,10 +1,11 @@
 """A thermometer on the specimen that has shown its heat and then stands still, while more heat is put in.
 
-A right sensor stands still, too: its lag has to pass, losses may equal the heat, and behind a rest the specimen
-must first come back to what the sensor shows. So both are counted over the stretch in which it has not moved by
-more than its own step: the heat beyond the most that a specimen so warm can lose, and that heat times the time
-since when it has been in it, by which a late sensor rises (one of first order by ∫ Q dt / (C · lag)). Each must
-be several times what this same sensor has ever stood still for in this campaign, and what a slow one may need.
+A right sensor stands still, too: its lag has to pass, losses may equal the heat, and behind a rest the
+specimen must first come back to what the sensor shows. So two things are counted over the stretch in which it
+has not moved by more than its own steps and noise: the heat beyond the most that a specimen so warm can
+lose, and that heat times the time since when it has been there, by which a late sensor rises (one of first
+order by ∫ Q dt / (C · lag)). Each must be several times what this same sensor has ever stood still for in this
+campaign, and what a slow one may need.
 """
 
 from __future__ import annotations
@@ -15,24 +16,26 @@ from dataclasses import dataclass
 from drivers.stand_file import CELSIUS_PER_COUNT
 
 STEP_K, COARSEST_K = CELSIUS_PER_COUNT, 8.0 * CELSIUS_PER_COUNT
-"""A sensor that moves by no more than its step stands still: that of a DS18B20 with twelve bits, or the least
-that it has ever shown, as far as one with nine bits. More is a leap, and no step."""
+"""A sensor's step is that of a DS18B20 with twelve bits, or the least that it has ever shown, as far as one
+with nine bits. More is a leap, and no step."""
 RISEN_STEPS = 8.0
 """It has risen with the heat by so many steps before: what noise of one step does not make."""
 MUST_RISE_STEPS = 10.0
 """The heat beyond all losses warms the specimen by so many in the stretch at least …"""
 MUST_SHOW_STEPS = 6.0
 """… of which a sensor of the longest lag that is believed shows so many."""
-HEAT_TIMES, LATE_TIMES = 4.0, 15.0
+HEAT_TIMES, LATE_TIMES = 3.0, 10.0
 """Heat, and heat times its time, against the longest stretch in which it stood still before. Where it turns
 behind a rest it stands twice as long as at the beginning, on both sides of its least reading: 2 and 4, of a
 cold end, which follows in stages, up to 9."""
 SEEN_TIMES = 1.2
 """A heat capacity that is made of readings may be too small by this: noise, and air that warms, too."""
+LEAST_SHARE = 0.25
+"""… and it is this share of the most that it may be, where it is stated: half of that, and the most is twice."""
 LIGHTEST_J_PER_K = 4000.0
 """No specimen is lighter in heat: 9 kg of steel. What rises by more than it makes has other reasons."""
-ROUNDING = 1.01
-"""A step is one to within the last digits of its numbers."""
+STILL_STEPS = 3.01
+"""A sensor that shows no more than four neighbouring values stands still: noise of half a step, and rounding."""
 KEPT_S, KEPT_MORE_S = 900.0, 60.0
 """A longer stretch than this counts by its end only [s]; it is shortened every minute."""
 
@@ -70,6 +73,8 @@ class Heat:
         Since the start; it does not fall.
     air_C : float
         The coldest that the air beside it may be.
+    air_rose_K : float
+        By so much the air has warmed since the start, as far as it is measured.
     capacity_J_per_K : float or None
         The most that the specimen may take; None: not known.
     cools_s : float
@@ -80,6 +85,7 @@ class Heat:
 
     absorbed_J: float
     air_C: float
+    air_rose_K: float
     capacity_J_per_K: float | None
     cools_s: float
     lag_s: float
@@ -111,9 +117,8 @@ class _Reading:
 class _Balance:
     """The heat capacity that a sensor's rise shows: heat = C · (rise + what has been lost of it since).
 
-    Losses are counted with the shortest time constant. Where a specimen loses less, both its capacity and its
-    losses come out in the same proportion to the heat too large or right, so that no equilibrium looks like heat
-    left over. Lag makes the capacity too large.
+    Losses are counted with the shortest time constant. Where a specimen loses less, the capacity comes out
+    too large as well, so that no equilibrium looks like heat left over. Lag makes it too large, too.
     """
 
     def __init__(self) -> None:
@@ -139,7 +144,8 @@ class _Balance:
         elif self.rise_K > 2.0 * step_K and self.heat_J < LIGHTEST_J_PER_K * self.rise_K:
             self._begin(reading_C, heat.absorbed_J)  # the air did it, or heat of before the start
         shown_K = self.rise_K + max(0.0, self._lost_Ks) / heat.cools_s
-        return self.heat_J / shown_K if self.rise_K >= RISEN_STEPS * step_K else None
+        risen = self.rise_K - max(0.0, heat.air_rose_K) >= RISEN_STEPS * step_K
+        return self.heat_J / shown_K if risen else None
 
     def _begin(self, reading_C: float, absorbed_J: float) -> None:
         self._base, self._lost_Ks, self.rise_K = (reading_C, absorbed_J), 0.0, 0.0
@@ -176,12 +182,12 @@ class StoppedSensor:
         return self._stopped(heat)
 
     def _capacity(self, heat: Heat) -> float | None:
-        """Return the most that the specimen takes per kelvin, by what was known as the stretch began [J/K]."""
+        """Return the most that the specimen takes per kelvin, as known when the stretch began [J/K]."""
         seen = self._kept[0].capacity
         if seen is None:
             return heat.capacity_J_per_K
-        own = SEEN_TIMES * seen
-        return own if heat.capacity_J_per_K is None else min(own, heat.capacity_J_per_K)
+        own, most = SEEN_TIMES * seen, heat.capacity_J_per_K
+        return own if most is None else min(max(own, LEAST_SHARE * most), most)
 
     def _add(self, total: _Sum, row: int, heat: Heat) -> None:
         before, now = self._kept[row - 1], self._kept[row]
@@ -191,7 +197,7 @@ class StoppedSensor:
 
     def _break(self, heat: Heat) -> None:
         """Let the stretch begin where the sensor moved for the last time."""
-        most_K = ROUNDING * self._step_K
+        most_K = STILL_STEPS * self._step_K
         newest, oldest = self._kept[-1], self._kept[0]
         self._low_C, self._high_C = min(self._low_C, newest.value_C), max(self._high_C, newest.value_C)
         moved = self._high_C - self._low_C > most_K

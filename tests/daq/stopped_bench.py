@@ -1,7 +1,7 @@
 """Thermometers on a heated specimen by closed forms, right ones and ones that freeze; no stand is in it.
 
-The specimen is one heat capacity with a loss to the air; the sensor follows in one to three stages, the cold end
-of a draw gear in the most. Heat comes in waveforms and slow strokes with rests and waits to cool between them.
+The specimen is one heat capacity with a loss to the air; the sensor follows in one to three stages, as on the
+cold end of a draw gear. Heat comes in waveforms and slow strokes with rests and waits to cool between them.
 
 ``python -m tests.daq.stopped_bench N`` judges N right ones, and each again with the sensor frozen.
 """
@@ -92,8 +92,10 @@ def heats_of(body: Body, shown: Shown) -> Iterable[Heat]:
     """Yield what the judge of the heat hands on with each reading."""
     stated = None if body.stated_times is None else body.stated_times * body.capacity_J_per_K
     air_C = (body.air_C if body.knows_air else 21.0) - AIR_K[not body.knows_air]
-    for absorbed_J in shown.absorbed_J:
-        yield Heat(float(absorbed_J), air_C, most_J_per_K(stated), COOLS_S, believed_lag_s(body.stated_lag_s))
+    lag_s = believed_lag_s(body.stated_lag_s)
+    for at_s, absorbed_J in zip(shown.time_s, shown.absorbed_J, strict=True):
+        rose_K = body.air_K_per_h * at_s / 3600.0 if body.knows_air else 0.0
+        yield Heat(float(absorbed_J), air_C, float(rose_K), most_J_per_K(stated), COOLS_S, lag_s)
 
 
 def stopped_at_s(body: Body) -> float | None:

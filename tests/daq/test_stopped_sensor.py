@@ -1,16 +1,28 @@
-"""A thermometer that has shown its heat and then stands still is named; a right one that stands still is not."""
+"""A thermometer that has shown its heat and then stands still is named; a right one is not."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from recording.runfile import open_run
 from tests.daq.stopped_bench import Body, right_alarms, stopped_at_s
+from tests.daq.touch_stands import run_stand
 from tests.daq.wiring_bench import Case, Floats, Signals, judge, signals_of, thermometers
 
 FREEZES_S = 320.0
+STOPPED = "[simulation.miswired.thermometer.temperature_1]\nfrozen_at_s = 60.0\n"
+WAVEFORM = """
+[[step]]
+kind = "harmonic"
+prestress_mm = 50.0
+amplitude_mm = 25.0
+frequency_Hz = 1.0
+cycles = 200
+"""
 RIGHT = range(60)
 
 
@@ -18,7 +30,7 @@ RIGHT = range(60)
 @pytest.mark.parametrize("lag_s", [5.0, 20.0])
 @pytest.mark.parametrize("stated_times", [1.0, None])
 def test_one_that_stops_amid_the_heating_is_named(
-    power_W: float,  # noqa: N803 - the unit keeps its capital
+    power_W: float,
     within_s: float,
     lag_s: float,
     stated_times: float | None,
@@ -80,3 +92,13 @@ def test_a_stand_in_virtual_time_names_it_with_its_facts(seconds: float) -> None
     assert (verdict.trip.sensor, verdict.trip.doubt) == ("temperature_1", "still")
     assert "temperature_1" in verdict.trip.setting
     assert verdict.at_s - 100.0 < 60.0 + 4.0 * seconds
+
+
+def test_a_campaign_ends_with_its_sensor_and_it_is_data_of_the_run(tmp_path: Path) -> None:
+    ran = run_stand(tmp_path, miswired=STOPPED, steps=WAVEFORM)
+    assert ran.outcome.exit_status == 4, ran.outcome.reason
+    assert (ran.trip["sensor"], ran.trip["doubt"]) == ("temperature_1", "still")
+    trip = next(event for event in open_run(ran.outcome.runs[-1]).events if event.kind == "trip")
+    assert trip.data["doubt"] == "still"
+    assert "temperature_1 has shown" in ran.outcome.reason
+    assert "it stands still" in ran.outcome.reason
