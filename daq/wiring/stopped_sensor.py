@@ -4,8 +4,8 @@ A right sensor stands still, too: its lag has to pass, losses may equal the heat
 specimen must first come back to what the sensor shows. So two things are counted over the stretch in which it
 has not moved by more than its own steps and noise: the heat beyond the most that a specimen so warm can
 lose, and that heat times the time since when it has been there, by which a late sensor rises (one of first
-order by ∫ Q dt / (C · lag)). Each must be several times what this same sensor has ever stood still for in this
-campaign, and what a slow one may need.
+order by ∫ Q dt / (C · lag)). Each must be several times what this same sensor has ever stood still for in
+this campaign, and what a slow one may need.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ MUST_RISE_STEPS = 10.0
 """The heat beyond all losses warms the specimen by so many in the stretch at least …"""
 MUST_SHOW_STEPS = 6.0
 """… of which a sensor of the longest lag that is believed shows so many."""
-HEAT_TIMES, LATE_TIMES = 3.0, 10.0
+HEAT_TIMES, LATE_TIMES = 3.0, 15.0
 """Heat, and heat times its time, against the longest stretch in which it stood still before. Where it turns
 behind a rest it stands twice as long as at the beginning, on both sides of its least reading: 2 and 4, of a
-cold end, which follows in stages, up to 9."""
+cold end, which follows in stages, 10."""
 SEEN_TIMES = 1.2
 """A heat capacity that is made of readings may be too small by this: noise, and air that warms, too."""
 LEAST_SHARE = 0.25
-"""… and it is this share of the most that it may be, where it is stated: half of that, and the most is twice."""
+"""… and it is this share of the most that it may be, where it is stated: half of that."""
 LIGHTEST_J_PER_K = 4000.0
 """No specimen is lighter in heat: 9 kg of steel. What rises by more than it makes has other reasons."""
 STILL_STEPS = 3.01
-"""A sensor that shows no more than four neighbouring values stands still: noise of half a step, and rounding."""
+"""One that shows no more than four neighbouring values stands still: noise of half a step, and rounding."""
 KEPT_S, KEPT_MORE_S = 900.0, 60.0
 """A longer stretch than this counts by its end only [s]; it is shortened every minute."""
 
