@@ -12,6 +12,7 @@ from daq.wiring.facts import WiringGuard
 from daq.wiring.force_band import ForceJudge
 from daq.wiring.forces import TwoForcesJudge
 from daq.wiring.heat import HeatJudge
+from daq.wiring.leapt import leapt
 from daq.wiring.piston import PistonJudge
 from daq.wiring.points import KEPT_S, Points
 from daq.wiring.scene import Scene
@@ -150,10 +151,16 @@ class WiringWatch:
         scene = Scene(self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
         if guard.motion == "all":
             yield self._forces.look(scene)
-        yield self._piston.look(scene)
+        yield self._told(self._piston.look(scene))
         if self._piston.suspected:
             return
         # The piston's own judge needs so long, and is looked at first.
         if guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S:
             yield self._force.look(scene)
-            yield self._wires.look(scene)
+            yield self._told(self._wires.look(scene))
+
+    def _told(self, doubt: Doubt | None) -> Doubt | None:
+        """Return a doubt of a way; where the position has leapt before, that is what it comes from."""
+        if doubt is None or self._points is None or doubt.kind == "swapped":
+            return doubt
+        return leapt(self._points) or doubt

@@ -20,6 +20,8 @@ from tests.daq.wiring_later import LATER_ON, judged, rough_alarms
 ALWAYS = (
     "force_2 freezes, unloading", "force_2 freezes in a sine", "force +5 kN, loading",
     "force −5 kN in a sine", "force_2 +5 kN, loading", "force half as much at once", "piston 0.5 s late",
+    "piston slips by 8 mm, loading", "piston slips by −8 mm, loading", "piston slips by 8 mm, unloading",
+    "piston 1.1 times at once, loading", "piston 1.1 times at once, unloading",
     "wire 0.5 s late", "wires 0.3 s late", "wires 0.8 s late",
 )  # fmt: skip
 
@@ -54,6 +56,22 @@ def test_and_on_stands_at_random(name: str, seed: int) -> None:
     verdict, _ = judged(LATER_ON[name], signals)
     assert verdict.trip is not None
     assert verdict.trip.sensor == LATER_ON[name].sensor, verdict.trip.reason
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("piston slips by 8 mm, unloading", "leapt by +8.0 mm"),
+        ("piston slips by −8 mm, loading", "leapt by -8.0 mm"),
+        ("piston 1.1 times at once, loading", "changed to 1.10 times"),
+    ],
+)
+def test_a_position_that_leaps_is_told_with_its_millimetres_and_not_as_late(name: str, words: str) -> None:
+    verdict, _ = judged(LATER_ON[name], usual())
+    assert verdict.trip is not None
+    assert words in verdict.trip.reason
+    assert "late" not in verdict.trip.reason
+    assert "delay_s" not in verdict.trip.setting
 
 
 def test_holes_stalls_hum_and_slow_amplifiers_are_no_doubt() -> None:
