@@ -15,6 +15,8 @@ LEAPS_MM = 0.8
 """A leap of less is none [mm]: what the judges doubt is more, and an encoder's noise is a tenth of it."""
 WIDE = 2
 """A leap lies within so many points, wherever it falls between their ends."""
+SIGMAS = 8.0
+"""… nor one within so many times the noise: a channel that scatters leaps all the time."""
 OTHERS = 0.3
 """Command and wires go with it by less than this share of it."""
 LATELY_S = 6.0
@@ -46,7 +48,8 @@ def leapt(points: Points) -> Doubt | None:
     at = int(np.argmax(np.abs(own)))
     leap_mm = float(own[at])
     others = [float(_kinks(rows[:, column])[at]) for column in (command, *wires)]
-    if abs(leap_mm) < LEAPS_MM or max(abs(one) for one in others) > OTHERS * abs(leap_mm):
+    noise_mm = 1.4826 * float(np.median(np.abs(own)))
+    if abs(leap_mm) < LEAPS_MM + SIGMAS * noise_mm or max(abs(one) for one in others) > OTHERS * abs(leap_mm):
         return None
     before, behind = rows[at + WIDE], rows[at + 2 * WIDE :]
     return _doubt(leap_mm, float(before[position]), _scale(behind, position, wires))

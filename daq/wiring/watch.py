@@ -8,6 +8,7 @@ from dataclasses import replace
 from daq.guards import Trip
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, doubt_trip
+from daq.wiring.exchanged import with_the_position
 from daq.wiring.facts import WiringGuard
 from daq.wiring.force_band import ForceJudge
 from daq.wiring.forces import TwoForcesJudge
@@ -160,7 +161,14 @@ class WiringWatch:
             yield self._told(self._wires.look(scene))
 
     def _told(self, doubt: Doubt | None) -> Doubt | None:
-        """Return a doubt of a way; where the position has leapt before, that is what it comes from."""
-        if doubt is None or self._points is None or doubt.kind == "swapped":
+        """Return a doubt of a way, or what it comes from: an exchange, or a position that leapt."""
+        points = self._points
+        if doubt is None or points is None or doubt.kind == "swapped":
             return doubt
-        return leapt(self._points) or doubt
+        told, own, force = (points.column(name) for name in ("command", "position", "force"))
+        more = ""
+        if doubt.sensor == "position" and told is not None and own is not None and force is not None:
+            exchanged, more = with_the_position(points.last(LOOKED_BACK_S), told, own, force)
+            if exchanged is not None:
+                return exchanged
+        return leapt(points) or replace(doubt, text=doubt.text + more)
