@@ -22,7 +22,7 @@ RISEN_STEPS = 8.0
 """It has risen with the heat by so many steps before: what noise of one step does not make."""
 MUST_RISE_STEPS = 10.0
 """The heat beyond all losses warms the specimen by so many in the stretch at least …"""
-MUST_SHOW_STEPS = 6.0
+MUST_SHOW_STEPS = 9.0
 """… of which a sensor of the longest lag that is believed shows so many."""
 HEAT_TIMES, LATE_TIMES = 3.0, 15.0
 """Heat, and heat times its time, against the longest stretch in which it stood still before. Where it turns
@@ -32,6 +32,8 @@ SEEN_TIMES = 1.2
 """A heat capacity that is made of readings may be too small by this: noise, and air that warms, too."""
 LEAST_SHARE = 0.25
 """… and it is this share of the most that it may be, where it is stated: half of that."""
+STATED_SHARE = 0.5
+"""What a step takes is that of the stated capacity at least, half of the most."""
 LIGHTEST_J_PER_K = 4000.0
 """No specimen is lighter in heat: 9 kg of steel. What rises by more than it makes has other reasons."""
 STILL_STEPS = 3.01
@@ -222,7 +224,8 @@ class StoppedSensor:
         begun, now, capacity = self._kept[0], self._kept[-1], self._capacity(heat)
         if begun.capacity is None or capacity is None:
             return None
-        step_J = self._step_K * capacity
+        # By losses of long ago that were less, the capacity may come out too small for what is put in now.
+        step_J = self._step_K * max(capacity, STATED_SHARE * (heat.capacity_J_per_K or 0.0))
         if self._sum.net_J < max(MUST_RISE_STEPS * step_J, HEAT_TIMES * self._longest.net_J):
             return None
         least_Js = MUST_SHOW_STEPS * step_J * heat.lag_s
