@@ -95,15 +95,19 @@ class Heat:
 
 @dataclass
 class _Sum:
-    """Heat beyond the losses in a stretch, and that times the time it has been in there."""
+    """Heat in a stretch, all of it and beyond the losses, and that times the time it has been in there."""
 
+    all_J: float = 0.0
+    all_Js: float = 0.0
     net_J: float = 0.0
     net_Js: float = 0.0
 
     def add(self, heat_J: float, lost_J: float, passed_s: float) -> None:
-        before_J = self.net_J
-        self.net_J = max(0.0, before_J + heat_J - lost_J)
-        self.net_Js += 0.5 * (before_J + self.net_J) * passed_s
+        all_J, net_J = self.all_J, self.net_J
+        self.all_J += heat_J
+        self.net_J = max(0.0, net_J + heat_J - lost_J)
+        self.all_Js += 0.5 * (all_J + self.all_J) * passed_s
+        self.net_Js += 0.5 * (net_J + self.net_J) * passed_s
 
 
 @dataclass(frozen=True)
@@ -206,8 +210,9 @@ class StoppedSensor:
         if not moved and newest.at_s - oldest.at_s <= KEPT_S + KEPT_MORE_S:
             return
         if moved:
-            self._longest.net_J = max(self._longest.net_J, self._sum.net_J)
-            self._longest.net_Js = max(self._longest.net_Js, self._sum.net_Js)
+            # All of the heat: how much a lag takes is not to be belittled by losses that may be less.
+            self._longest.all_J = max(self._longest.all_J, self._sum.all_J)
+            self._longest.all_Js = max(self._longest.all_Js, self._sum.all_Js)
         self._low_C = self._high_C = newest.value_C
         stretch: deque[_Reading] = deque()
         for one in reversed(self._kept):
@@ -226,10 +231,10 @@ class StoppedSensor:
             return None
         # By losses of long ago that were less, the capacity may come out too small for what is put in now.
         step_J = self._step_K * max(capacity, STATED_SHARE * (heat.capacity_J_per_K or 0.0))
-        if self._sum.net_J < max(MUST_RISE_STEPS * step_J, HEAT_TIMES * self._longest.net_J):
+        if self._sum.net_J < max(MUST_RISE_STEPS * step_J, HEAT_TIMES * self._longest.all_J):
             return None
         least_Js = MUST_SHOW_STEPS * step_J * heat.lag_s
-        if self._sum.net_Js < max(least_Js, LATE_TIMES * self._longest.net_Js):
+        if self._sum.net_Js < max(least_Js, LATE_TIMES * self._longest.all_Js):
             return None
         return Still(
             now.at_s - begun.at_s,

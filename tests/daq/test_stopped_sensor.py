@@ -26,7 +26,7 @@ cycles = 200
 RIGHT = range(60)
 
 
-@pytest.mark.parametrize(("power_W", "within_s"), [(3000.0, 45.0), (1000.0, 70.0), (300.0, 180.0)])
+@pytest.mark.parametrize(("power_W", "within_s"), [(3000.0, 45.0), (1000.0, 90.0), (300.0, 240.0)])
 @pytest.mark.parametrize("lag_s", [5.0, 20.0])
 @pytest.mark.parametrize("stated_times", [1.0, None])
 def test_one_that_stops_amid_the_heating_is_named(
@@ -43,11 +43,11 @@ def test_one_that_stops_amid_the_heating_is_named(
 
 
 @pytest.mark.parametrize("lag_s", [60.0, 120.0, 300.0])
-def test_one_that_lags_by_minutes_is_named_within_four(lag_s: float) -> None:
+def test_one_that_lags_by_minutes_is_named_within_five(lag_s: float) -> None:
     body = Body(lag_s=lag_s, heating=((1000.0, 1.0, 900.0),), freezes_s=FREEZES_S)
     at_s = stopped_at_s(body)
     assert at_s is not None
-    assert at_s - FREEZES_S < 240.0
+    assert at_s - FREEZES_S < 300.0
 
 
 def test_sixty_right_ones_at_random_are_not_doubted() -> None:
