@@ -123,7 +123,7 @@ def stroke_trouble(rest: Mapping[str, float], zero: Zero | None, table: ZeroTabl
     if not far:
         return ""
     what = "" if zero is None else " from the zero that was taken over"
-    do = "hook the wire in anew, or correct its calibration"
+    do = "hook the wire in anew, or correct the zero or the scale of its calibration"
     if not touched:
         do = "let the campaign touch off ([zero] touch = true), or run “bufferstand stand zero”"
     reads = " and ".join(

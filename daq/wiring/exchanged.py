@@ -29,6 +29,11 @@ WAY_MM, LOOKED_AT_MM = 0.15, 0.4
 SIGMAS = 4.0
 GROWS = 0.6
 """A leap of which no more than this share comes within the shortest time is a force that rises."""
+AS_ONE_MM, AS_ONE_SHARE, GONE_MM = 0.7, 0.9, 1.0
+"""A force that is the position is within this of the command for this share of the time (the piston follows
+late), and shows so over so much of a way [mm]."""
+STRIDE, STEP_MM = 10, 0.1
+"""A way is looked at over so many points, where it is so much at least [mm]."""
 CLOCKS_S = 0.1
 """The second force's clock is known to this [s]."""
 ALIKE = 0.98
@@ -67,6 +72,43 @@ def swapped(name: str, text: str, value: float | None = None) -> Doubt:
     return Doubt(
         "swapped", f"force, {name}", "controller", setting, f"{text}: they are exchanged", value, None, "mm"
     )
+
+
+def with_the_position(rows: Floats, told: int, position: int, force: int) -> tuple[Doubt | None, str]:
+    """Return what a force that reads as the piston is told says, beside a doubt of the position.
+
+    Parameters
+    ----------
+    rows : NDArray, shape (n, channels)
+        The last seconds.
+    told, position, force : int
+        The columns of command, position and force.
+
+    Returns
+    -------
+    Doubt or None
+        That both are exchanged, once the force has gone the command's way.
+    str
+        Else what is to be added where it only stands at the command's value; empty where it does not.
+    """
+    way, kN = rows[:, told], rows[:, force]
+    off = float(np.quantile(np.abs(kN - way), AS_ONE_SHARE)) if len(rows) else np.inf
+    if _steps_as(rows[:, position], way):  # it has leapt, or is off: it is a way all the same
+        return None, ""
+    if off > AS_ONE_MM or float(np.max(np.abs(way))) < 2.0 * AS_ONE_MM:
+        return None, ""
+    reads = f"force reads {kN[-1]:.1f} kN where the piston was told {way[-1]:.1f} mm"
+    if float(np.ptp(way)) > GONE_MM and goes_as(kN, way):
+        text = f"{reads}, and goes as many kN as it is told mm, which the position does not"
+        return swapped("position", text, off), ""
+    return None, f"; {reads}: if it stays so in motion, they are exchanged"
+
+
+def _steps_as(position: Floats, told: Floats) -> bool:
+    """Return whether a position goes mostly as it is told, whatever it does for a moment."""
+    gone, own = (values[STRIDE:] - values[:-STRIDE] for values in (told, position))
+    moves = np.abs(gone) > STEP_MM
+    return bool(moves.any()) and AS_FAR[0] < float(np.median(own[moves] / gone[moves])) < AS_FAR[1]
 
 
 def goes_as(force: Floats, way: Floats) -> bool:

@@ -18,12 +18,15 @@ from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind
 from daq.wiring.facts import WiringGuard
 from daq.wiring.points import Points
+from daq.wiring.stopped_sensor import Heat, Still, StoppedSensor
 
 CAPACITY_TIMES, LAG_TIMES, LEAST_LAG_S = 2.0, 3.0, 120.0
 UNKNOWN_J_PER_K = 100_000.0
 """Heat capacity of a specimen of which nobody states it: that of 200 kg of steel."""
 COOLS_S = 600.0
 """No specimen cools with a shorter time constant: a buffer's is half an hour [s]."""
+AIR_K = (2.0, 5.0)
+"""The air may be colder by this than where it was measured at first, and than where it was only planned."""
 SHOWS_K, SHOWN = 1.2, 0.25
 """From such a least rise on, this share of it must be seen."""
 FALL_S, FALL_K, FALL_SHARE = 20.0, 0.8, 0.06
@@ -52,6 +55,7 @@ class _Sensor:
     """By how much it was above the air at first."""
     began_s: float = 0.0
     asked: bool = False
+    stopped: StoppedSensor = field(default_factory=StoppedSensor)
 
     @property
     def first_C(self) -> float | None:  # noqa: N802 - the unit keeps its capital
@@ -126,12 +130,14 @@ class HeatJudge:
             sensor.kept.popleft()
         self._warm(guard, at_s)
         if block.stream in guard.specimen:
-            lag_s = max(LEAST_LAG_S, LAG_TIMES * (guard.sensor_lag_s or 0.0))
+            lag_s = believed_lag_s(guard.sensor_lag_s)
             share = -math.expm1(-min(at_s - before_s, 60.0) / lag_s)
             sensor.least_K += share * (self._body_K - sensor.least_K)
+            still = sensor.stopped.take(at_s, reading_C, self._heat_now(guard, lag_s))
             return (
                 self._fallen(guard, block.stream, sensor)
                 or self._cold(guard, block.stream, sensor)
+                or (None if still is None else _stopped(block.stream, reading_C, still))
                 or self._colder(guard, block.stream, sensor)
             )
         if block.stream in guard.ambient:
@@ -146,13 +152,25 @@ class HeatJudge:
         if passed_s < _STEP_S and self._rises:
             return
         self._body_s = at_s
-        capacity = CAPACITY_TIMES * guard.capacity_J_per_K if guard.capacity_J_per_K else UNKNOWN_J_PER_K
+        capacity = most_J_per_K(guard.capacity_J_per_K) or UNKNOWN_J_PER_K
         self._body_K *= math.exp(-passed_s / COOLS_S)
         self._body_K += (self._absorbed_J - self._taken_J) / capacity
         self._taken_J = self._absorbed_J
         self._rises.append((at_s, self._taken_J))
         while self._rises[0][0] < at_s - ROOM_S:
             self._rises.popleft()
+
+    def _heat_now(self, guard: WiringGuard, lag_s: float) -> Heat:
+        """Return what a sensor that stands still is held against."""
+        planned = all(name not in self._sensors for name in guard.ambient)
+        air_C = self._air_C(guard) - AIR_K[planned]
+        rises = [
+            twin.now_C - first_C
+            for name in guard.ambient
+            if (twin := self._sensors.get(name)) and (first_C := twin.first_C) is not None
+        ]
+        most = most_J_per_K(guard.capacity_J_per_K)
+        return Heat(self._absorbed_J, air_C, max(rises, default=0.0), most, COOLS_S, lag_s)
 
     def _air_C(self, guard: WiringGuard) -> float:  # noqa: N802
         firsts = [
@@ -255,6 +273,16 @@ class HeatJudge:
         return _doubt("follows the specimen", name, f"{text}: it lies on the specimen", rose_K, ROOM_K)
 
 
+def most_J_per_K(stated: float | None) -> float | None:  # noqa: N802 - the unit keeps its capital
+    """Return the most that a specimen's heat capacity may be [J/K]; None where nothing is stated of it."""
+    return CAPACITY_TIMES * stated if stated else None
+
+
+def believed_lag_s(stated_s: float | None) -> float:
+    """Return the longest lag of a sensor that is believed, where so much is stated of it [s]."""
+    return max(LEAST_LAG_S, LAG_TIMES * (stated_s or 0.0))
+
+
 def _since(sensor: _Sensor, at_s: float) -> list[tuple[float, float]]:
     """Return the newest readings, back to an instant."""
     found: list[tuple[float, float]] = []
@@ -279,6 +307,15 @@ def _same_s(sensor: _Sensor) -> float:
 def _swapped(one: str, other: str, text: str) -> Doubt:
     setting = f"[[temperature.sensor]] role and rom of “{one}” and “{other}”"
     return Doubt("swapped", f"{one}, {other}", one, setting, f"{text}: they are swapped", unit="K")
+
+
+def _stopped(name: str, reading_C: float, still: Still) -> Doubt:
+    text = (
+        f"{name} has shown {reading_C:.2f} °C for {still.since_s:.0f} s, while the specimen absorbed "
+        f"{still.heat_J / 1e3:.1f} kJ, by which it warms by {still.must_K:.1f} K at least; before, it rose "
+        f"by {still.rise_K:.1f} K with {still.of_J / 1e3:.1f} kJ: it stands still"
+    )
+    return _doubt("still", name, text, 0.0, still.must_K)
 
 
 def _doubt(kind: Kind, name: str, text: str, value: float, limit: float) -> Doubt:

@@ -8,10 +8,12 @@ from dataclasses import replace
 from daq.guards import Trip
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, doubt_trip
+from daq.wiring.exchanged import with_the_position
 from daq.wiring.facts import WiringGuard
 from daq.wiring.force_band import ForceJudge
 from daq.wiring.forces import TwoForcesJudge
 from daq.wiring.heat import HeatJudge
+from daq.wiring.leapt import leapt
 from daq.wiring.piston import PistonJudge
 from daq.wiring.points import KEPT_S, Points
 from daq.wiring.scene import Scene
@@ -150,10 +152,23 @@ class WiringWatch:
         scene = Scene(self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
         if guard.motion == "all":
             yield self._forces.look(scene)
-        yield self._piston.look(scene)
+        yield self._told(self._piston.look(scene))
         if self._piston.suspected:
             return
         # The piston's own judge needs so long, and is looked at first.
         if guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S:
             yield self._force.look(scene)
-            yield self._wires.look(scene)
+            yield self._told(self._wires.look(scene))
+
+    def _told(self, doubt: Doubt | None) -> Doubt | None:
+        """Return a doubt of a way, or what it comes from: an exchange, or a position that leapt."""
+        points = self._points
+        if doubt is None or points is None or doubt.kind == "swapped":
+            return doubt
+        told, own, force = (points.column(name) for name in ("command", "position", "force"))
+        more = ""
+        if doubt.sensor == "position" and told is not None and own is not None and force is not None:
+            exchanged, more = with_the_position(points.last(LOOKED_BACK_S), told, own, force)
+            if exchanged is not None:
+                return exchanged
+        return leapt(points) or replace(doubt, text=doubt.text + more)

@@ -13,13 +13,15 @@ from daq.scaling import ScaledBlock
 from daq.wiring.facts import WiringGuard
 from daq.wiring.heat import HeatJudge
 from daq.wiring.parted import farther
-from tests.daq.wiring_bench import Case, Signals, signals_of
+from tests.daq.wiring_bench import Case, Signals, exchanged, judge, scaled, signals_of
 from tests.daq.wiring_kinds import plain_case
 from tests.daq.wiring_later import LATER_ON, judged, rough_alarms
 
 ALWAYS = (
     "force_2 freezes, unloading", "force_2 freezes in a sine", "force +5 kN, loading",
     "force −5 kN in a sine", "force_2 +5 kN, loading", "force half as much at once", "piston 0.5 s late",
+    "piston slips by 8 mm, loading", "piston slips by −8 mm, loading", "piston slips by 8 mm, unloading",
+    "piston 1.1 times at once, loading", "piston 1.1 times at once, unloading",
     "wire 0.5 s late", "wires 0.3 s late", "wires 0.8 s late",
 )  # fmt: skip
 
@@ -54,6 +56,41 @@ def test_and_on_stands_at_random(name: str, seed: int) -> None:
     verdict, _ = judged(LATER_ON[name], signals)
     assert verdict.trip is not None
     assert verdict.trip.sensor == LATER_ON[name].sensor, verdict.trip.reason
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("piston slips by 8 mm, unloading", "leapt by +8.0 mm"),
+        ("piston slips by −8 mm, loading", "leapt by -8.0 mm"),
+        ("piston 1.1 times at once, loading", "changed to 1.10 times"),
+    ],
+)
+def test_a_position_that_leaps_is_told_with_its_millimetres_and_not_as_late(name: str, words: str) -> None:
+    verdict, _ = judged(LATER_ON[name], usual())
+    assert verdict.trip is not None
+    assert words in verdict.trip.reason
+    assert "late" not in verdict.trip.reason
+    assert "delay_s" not in verdict.trip.setting
+
+
+def test_force_and_position_with_each_others_inputs_are_named_once_they_move() -> None:
+    signals = signals_of(Case(counted=False))
+    trip = judge(exchanged("force", "position")(signals)).trip
+    assert trip is not None
+    assert (trip.sensor, trip.doubt) == ("force, position", "swapped")
+    standing = judge(exchanged("force", "position")(usual())).trip
+    assert standing is not None
+    assert standing.sensor == "position"
+    assert "if it stays so in motion, they are exchanged" in standing.reason
+
+
+@pytest.mark.parametrize("counted", [True, False])
+def test_a_wire_in_inches_is_named_by_its_scale_once_it_moves(counted: bool) -> None:
+    trip = judge(scaled("stroke_1", by=25.4)(signals_of(Case(counted=counted)))).trip
+    assert trip is not None
+    assert (trip.sensor, trip.doubt) == ("stroke_1", "scale")
+    assert "inches" in trip.reason
 
 
 def test_holes_stalls_hum_and_slow_amplifiers_are_no_doubt() -> None:

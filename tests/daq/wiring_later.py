@@ -100,6 +100,16 @@ def _late(by_s: float, *names: str) -> Later:
     return Later(comes_late(*names, by_s=by_s), begun, ", ".join(names), ("delay",), "delay_s", by_s + 1.2)
 
 
+def _slips(by_mm: float, when: When) -> Later:
+    wrong = lambda from_s: scaled("position", plus=by_mm, from_s=from_s)  # noqa: E731
+    return Later(wrong, when, "position", ("slipped",), "calibration", 1.0)
+
+
+def _rescaled(by: float, when: When) -> Later:
+    wrong = lambda from_s: scaled("position", by=by, from_s=from_s)  # noqa: E731
+    return Later(wrong, when, "position", ("slipped", "scale"), "calibration", 7.0)
+
+
 LATER_ON: Mapping[str, Later] = {
     "force_2 freezes, loading": _frozen("force_2", loading),
     "force_2 freezes, unloading": _frozen("force_2", unloading),
@@ -119,6 +129,11 @@ LATER_ON: Mapping[str, Later] = {
     ),
     "piston 0.5 s late": _late(0.5, "position"),
     "piston 0.2 s late": _late(0.2, "position"),
+    "piston slips by 8 mm, loading": _slips(8.0, loading),
+    "piston slips by −8 mm, loading": _slips(-8.0, loading),
+    "piston slips by 8 mm, unloading": _slips(8.0, unloading),
+    "piston 1.1 times at once, loading": _rescaled(1.1, loading),
+    "piston 1.1 times at once, unloading": _rescaled(1.1, unloading),
     "wire 0.3 s late": _late(0.3, "stroke_1"),
     "wire 0.5 s late": _late(0.5, "stroke_2"),
     "wires 0.3 s late": _late(0.3, "stroke_1", "stroke_2"),
