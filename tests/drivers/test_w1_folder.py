@@ -27,12 +27,13 @@ def settings() -> TemperatureSettings:
     return stand.temperature
 
 
-def put(root: Path, rom: str, text: str) -> None:
+def put(root: Path, rom: str, text: str, name: str = "w1_slave") -> None:
+    """Show a text as the kernel does: who reads sees the old one or the new one, never a part."""
     folder = root / rom
     folder.mkdir(exist_ok=True)
     fresh = folder / "fresh"
     fresh.write_text(text, encoding="ascii")
-    fresh.rename(folder / "w1_slave")
+    fresh.rename(folder / name)
 
 
 @pytest.fixture

@@ -119,7 +119,7 @@ class Folder:
     def silence(self, index: int, *, lasts: bool) -> None:
         if lasts:
             put(self._root, ROMS[index], "")
-            (self._root / ROMS[index] / "temperature").write_text("", encoding="ascii")
+            put(self._root, ROMS[index], "", "temperature")
         else:
             self._write(index)
 
@@ -133,7 +133,7 @@ class Folder:
         pad = self._pads[index]
         put(self._root, ROMS[index], w1_text(pad))
         shown = int.from_bytes(pad[:2], "little", signed=True) * 1000 // 16
-        (self._root / ROMS[index] / "temperature").write_text(f"{shown}\n", encoding="ascii")
+        put(self._root, ROMS[index], f"{shown}\n", "temperature")
 
     def _convert(self) -> None:
         if self._bulk.read_bytes().startswith(TRIGGER):
