@@ -16,7 +16,7 @@ from daq.wiring.piston import PistonJudge
 from daq.wiring.points import KEPT_S, Points
 from daq.wiring.scene import Scene
 from daq.wiring.stretch import Stretch
-from daq.wiring.tripped import LOOKED_BACK_S, tripped_by
+from daq.wiring.tripped import LOOKED_BACK_S, Limited, tripped_by, until_limit
 from daq.wiring.wires import WireJudge
 
 LEAST_POINTS = 10
@@ -99,8 +99,14 @@ class WiringWatch:
                 trips.append(doubt_trip(doubt, guard.action, block.received_s, time_us))
         return trips
 
-    def explained(self, guard: WiringGuard, trip: Trip, specimen_C: float | None = None) -> Trip:
-        """Return the trip of a channel's limit, or where the wiring has led to it, a doubt with it.
+    def explained(
+        self,
+        guard: WiringGuard,
+        trip: Trip,
+        specimen_C: float | None = None,
+        limited: Limited | None = None,
+    ) -> Trip:
+        """Return the trip of a limit, or where the wiring has led to it, a doubt with it.
 
         Parameters
         ----------
@@ -109,6 +115,8 @@ class WiringWatch:
             Of a guard that believes its signal.
         specimen_C : float, optional
             Of the warmest thermometer on the specimen [°C].
+        limited : str, optional
+            What the controller's own limit was of, where that has tripped: it has no value of a sample.
         """
         if self._points is None or guard.motion == "none":
             return trip
@@ -118,7 +126,12 @@ class WiringWatch:
         values = {name: newest[:, column] for column, name in enumerate(self._points.names, start=1)}
         stretch = Stretch(newest[:, 0], values, *self._forces.second(LOOKED_BACK_S))
         zeros_mm = {} if self._counted else self._wires.rest_mm
-        doubt = tripped_by(guard, trip, stretch, zeros_mm, specimen_C)
+        asked = trip
+        if limited is not None:
+            stretch = until_limit(stretch, limited)
+            greatest_kN = float(stretch.values["force"][-1]) if "force" in values else None
+            asked = replace(trip, guard=limited, value=greatest_kN, limit=None)
+        doubt = tripped_by(guard, asked, stretch, zeros_mm, specimen_C)
         if doubt is None:
             return trip
         own = doubt_trip(doubt, guard.action, trip.at_s, trip.time_us)
