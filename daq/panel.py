@@ -291,6 +291,25 @@ class GuardPanel:
         ):
             self.latch(trip)
 
+    def look_once_more(self, at_s: float) -> bool:
+        """Ask the judges of the wiring what they have not looked at yet, as a motion has ended.
+
+        Parameters
+        ----------
+        at_s : float
+            Host stand time [s].
+
+        Returns
+        -------
+        bool
+            Whether one of them has begun to doubt, and will know from what comes next.
+        """
+        if self.guards.wiring is None:
+            return False
+        for trip in self._wiring.look_once_more(self.guards.wiring, self.latest_temperatures(), at_s):
+            self.latch(trip)
+        return self._wiring.begun
+
     def _observe_heating(self, block: ScaledBlock) -> None:
         for guard in self.guards.heating:
             if guard.stream == block.stream:

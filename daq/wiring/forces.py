@@ -83,8 +83,18 @@ class TwoForcesJudge:
         self._rests = Rests()
         self._due_s = -np.inf
         self._farthest_mm = 0.0
+        self._counted = False
         self.latest_kN: float | None = None
         """Newest value of force_2."""
+
+    @property
+    def begun(self) -> bool:
+        """Whether something has begun to look wrong, and more looks will tell: both differ now."""
+        if not self._first or not self._second:
+            return False
+        now_kN = self._first.newest_kN, self._second.newest_kN
+        apart = abs(now_kN[0] - now_kN[1]) > may_differ_kN(*now_kN, counted=self._counted)
+        return apart or self._lasting.begun or self._unlike.begun
 
     def take_first(self, block: ScaledBlock, delay_s: float, *, device_clock: bool) -> None:
         """Take a block of the controller."""
@@ -115,6 +125,7 @@ class TwoForcesJudge:
         self, scene: Scene
     ) -> Doubt | None:
         """Return what is wrong with one of the forces, None if nothing is."""
+        self._counted = scene.counted
         if not self._first or not self._second:
             return None
         until_s = min(self._first.newest_s, self._second.newest_s)

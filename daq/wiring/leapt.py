@@ -57,7 +57,7 @@ def leapt(guard: WiringGuard, stretch: Stretch) -> Doubt | None:
         f"force leaps from {leap.from_kN:+.1f} to {leap.to_kN:+.1f} kN within {leap.in_s:.2f} s, in which "
         f"the piston goes {leap.way_mm:.2f} mm: that is more than the machine's own stiffness allows, its "
         + ("sign" if turned else "scale" if look else "scale, zero or wire")
-        + " has changed"
+        + " is wrong, or has changed"
         + (f" ({look})" if look else "")
     )
     kind: Kind = "sign" if turned else "scale" if look else "disagrees"

@@ -92,11 +92,38 @@ class WiringWatch:
         else:
             doubts = self._motion(guard, block, temperatures_C, device_clock=device_clock)
         time_us = int(block.time_us[-1]) if len(block) else None
+        return self._said_once(guard, doubts, block.received_s, time_us)
+
+    def look_once_more(
+        self, guard: WiringGuard, temperatures_C: Mapping[str, float], at_s: float
+    ) -> list[Trip]:
+        """Judge what has come since the last look: a motion has ended, and the next look may be too late.
+
+        Parameters
+        ----------
+        guard, temperatures_C
+            As of :meth:`observe`.
+        at_s : float
+            Host stand time [s].
+        """
+        if guard.motion == "none" or self._points is None or not self._points.take_rest():
+            return []
+        return self._said_once(guard, self._judge(guard, self._points, temperatures_C), at_s)
+
+    @property
+    def begun(self) -> bool:
+        """Whether a judge has begun to doubt, and needs more looks to be sure."""
+        judges = (self._piston, self._force, self._forces, self._wires)
+        return self._judging and any(judge.begun for judge in judges)
+
+    def _said_once(
+        self, guard: WiringGuard, doubts: Iterable[Doubt | None], at_s: float, time_us: int | None = None
+    ) -> list[Trip]:
         trips = []
         for doubt in doubts:
             if doubt is not None and (doubt.sensor, doubt.kind) not in self._said:
                 self._said.add((doubt.sensor, doubt.kind))
-                trips.append(doubt_trip(doubt, guard.action, block.received_s, time_us))
+                trips.append(doubt_trip(doubt, guard.action, at_s, time_us))
         return trips
 
     def explained(
@@ -157,16 +184,20 @@ class WiringWatch:
         if not self._points.take(block):
             return
         self._heat.work(self._points)
-        if not self._judging:
-            return
+        if self._judging:
+            yield from self._judge(guard, self._points, temperatures_C)
+
+    def _judge(
+        self, guard: WiringGuard, points: Points, temperatures_C: Mapping[str, float]
+    ) -> Iterable[Doubt | None]:
         own = [temperatures_C[name] for name in guard.specimen if name in temperatures_C]
-        scene = Scene(self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
+        scene = Scene(points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
         if guard.motion == "all":
             yield self._forces.look(scene)
         yield self._piston.look(scene)
         if self._piston.suspected:
             return
         # The piston's own judge needs so long, and is looked at first.
-        if guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S:
+        if guard.motion == "all" and points.span_s >= LEAST_SPAN_S:
             yield self._force.look(scene)
             yield self._wires.look(scene)
