@@ -270,6 +270,8 @@ class GuardPanel:
             self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
             if trip is not None:
                 self.latch(self._explained(trip))
+                if trip.action > Action.NOTE:
+                    self._tripped.add(trip.guard)  # under whichever name, the same limit is said once
 
     def _explained(self, trip: Trip, limited: Limited | None = None) -> Trip:
         """Return a trip with what the wiring says of it: it may have come from a signal that is none."""

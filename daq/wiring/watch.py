@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from daq.guards import Trip
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, doubt_trip
@@ -36,6 +38,7 @@ class WiringWatch:
         self._counted = False
         self._heat = HeatJudge()
         self._said: set[tuple[str, str]] = set()
+        self._doubted_s: dict[str, float] = {}
         self._points: Points | None = None
         self._judging = False
         self._begin()
@@ -90,7 +93,8 @@ class WiringWatch:
             self._forces.take_second(block, guard.delays_s.get("force_2", 0.0))
             return []
         else:
-            doubts = self._motion(guard, block, temperatures_C, device_clock=device_clock)
+            motion = self._motion(guard, block, temperatures_C, device_clock=device_clock)
+            doubts = self._causes(motion, block.received_s)
         time_us = int(block.time_us[-1]) if len(block) else None
         return self._said_once(guard, doubts, block.received_s, time_us)
 
@@ -108,7 +112,8 @@ class WiringWatch:
         """
         if guard.motion == "none" or self._points is None or not self._points.take_rest():
             return []
-        return self._said_once(guard, self._judge(guard, self._points, temperatures_C), at_s)
+        doubts = self._causes(self._judge(guard, self._points, temperatures_C), at_s)
+        return self._said_once(guard, doubts, at_s)
 
     @property
     def begun(self) -> bool:
@@ -119,12 +124,29 @@ class WiringWatch:
     def _said_once(
         self, guard: WiringGuard, doubts: Iterable[Doubt | None], at_s: float, time_us: int | None = None
     ) -> list[Trip]:
+        """Return the trips of doubts of one look that were not said yet."""
         trips = []
         for doubt in doubts:
             if doubt is not None and (doubt.sensor, doubt.kind) not in self._said:
                 self._said.add((doubt.sensor, doubt.kind))
                 trips.append(doubt_trip(doubt, guard.action, at_s, time_us))
         return trips
+
+    def _causes(self, doubts: Iterable[Doubt | None], at_s: float) -> list[Doubt]:
+        """Return the doubts of one look without those that another one explains.
+
+        Exchanged inputs make each of both look wrong; and while the judges' memory holds what was wrong of a
+        sensor, whatever else they doubt in which it has a part comes of that.
+        """
+        causes = []
+        found = [doubt for doubt in doubts if doubt is not None]
+        for doubt in sorted(found, key=lambda one: one.kind != "swapped"):
+            sensors = doubt.sensor.split(", ")
+            explained = any(at_s - self._doubted_s.get(one, -np.inf) < KEPT_S for one in sensors)
+            if not explained:
+                causes.append(doubt)
+            self._doubted_s.update(dict.fromkeys(sensors, at_s))
+        return causes
 
     def explained(
         self,
@@ -161,6 +183,7 @@ class WiringWatch:
         doubt = tripped_by(guard, asked, stretch, zeros_mm, specimen_C)
         if doubt is None:
             return trip
+        self._doubted_s.update(dict.fromkeys(doubt.sensor.split(", "), trip.at_s))
         own = doubt_trip(doubt, guard.action, trip.at_s, trip.time_us)
         reason = f"{own.reason}; {trip.reason}"
         return replace(own, action=max(own.action, trip.action), reason=reason)

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from daq.guards import Trip
 from daq.scaling import ScaledBlock
 from daq.wiring import WiringWatch
 from tests.daq.wiring_bench import Case, Signals, guard_of, judge, scaled, signals_of
+from tests.daq.wiring_kinds import WIRED
 
 UNKNOWN = Case(knows_model=False, second=False, sines=())
 """No model, no second force, one slow stroke."""
@@ -59,15 +61,13 @@ def test_a_force_that_jumps_as_the_specimen_goes_back_is_not_late() -> None:
     assert "late" not in trip.reason
 
 
-# --- the end of a motion --------------------------------------------------------------------------------
-
-
-def told_or_begun(signals: Signals, end_s: float) -> bool:
-    """Return whether signals up to a moment are doubted, or begin to be: in short blocks, and once more."""
-    watch, guard = WiringWatch(), guard_of(signals)
-    watch.rebase(counted=True)
+def seen(signals: Signals, end_s: float = np.inf) -> tuple[WiringWatch, list[Trip]]:
+    """Return what has judged signals up to a moment, in blocks of 0.03 s, and all that it said."""
+    watch, guard, trips = WiringWatch(), guard_of(signals), []
+    if signals.case.counted:
+        watch.rebase(counted=True)
+    end_s = min(end_s, float(signals.time_s[-1]))
     for begin_s in np.arange(0.0, end_s, 0.03):
-        trips = []
         for stream, time_s, values in (
             ("controller", signals.time_s, signals.values),
             ("amplifier", signals.second_s, {"force_2": signals.second_kN}),
@@ -79,9 +79,30 @@ def told_or_begun(signals: Signals, end_s: float) -> bool:
                 block = ScaledBlock(stream, 0, stamps, part, 0, begin_s + 0.03)
                 of_controller = stream == "controller"
                 trips += watch.observe(guard, block, {}, controller=of_controller, device_clock=True)
-        assert not trips
-    told = watch.look_once_more(guard, {}, end_s)
-    return bool(told) or watch.begun
+    return watch, trips
+
+
+@pytest.mark.parametrize("counted", [True, False])
+@pytest.mark.parametrize("name", ["force and wire exchanged", "force: 0.8 s late", "force: zero 5 kN off"])
+def test_what_is_wrong_with_a_force_is_said_once_and_nothing_else_beside_it(name: str, counted: bool) -> None:
+    kind = WIRED[name]
+    signals = kind.wrong(signals_of(Case(counted=counted, sines=())))
+    trips = seen(signals)[1]
+    first = trips[0]
+    assert set(kind.sensors[0].split(", ")) <= set(
+        first.sensor.split(", ")
+    )  # of a zero, both without a touch
+    assert [trip.sensor for trip in trips if trip.at_s < first.at_s + 2.0] == [first.sensor]
+
+
+# --- the end of a motion --------------------------------------------------------------------------------
+
+
+def told_or_begun(signals: Signals, end_s: float) -> bool:
+    """Return whether signals up to a moment are doubted once they are looked at once more, or begin to be."""
+    watch, trips = seen(signals, end_s)
+    assert not trips
+    return bool(watch.look_once_more(guard_of(signals), {}, end_s)) or watch.begun
 
 
 @pytest.mark.parametrize(("name", "by"), [("force", 3.0), ("force_2", 0.5)])
