@@ -448,7 +448,11 @@ class Acquisition:
         self._looked_long = self._status_took_s > LONG_LOOK_S
         self._age_s = _age_s(self._status.tick_us, self._device_us)
         self._device_us_at_look = self._device_us or 0
-        self.panel.judge(self._status, now_s, wall_s)
+        try:
+            if self.panel.has_limited(status):  # it has stopped already: what led to it says why
+                self._read_controller()
+        finally:
+            self.panel.judge(status, now_s, wall_s)
         self._judge_status_force(status.force_kN, now_s, wall_s)
         if not self._waited_for:
             age_s = None if self._age_s is None else self._age_s / self._speed(now_s, wall_s)

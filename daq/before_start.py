@@ -9,6 +9,7 @@ from pathlib import Path
 from daq.acquisition import Acquisition
 from daq.scaling import STROKE_WIRES
 from daq.wiring.doubt import Doubt, channel_setting
+from daq.wiring.two_at_rest import doubt_at_rest
 from foundation.specimen import Specimen
 from foundation.zero import Zero
 from protocols.steps import PlannedStep
@@ -28,8 +29,10 @@ SEALING_FACTOR = 1.5
 """Room for the plan's samples, and for the largest run twice."""
 
 
-LOOKED_AT = ("force", "position", *STROKE_WIRES)
-"""Channels of the controller whose mean at rest is looked at."""
+LOOKED_AT = ("force", "force_2", "position", *STROKE_WIRES)
+"""Channels whose mean at rest is looked at."""
+FORCES = ("force", "force_2")
+"""The ways to the force."""
 ALIKE_MM = 2.0
 """Wires that are off by as much as each other, or as the piston, to within this are so for one reason."""
 
@@ -100,6 +103,29 @@ def zero_trouble(force_kN: float, most_kN: float, *, tared: bool = False) -> tup
     if tared:
         return f"{text}: it will be taken off when first contact is touched off", False
     return f"{text}: every force of this campaign is off by that; set the zero", False
+
+
+def forces_doubt(rest: Mapping[str, float], zero: Zero | None, most_kN: float) -> Doubt | None:
+    """Return the doubt of two ways to the force that do not agree at rest, None where they do.
+
+    Parameters
+    ----------
+    rest : mapping of str to float
+        Means at rest, without any zero [kN].
+    zero : Zero or None
+        What is subtracted from them.
+    most_kN : float
+        A force of more than this refuses the start, which is said.
+    """
+    own = {name: rest[name] - (0.0 if zero is None else zero.value(name)) for name in FORCES if name in rest}
+    if "force" not in own:
+        return None
+    over = abs(own["force"]) > most_kN
+    more = " at rest with the valve off" + (
+        f", more than zero_force_max_kN = {most_kN:g} kN," if over else ""
+    )
+    counted = zero is not None and all(zero.of(name) is not None for name in FORCES)
+    return doubt_at_rest(own["force"], own.get("force_2"), counted=counted, more=more)
 
 
 def stroke_trouble(rest: Mapping[str, float], zero: Zero | None, table: ZeroTable, *, touched: bool) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from daq.guards import Action, Trip
 from daq.scaling import ScaledBlock
+from daq.wiring.tripped import Limited
 from drivers.cia402 import RESET_FORCE_MAX_KN
 from drivers.in_use import SWITCHED_ON
 from drivers.interfaces import ControllerStatus, EndReason, MotionState
@@ -16,6 +18,8 @@ WATCHDOG_FAULT = 1
 FORCE_LIMIT_FAULT, STROKE_LIMIT_FAULT = 2, 3
 DEVICE_LIMIT_FAULTS = (FORCE_LIMIT_FAULT, STROKE_LIMIT_FAULT)
 """Faults that say no more than that a limit which was set in the device was reached."""
+LIMITED: Mapping[int, Limited] = {FORCE_LIMIT_FAULT: "force", STROKE_LIMIT_FAULT: "stroke"}
+"""… and what of: it believes its signals as a guard does."""
 FAULT_IS_OVER = (MotionState.FAULT, MotionState.OFF, MotionState.READY)
 """States of a controller that shows a fault and has taken the force away: its valve is off."""
 
@@ -64,6 +68,13 @@ class ControllerMemory:
     """Whether this program has its valve on; None while that changes, and before."""
     valve_differs: bool = False
     """Whether the last snapshot showed otherwise."""
+
+
+def new_limit(memory: ControllerMemory, status: ControllerStatus) -> Limited | None:
+    """Return what a limit of the device was of that a snapshot shows for the first time; None without one."""
+    limited = LIMITED.get(status.fault_code)
+    old = memory.heartbeat is None or memory.forgiven == status.fault_code
+    return None if old else limited
 
 
 def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:

@@ -16,6 +16,7 @@ from daq.before_start import (
     delivery_trouble,
     disk_trouble,
     first_look,
+    forces_doubt,
     specimen_gaps,
     stroke_trouble,
     wires_doubt,
@@ -303,12 +304,22 @@ class Opening:
             raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
         if touched and (why := apart_trouble(rest, self._apart_mm())):
             raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
+        self._judge_force(rest, zero, touched=touched)
+
+    def _judge_force(self, rest: Mapping[str, float], zero: Zero | None, *, touched: bool) -> None:
+        """Refuse to begin under a force, or where one of two shows one that the other one does not."""
+        most_kN, action = self.table.zero_force_max_kN, ACTIONS[self.table.action.wiring]
         force_kN = rest.get("force", 0.0) - (0.0 if zero is None else zero.value("force"))
-        why, refused = zero_trouble(force_kN, self.table.zero_force_max_kN, tared=touched)
+        why, refused = zero_trouble(force_kN, most_kN, tared=touched)
+        doubt = forces_doubt(rest, zero, most_kN)
+        trip = None if doubt is None else doubt_trip(doubt, action, self.clock.now_s())
+        if refused and trip is not None and action is not Action.NOTE:
+            raise Halt(trip)
         if refused:
             raise Halt(trip_at(self.clock, "zero", why, device_fault=False))
-        if why:
-            self.showing.message(f"WARNING: {why}")
+        for text in (why, "" if trip is None else trip.reason):
+            if text:
+                self.showing.message(f"WARNING: {text}")
 
     def _wiring(self) -> WiringGuard:
         """Return what the signals are held against."""

@@ -14,6 +14,7 @@ from daq.controller_guard import (
     evaluate_controller_silence,
     evaluate_gap,
     evaluate_status,
+    new_limit,
 )
 from daq.frozen_guard import FrozenGuard, FrozenMemory, evaluate_frozen
 from daq.guards import (
@@ -45,6 +46,7 @@ from daq.temperature_guard import (
     evaluate_silence,
 )
 from daq.wiring import Compared, WiringGuard, WiringWatch
+from daq.wiring.tripped import Limited
 from drivers.interfaces import ControllerStatus, SensorFault
 
 CONTROLLER_STREAM = "controller"
@@ -268,14 +270,16 @@ class GuardPanel:
             self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
             if trip is not None:
                 self.latch(self._explained(trip))
+                if trip.action > Action.NOTE:
+                    self._tripped.add(trip.guard)  # under whichever name, the same limit is said once
 
-    def _explained(self, trip: Trip) -> Trip:
+    def _explained(self, trip: Trip, limited: Limited | None = None) -> Trip:
         """Return a trip with what the wiring says of it: it may have come from a signal that is none."""
         wiring = self.guards.wiring
         if wiring is None or wiring.action is Action.NOTE or self._trip is not None:
             return trip
         own = [value for name, value in self.latest_temperatures().items() if name in wiring.specimen]
-        return self._wiring.explained(wiring, trip, max(own, default=None))
+        return self._wiring.explained(wiring, trip, max(own, default=None), limited)
 
     def _observe_wiring(self, block: ScaledBlock) -> None:
         if self.guards.wiring is None:
@@ -288,6 +292,25 @@ class GuardPanel:
             device_clock=self.guards.controller.own_clock,
         ):
             self.latch(trip)
+
+    def look_once_more(self, at_s: float) -> bool:
+        """Ask the judges of the wiring what they have not looked at yet, as a motion has ended.
+
+        Parameters
+        ----------
+        at_s : float
+            Host stand time [s].
+
+        Returns
+        -------
+        bool
+            Whether one of them has begun to doubt, and will know from what comes next.
+        """
+        if self.guards.wiring is None:
+            return False
+        for trip in self._wiring.look_once_more(self.guards.wiring, self.latest_temperatures(), at_s):
+            self.latch(trip)
+        return self._wiring.begun
 
     def _observe_heating(self, block: ScaledBlock) -> None:
         for guard in self.guards.heating:
@@ -309,8 +332,20 @@ class GuardPanel:
 
     def judge(self, status: ControllerStatus, at_s: float, wall_s: float) -> None:
         """Judge a snapshot of the controller."""
+        limited = self.has_limited(status)
         self._controller, trip = evaluate_status(self._controller, status, at_s, wall_s)
-        self._take(trip)
+        if trip is not None and limited is not None:
+            self.latch(self._explained(trip, limited))
+            self._tripped.add(trip.guard)  # under whichever name, the same fault is said once
+        else:
+            self._take(trip)
+
+    def has_limited(self, status: ControllerStatus) -> Limited | None:
+        """Return what a limit of the device's own was of that has just ended a motion; None without one.
+
+        The samples that led to it are to be observed before it is judged: they say whether it was the wiring.
+        """
+        return None if self._trip is not None else new_limit(self._controller, status)
 
     @property
     def old_fault(self) -> int | None:

@@ -441,7 +441,9 @@ def _exit_status(trip: Trip | None, report: SafeStopReport | None) -> ExitStatus
 
 
 def _too_much_force(trip: Trip) -> bool:
-    """Return whether a trip is the force limit, of the guard or of the device."""
+    """Return whether a trip is the force limit, of the guard or of the device, and not for a wrong signal."""
+    if trip.doubt:
+        return False
     return trip.guard == "force" or fault_text(FORCE_LIMIT_FAULT) in trip.reason
 
 

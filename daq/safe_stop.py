@@ -440,6 +440,8 @@ class SafeStop:
                 line += "emergency stop"
             elif not safe:
                 line += "; NOT SAFE: use the stand's emergency stop"
+            if seen is not None and seen.beside:
+                line += f"; {seen.beside}"
         if self._problems:
             line += f" ({'; '.join(self._problems)})"
         return SafeStopReport(

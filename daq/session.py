@@ -423,6 +423,7 @@ class Session:
         with self._valve_off() if rests_long(step) else nullcontext():
             self._motions(step, motions)
         self._passes.catch_up()  # what was sampled until the last motion's end
+        self._passes.hear_doubts()
         alive.driver.obey()
 
     def _recorder(self, folder: Path, run_id: str, step: PlannedStep) -> Recorder:

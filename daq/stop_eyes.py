@@ -15,6 +15,7 @@ from daq.acquisition import Acquisition
 from daq.let_go import LetGo
 from daq.panel import CONTROLLER_STREAM
 from daq.scaling import ScaledBlock
+from daq.wiring.two_at_rest import apart_at_rest
 from foundation.channel import Channel
 
 WINDOW_S = 0.015
@@ -62,6 +63,8 @@ class ForceSeen:
         Other channels of force that show another one, with what they show.
     broken : tuple of str
         Channels of force that show what cannot be.
+    beside : str
+        That both ways to the force do not agree, and where to look; empty where they do.
     """
 
     force_kN: float
@@ -69,6 +72,7 @@ class ForceSeen:
     tared: bool
     other_kN: tuple[tuple[str, float], ...] = ()
     broken: tuple[str, ...] = ()
+    beside: str = ""
 
     @property
     def source(self) -> str:
@@ -306,12 +310,15 @@ class StopEyes:
             return None
         best = min(true, key=lambda name: true[name][0])  # the controller's own where they are equal
         best_kN = true[best][1]
+        tared = zero is not None and all(zero.of(name) is not None for name in true)
+        first, second = (true.get(name, (0.0, None))[1] for name in ("force", "force_2"))
         return ForceSeen(
             best_kN,
             best,
             zero is not None and zero.of(best) is not None,
             tuple((name, kN) for name, (_, kN) in true.items() if abs(kN - best_kN) > APART_KN),
             tuple(shown.keys() - true.keys()),
+            "" if first is None else apart_at_rest(first, second, counted=tared),
         )
 
     def stroke_mm(self) -> float | None:

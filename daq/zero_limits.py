@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from daq.scaling import STROKE_WIRES
+from daq.wiring.two_at_rest import apart_at_rest
 from foundation.zero import Zero
 from protocols.zero_table import ZeroTable
 
@@ -88,11 +89,21 @@ def zero_refusal(zero: Zero, table: ZeroTable, limits: ZeroLimits) -> str:
     force_kN = zero.value("force")
     if not abs(force_kN) <= limits.force_kN:  # true for NaN, too
         most = _most(names.force, limits.force_kN, "kN")
+        beside = forces_apart(zero)
         return (
-            f"the force reads {force_kN:+.2f} kN at rest, more than {most}: unload the specimen, or set the "
-            "zero of transducer or calibration"
+            f"the force reads {force_kN:+.2f} kN at rest, more than {most}: "
+            + (f"{beside}; where the specimen bears one: " if beside else "")
+            + "unload the specimen, or set the zero of transducer or calibration"
         )
     return ""
+
+
+def forces_apart(zero: Zero) -> str:
+    """Return that force and force_2 do not agree at rest, empty where they do or one of them is not there."""
+    first, second = zero.of("force"), zero.of("force_2")
+    if first is None or second is None:
+        return ""
+    return apart_at_rest(first.value, second.value, counted=False)
 
 
 def wires_apart(zero: Zero, most_mm: float) -> str:

@@ -14,8 +14,9 @@ import numpy as np
 
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, Kind, channel_setting
+from daq.wiring.leapt_force import leapt
 from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene
-from daq.wiring.stretch import Floats, noise_of
+from daq.wiring.stretch import Floats, Stretch, noise_of
 from foundation.likeness import likeness
 
 FROM_MM, UNCOUNTED_MM = 2.5, 2.5
@@ -32,7 +33,11 @@ BESIDE_KN = 1.0
 """What friction of the guides and zeros add."""
 TURNED_MM, RISES_KN, RISES_SHARE = 0.8, 2.5, 0.02
 """A specimen that goes back by this pushes no more than at the turn: more force than that is a late one."""
+LEAP_S, AT_ONCE = 0.025, 0.7
+"""… unless so much of its rise comes within two points: that is a jump."""
 TURN_WINDOW_S = 3.0
+LEAPT_S = 0.6
+"""A leap is looked for in so long a time: what comes before it shows how fast the piston went [s]."""
 FAST_MM, FAST_S = 1.0, 0.02
 """While it moves fast stroke and force need not be of one instant: so much of the way, and this time of the
 speed."""
@@ -62,6 +67,11 @@ class ForceJudge:
         self._first: list[Floats] = []
         self._rest = 0.0, 0.0
         self._early: Doubt | None = None
+
+    @property
+    def begun(self) -> bool:
+        """Whether something has begun to look wrong, and more looks will tell."""
+        return self._lasting.begun or self._freely.begun
 
     def pulls(self, block: ScaledBlock) -> Doubt | None:
         """Return a doubt of the sign, at once: the guard of tension says that it pulls, which it does not."""
@@ -98,7 +108,8 @@ class ForceJudge:
         if scene.counted and (doubt := self._free(scene, force_kN)) is not None:
             return doubt
         return (
-            self._late(scene)
+            self._leaps(scene)
+            or self._late(scene)
             or self._beside_curve(scene, force_kN, low_mm, high_mm)
             or self._turned_early(scene, force_kN, low_mm, high_mm)
         )
@@ -128,6 +139,15 @@ class ForceJudge:
             self._early = _doubt("scale", text, force_kN, most_kN)
         return None
 
+    def _leaps(self, scene: Scene) -> Doubt | None:
+        """Return a doubt where the force has leapt a moment ago by more than the machine lets it."""
+        rows = scene.points.last(LEAPT_S)
+        if len(rows) < 3:
+            return None
+        values = {name: rows[:, column] for column, name in enumerate(scene.points.names, start=1)}
+        doubt = leapt(scene.guard, Stretch(rows[:, 0], values))
+        return doubt if self._lasting.sure("leapt", doubt is not None) else None
+
     def _late(self, scene: Scene) -> Doubt | None:
         """Return a doubt where the force still rises after the specimen has turned back."""
         rows, force = scene.points.last(TURN_WINDOW_S), scene.points.column("force")
@@ -145,6 +165,8 @@ class ForceJudge:
         most_kN = at_kN + RISES_KN + RISES_SHARE * abs(at_kN)
         if not self._lasting.sure("late", turned and now_kN > most_kN):
             return None
+        if (jumped := _jumped_at_once(rows[turn:, 0], rows[turn:, force])) is not None:
+            return jumped
         late_s = float(rows[-1, 0] - rows[turn, 0])
         text = (
             f"force still rises {late_s:.2f} s after the specimen has turned back ({at_kN:.1f} "
@@ -215,6 +237,22 @@ class ForceJudge:
         )
         kind: Kind = "sign" if ratio < -0.3 else "still" if abs(ratio) < 0.03 else "scale"
         return _doubt(kind, text, force_kN, most_kN if above else least_kN)
+
+
+def _jumped_at_once(time: Floats, force: Floats) -> Doubt | None:
+    """Return a doubt of a force that has jumped up since a turn: one that is late rises little by little."""
+    before = np.searchsorted(time, time - LEAP_S)
+    steps = force - force[before]
+    end = int(np.argmax(steps))
+    from_kN, to_kN = float(force[before[end]]), float(force[end])
+    if float(steps[end]) < AT_ONCE * (to_kN - float(force.min())):
+        return None
+    look = likeness(to_kN / from_kN) if from_kN > BESIDE_KN else ""
+    text = (
+        f"force jumps from {from_kN:+.1f} to {to_kN:+.1f} kN within {time[end] - time[before[end]]:.2f} s as "
+        "the specimen goes back: its scale, zero or wire has changed" + (f" ({look})" if look else "")
+    )
+    return _doubt("scale" if look else "disagrees", text, to_kN - from_kN, RISES_KN)
 
 
 def _strokes(scene: Scene) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_
 from daq.wiring.rests import Rests
 from daq.wiring.scene import Lasting, Scene
 from daq.wiring.track import Means, Track, common_instants, has_hole
+from daq.wiring.two_at_rest import APART_KN, APART_SHARE, UNCOUNTED_KN, may_differ_kN
 from foundation.likeness import likeness
 
 Floats = NDArray[np.float64]
@@ -31,8 +32,6 @@ LEAST_WINDOW_S, LEAST_POINTS = 1.0, 10
 """… and over no less than this, with so many instants."""
 TAKEN_KN = 4.0
 """A force that changes by less in the window shows neither scale nor delay."""
-APART_KN, UNCOUNTED_KN, APART_SHARE = 2.0, 3.5, 0.08
-"""At rest both agree within this (their zeros; more where none was found), and this share."""
 GAIN_OFF = 0.12
 """One over the other: 1 to within this."""
 GAIN_KN = 8.0
@@ -84,8 +83,18 @@ class TwoForcesJudge:
         self._rests = Rests()
         self._due_s = -np.inf
         self._farthest_mm = 0.0
+        self._counted = False
         self.latest_kN: float | None = None
         """Newest value of force_2."""
+
+    @property
+    def begun(self) -> bool:
+        """Whether something has begun to look wrong, and more looks will tell: both differ now."""
+        if not self._first or not self._second:
+            return False
+        now_kN = self._first.newest_kN, self._second.newest_kN
+        apart = abs(now_kN[0] - now_kN[1]) > may_differ_kN(*now_kN, counted=self._counted)
+        return apart or self._lasting.begun or self._unlike.begun
 
     def take_first(self, block: ScaledBlock, delay_s: float, *, device_clock: bool) -> None:
         """Take a block of the controller."""
@@ -116,6 +125,7 @@ class TwoForcesJudge:
         self, scene: Scene
     ) -> Doubt | None:
         """Return what is wrong with one of the forces, None if nothing is."""
+        self._counted = scene.counted
         if not self._first or not self._second:
             return None
         until_s = min(self._first.newest_s, self._second.newest_s)
@@ -141,8 +151,7 @@ class TwoForcesJudge:
         most_kN = BEYOND * scene.guard.force_max_kN
         if max(abs(rest.first_kN), abs(rest.second_kN)) > most_kN:
             return None  # saturated, as in look
-        zero_kN = APART_KN if scene.counted else UNCOUNTED_KN
-        least_kN = zero_kN + APART_SHARE * max(abs(rest.first_kN), abs(rest.second_kN))
+        least_kN = may_differ_kN(rest.first_kN, rest.second_kN, counted=scene.counted)
         parted = self._rests.parted(rest, JUMPED * APART_KN, APART_SHARE)
         apart = abs(rest.second_kN - rest.first_kN) > least_kN
         if parted is None and not apart:
@@ -194,12 +203,11 @@ class TwoForcesJudge:
         zero_kN = APART_KN if scene.counted else UNCOUNTED_KN
         taken_kN = max(float(np.ptp(first)), float(np.ptp(second)))
         if taken_kN < TAKEN_KN:
-            apart_kN = float(np.mean(second - first))
-            most_kN = zero_kN + APART_SHARE * max(abs(float(np.mean(first))), abs(float(np.mean(second))))
-            self._lasting.sure("moving", False)
-            if not self._lasting.sure("still", abs(apart_kN) > most_kN):
-                return None
             means = float(np.mean(first)), float(np.mean(second))
+            most_kN = may_differ_kN(*means, counted=scene.counted)
+            self._lasting.sure("moving", False)
+            if not self._lasting.sure("still", abs(means[1] - means[0]) > most_kN):
+                return None
             return self._left(scene, pair, flat=False) or _zero(scene, *means, most_kN, expected_kN)
         self._lasting.sure("still", False)
         fit = _best(pair, zero_kN)

@@ -45,6 +45,11 @@ class PistonJudge:
         self.suspected = False
         """Whether the position was off at the last look: nothing is held against it then."""
 
+    @property
+    def begun(self) -> bool:
+        """Whether something has begun to look wrong, and more looks will tell."""
+        return self._lasting.begun or self._far.begun
+
     def look(self, scene: Scene) -> Doubt | None:
         """Return what is wrong with the position, None if nothing is."""
         command, position = scene.points.column("command"), scene.points.column("position")

@@ -68,6 +68,10 @@ class Points:
             return False
         return self._hand_on()
 
+    def take_rest(self) -> bool:
+        """Hand on what has come since, though it is less than usual; return whether there are new points."""
+        return bool(self._pending) and self._hand_on()
+
     @property
     def span_s(self) -> float:
         """Return how long a time the points cover [s]."""

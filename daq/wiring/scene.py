@@ -91,6 +91,11 @@ class Lasting:
         """Count anew."""
         self._seen.clear()
 
+    @property
+    def begun(self) -> bool:
+        """Whether something is so that has not been for long enough."""
+        return any(0 < seen < self._looks for seen in self._seen.values())
+
     def sure(self, key: str, so: bool) -> bool:
         """Count a look; return whether it has been so for long enough."""
         self._seen[key] = self._seen.get(key, 0) + 1 if so else 0

@@ -47,6 +47,11 @@ class Track:
         """Return the time of its newest sample [s]."""
         return float(self._samples[-1][0, -1])
 
+    @property
+    def newest_kN(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return its newest sample [kN]."""
+        return float(self._samples[-1][1, -1])
+
     def take(self, block: ScaledBlock, moved_s: float) -> None:
         """Take a block, its time stamps moved by so much [s]."""
         time_s = np.asarray(block.time_us * 1e-6 + moved_s, dtype=np.float64)

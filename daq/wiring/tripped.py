@@ -7,6 +7,7 @@ wire is held against the other, which goes with the piston, and the force agains
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 
@@ -15,12 +16,15 @@ from daq.wiring.behind import BACK_S, explained_late_s, late_piston
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.exchanged import exchanged
 from daq.wiring.facts import FRAME_SHARES, STIFFEST_FRAME_KN_PER_MM, WiringGuard
+from daq.wiring.leapt_force import leap_of, leapt
 from daq.wiring.misled import misled
 from daq.wiring.parted import farther
 from daq.wiring.stretch import Floats, Stretch
 from daq.wiring.wires_late import late_wires
 from foundation.likeness import likeness
 
+Limited = Literal["force", "stroke"]
+"""What a device has a limit of its own of."""
 LOOKED_BACK_S = 2.0
 """Why a limit was passed is looked for in so long a time before it [s]."""
 RIGHT_MM, RIGHT_SHARE = 0.8, 0.2
@@ -70,8 +74,30 @@ def tripped_by(
     if trip.guard == "following error":
         return _piston(stretch)
     if trip.guard == "force":
-        return _force(guard, trip, last, specimen_C)
+        return _force(guard, trip, last, specimen_C) or leapt(guard, last)
     return None
+
+
+def until_limit(stretch: Stretch, limited: Limited) -> Stretch:
+    """Return a stretch up to where a channel was greatest: there the device's own limit has ended a motion.
+
+    What comes behind is its release.
+
+    Parameters
+    ----------
+    stretch : Stretch
+        The last seconds.
+    limited : str
+        Whose limit it was.
+    """
+    last = stretch.last(LOOKED_BACK_S)
+    value = last.values.get("force" if limited == "force" else "position")
+    if value is None:
+        return stretch
+    until_s = float(last.time_s[int(np.argmax(np.abs(value)))])
+    rows, second = stretch.time_s <= until_s, stretch.second_s <= until_s
+    values = {name: value[rows] for name, value in stretch.values.items()}
+    return Stretch(stretch.time_s[rows], values, stretch.second_s[second], stretch.second_kN[second])
 
 
 def _leapt_unseen(stretch: Stretch) -> Doubt | None:
@@ -190,7 +216,8 @@ def _force(guard: WiringGuard, trip: Trip, stretch: Stretch, specimen_C: float |
     if not turned and farther(value_kN, beside_kN, expected_kN) == "force_2":
         return None  # the second one is wrong, and the force may be what it reads
     ratio = value_kN / beside_kN if abs(beside_kN) > APART_KN / 2.0 else None
-    look = "" if ratio is None else likeness(ratio)
+    leap = leap_of(guard, stretch)  # of one instant, where the second one may be some hundredths older
+    look = likeness(ratio if leap is None or leap.ratio <= 0.0 else leap.ratio) if ratio else ""
     text = f"force reads {value_kN:+.1f} kN where force_2 reads {beside_kN:+.1f} kN of one transducer"
     if turned:
         text += ": its sign is turned"

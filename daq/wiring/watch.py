@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from daq.guards import Trip
 from daq.scaling import ScaledBlock
 from daq.wiring.doubt import Doubt, doubt_trip
@@ -13,12 +15,12 @@ from daq.wiring.facts import WiringGuard
 from daq.wiring.force_band import ForceJudge
 from daq.wiring.forces import TwoForcesJudge
 from daq.wiring.heat import HeatJudge
-from daq.wiring.leapt import leapt
+from daq.wiring.leapt_position import leapt
 from daq.wiring.piston import PistonJudge
 from daq.wiring.points import KEPT_S, Points
 from daq.wiring.scene import Scene
 from daq.wiring.stretch import Stretch
-from daq.wiring.tripped import LOOKED_BACK_S, tripped_by
+from daq.wiring.tripped import LOOKED_BACK_S, Limited, tripped_by, until_limit
 from daq.wiring.wires import WireJudge
 
 LEAST_POINTS = 10
@@ -38,6 +40,7 @@ class WiringWatch:
         self._counted = False
         self._heat = HeatJudge()
         self._said: set[tuple[str, str]] = set()
+        self._doubted_s: dict[str, float] = {}
         self._points: Points | None = None
         self._judging = False
         self._begin()
@@ -92,17 +95,69 @@ class WiringWatch:
             self._forces.take_second(block, guard.delays_s.get("force_2", 0.0))
             return []
         else:
-            doubts = self._motion(guard, block, temperatures_C, device_clock=device_clock)
+            motion = self._motion(guard, block, temperatures_C, device_clock=device_clock)
+            doubts = self._causes(motion, block.received_s)
         time_us = int(block.time_us[-1]) if len(block) else None
+        return self._said_once(guard, doubts, block.received_s, time_us)
+
+    def look_once_more(
+        self, guard: WiringGuard, temperatures_C: Mapping[str, float], at_s: float
+    ) -> list[Trip]:
+        """Judge what has come since the last look: a motion has ended, and the next look may be too late.
+
+        Parameters
+        ----------
+        guard, temperatures_C
+            As of :meth:`observe`.
+        at_s : float
+            Host stand time [s].
+        """
+        if guard.motion == "none" or self._points is None or not self._points.take_rest():
+            return []
+        doubts = self._causes(self._judge(guard, self._points, temperatures_C), at_s)
+        return self._said_once(guard, doubts, at_s)
+
+    @property
+    def begun(self) -> bool:
+        """Whether a judge has begun to doubt, and needs more looks to be sure."""
+        judges = (self._piston, self._force, self._forces, self._wires)
+        return self._judging and any(judge.begun for judge in judges)
+
+    def _said_once(
+        self, guard: WiringGuard, doubts: Iterable[Doubt | None], at_s: float, time_us: int | None = None
+    ) -> list[Trip]:
+        """Return the trips of doubts of one look that were not said yet."""
         trips = []
         for doubt in doubts:
             if doubt is not None and (doubt.sensor, doubt.kind) not in self._said:
                 self._said.add((doubt.sensor, doubt.kind))
-                trips.append(doubt_trip(doubt, guard.action, block.received_s, time_us))
+                trips.append(doubt_trip(doubt, guard.action, at_s, time_us))
         return trips
 
-    def explained(self, guard: WiringGuard, trip: Trip, specimen_C: float | None = None) -> Trip:
-        """Return the trip of a channel's limit, or where the wiring has led to it, a doubt with it.
+    def _causes(self, doubts: Iterable[Doubt | None], at_s: float) -> list[Doubt]:
+        """Return the doubts of one look without those that another one explains.
+
+        Exchanged inputs make each of both look wrong; and while the judges' memory holds what was wrong of a
+        sensor, whatever else they doubt in which it has a part comes of that.
+        """
+        causes = []
+        found = [doubt for doubt in doubts if doubt is not None]
+        for doubt in sorted(found, key=lambda one: one.kind != "swapped"):
+            sensors = doubt.sensor.split(", ")
+            explained = any(at_s - self._doubted_s.get(one, -np.inf) < KEPT_S for one in sensors)
+            if not explained:
+                causes.append(doubt)
+            self._doubted_s.update(dict.fromkeys(sensors, at_s))
+        return causes
+
+    def explained(
+        self,
+        guard: WiringGuard,
+        trip: Trip,
+        specimen_C: float | None = None,
+        limited: Limited | None = None,
+    ) -> Trip:
+        """Return the trip of a limit, or where the wiring has led to it, a doubt with it.
 
         Parameters
         ----------
@@ -111,6 +166,8 @@ class WiringWatch:
             Of a guard that believes its signal.
         specimen_C : float, optional
             Of the warmest thermometer on the specimen [°C].
+        limited : str, optional
+            What the controller's own limit was of, where that has tripped: it has no value of a sample.
         """
         if self._points is None or guard.motion == "none":
             return trip
@@ -120,9 +177,15 @@ class WiringWatch:
         values = {name: newest[:, column] for column, name in enumerate(self._points.names, start=1)}
         stretch = Stretch(newest[:, 0], values, *self._forces.second(LOOKED_BACK_S))
         zeros_mm = {} if self._counted else self._wires.rest_mm
-        doubt = tripped_by(guard, trip, stretch, zeros_mm, specimen_C)
+        asked = trip
+        if limited is not None:
+            stretch = until_limit(stretch, limited)
+            greatest_kN = float(stretch.values["force"][-1]) if "force" in values else None
+            asked = replace(trip, guard=limited, value=greatest_kN, limit=None)
+        doubt = tripped_by(guard, asked, stretch, zeros_mm, specimen_C)
         if doubt is None:
             return trip
+        self._doubted_s.update(dict.fromkeys(doubt.sensor.split(", "), trip.at_s))
         own = doubt_trip(doubt, guard.action, trip.at_s, trip.time_us)
         reason = f"{own.reason}; {trip.reason}"
         return replace(own, action=max(own.action, trip.action), reason=reason)
@@ -146,17 +209,21 @@ class WiringWatch:
         if not self._points.take(block):
             return
         self._heat.work(self._points)
-        if not self._judging:
-            return
+        if self._judging:
+            yield from self._judge(guard, self._points, temperatures_C)
+
+    def _judge(
+        self, guard: WiringGuard, points: Points, temperatures_C: Mapping[str, float]
+    ) -> Iterable[Doubt | None]:
         own = [temperatures_C[name] for name in guard.specimen if name in temperatures_C]
-        scene = Scene(self._points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
+        scene = Scene(points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
         if guard.motion == "all":
             yield self._forces.look(scene)
         yield self._told(self._piston.look(scene))
         if self._piston.suspected:
             return
         # The piston's own judge needs so long, and is looked at first.
-        if guard.motion == "all" and self._points.span_s >= LEAST_SPAN_S:
+        if guard.motion == "all" and points.span_s >= LEAST_SPAN_S:
             yield self._force.look(scene)
             yield self._told(self._wires.look(scene))
 

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from daq.wiring.behind import PATIENCE_MM, PATIENCE_S, BehindJudge
+from daq.wiring.by_frame import force_instead
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
 from daq.wiring.wires_late import LOADED_KN, Contact, LateWires, late_wires
@@ -58,6 +59,11 @@ class WireJudge:
         self._behind = BehindJudge()
         self._come: set[str] = set()
         self._met_s: float | None = None
+
+    @property
+    def begun(self) -> bool:
+        """Whether something has begun to look wrong, and more looks will tell."""
+        return self._lasting.begun or self._behind.suspected
 
     @property
     def rest_mm(self) -> Mapping[str, float]:
@@ -209,6 +215,10 @@ class WireJudge:
         wires = scene.points.wires
         if self._may_come(scene, now, contact, off, at_mm):
             return None
+        least_mm, close_mm = self._given_mm(scene, now, at_mm)[0], _close_mm(scene, at_mm, 0.0)
+        behind = {one: at_mm - (now[one] - contact.wires_mm[one]) for one in wires}
+        if force := force_instead(scene, behind, least_mm, close_mm, " mm"):
+            return force
         name = max(off, key=lambda one: abs(off[one]))
         went_mm = now[name] - contact.wires_mm[name]
         if scene.exchanged(name, at_mm):
@@ -265,7 +275,9 @@ class WireJudge:
             else float("nan")
         )
 
-    def _slope(self, scene: Scene, contact: Contact, at_mm: float, speed: float) -> Doubt | None:
+    def _slope(  # noqa: PLR0911 - one return for each thing that can be wrong, or that keeps from a look
+        self, scene: Scene, contact: Contact, at_mm: float, speed: float
+    ) -> Doubt | None:
         """Return a doubt where the first compression shows another scale, whatever the zeros are."""
         way, force = scene.points.column(scene.way or ""), scene.points.column("force")
         rows = scene.points.last(6.0)
@@ -282,10 +294,11 @@ class WireJudge:
         stiff = 0.0 if force is None else max(0.0, slope_of(rows, force, way)) * travel_mm
         stiff = scene.guard.believable_kN(stiff, at_mm, scene.specimen_C) / travel_mm
         least, most = scene.guard.given_way_mm(stiff)
-        found = {}
+        found, behind = {}, {}
         for name in scene.points.wires:
             column = scene.points.column(name)
             slope = 1.0 if column is None else slope_of(rows, column, way)
+            behind[name] = 1.0 - slope
             if not 1.0 - most - SLOPE_OFF < slope < 1.0 - least + SLOPE_OFF:
                 found[name] = slope / (1.0 - 0.5 * (least + most))
         gone = {name: scene.now(name) or 0.0 for name in found}
@@ -293,6 +306,8 @@ class WireJudge:
             return None
         if not self._lasting.sure("slope", bool(found)):
             return None
+        if instead := force_instead(scene, behind, least, SLOPE_OFF, " mm per mm of the way"):
+            return instead
         both = len(found) == 2
         name = max(found, key=lambda one: abs(found[one] - 1.0))
         ratio, sensor = found[name], ", ".join(found)

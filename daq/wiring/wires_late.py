@@ -20,6 +20,8 @@ LATE_S, LATE_MM = 0.045, 0.4
 """A wire is late from this on [s], where that makes so much of the way [mm]."""
 STEADY_LATE_S, STEADY_LATE_MM, STEADY_GIVE = 0.06, 0.42, 1.4
 """At constant speed in the first compression, with what the machine gives way by times the stated."""
+GROWN = 0.5
+"""A delay is there from the start: what was less than this share of it grows with the force or the way."""
 LEAST_SPEED = 4.0
 """Speeds must differ by this for a delay to show [mm/s]."""
 DELAY_WINDOW_S, DELAY_EVERY_S = 4.0, 0.5
@@ -43,6 +45,7 @@ class LateWires:
     def __init__(self) -> None:
         self._lasting = Lasting(LOOKS)
         self._due_s = -np.inf
+        self._least_s: dict[str, float] = {}
 
     def at_even_speed(
         self,
@@ -70,7 +73,11 @@ class LateWires:
             behind_mm = at_mm - (now[name] - contact.wires_mm[name]) - most_mm - 0.01 * at_mm
             column = scene.points.column(name)
             goes = even and column is not None and 0.93 < slope_of(rows, column, way) < 1.05
-            if goes and behind_mm > STEADY_LATE_MM and behind_mm / speed > STEADY_LATE_S:
+            if not goes:
+                continue
+            least_s = self._least_s[name] = min(self._least_s.get(name, np.inf), behind_mm / speed)
+            grown = least_s < GROWN * behind_mm / speed  # as what gives way under a force does, and no delay
+            if behind_mm > STEADY_LATE_MM and behind_mm / speed > STEADY_LATE_S and not grown:
                 late_s[name] = behind_mm / speed
         if not self._lasting.sure("steady", bool(late_s)):
             return None
