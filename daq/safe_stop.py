@@ -210,8 +210,7 @@ class SafeStop:
             if self._faulted():  # it refuses commands and unloads by itself
                 by = "controller"
                 self._judge_force_from_now()
-                self._eyes.releasing()
-                self._wait(lambda: self._at_rest() or self._is_let_go(), self._settings.limit_s)
+                self._wait(self._at_rest, self._settings.limit_s)
             self._ask("valve off", self._controller.disable)
         last = self._ask("status", self._controller.status)
         self._status = last or self._status
@@ -250,7 +249,6 @@ class SafeStop:
             return self._controller.start_release(speed_mm_per_s=speed, hurry=hurry)
 
         self._eyes.told()
-        self._eyes.releasing()
         sequence = self._ask("release", start)
         if sequence is None:
             self._status = self._ask("status", self._controller.status) or self._status
@@ -289,8 +287,6 @@ class SafeStop:
             )
             if not ended:
                 trouble = self._eyes.goes_on(stopping_s)
-                if what == "release" and not trouble:
-                    return self._is_let_go()
                 if what == "hold" and self._emergency():
                     trouble = trouble or "a guard demanded an emergency"
             return ended or bool(trouble)
@@ -369,12 +365,6 @@ class SafeStop:
             return False
         off = status.state in VALVE_OFF or status.state is MotionState.FAULT
         return off and abs(self._force_kN(status)) <= self._zero_kN
-
-    def _is_let_go(self) -> bool:
-        """Return whether the specimen is let go while a force is read that is not its own, and note that."""
-        if words := self._eyes.let_go():
-            self._note(words)
-        return bool(words)
 
     @property
     def _zero_kN(self) -> float:  # noqa: N802 - the unit keeps its capital

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.acquisition import Acquisition
-from daq.let_go import LetGo
 from daq.panel import CONTROLLER_STREAM
 from daq.scaling import ScaledBlock
 from daq.wiring.two_at_rest import apart_at_rest
@@ -98,14 +97,6 @@ class Eyes(Protocol):
         """Return how the piston goes on toward more force nevertheless, empty if it does not."""
         ...
 
-    def releasing(self) -> None:
-        """A release begins now, by a command or by the controller itself."""
-        ...
-
-    def let_go(self) -> str:
-        """Return in words that the specimen has been let go while the force goes on, empty if not."""
-        ...
-
     def since(self, tick_us: int | None) -> None:
         """Judge the force by samples from after the present, at which the controller's clock shows this."""
         ...
@@ -130,13 +121,6 @@ class Blind:
 
     def goes_on(self, stopping_s: float = 0.0) -> str:  # noqa: ARG002 - as Eyes
         """Return that nothing goes on, as far as is seen."""
-        return ""
-
-    def releasing(self) -> None:
-        """Follow nothing."""
-
-    def let_go(self) -> str:
-        """Return that nothing is seen to have been let go."""
         return ""
 
     def since(self, tick_us: int | None) -> None:
@@ -172,7 +156,6 @@ class StopEyes:
         self._done_kN: float | None = None
         self._since = _Mark(None, -math.inf)
         self._since_host_s = -math.inf
-        self._let_go: LetGo | None = None
         acquisition.observers.append(self.take)
 
     def take(self, block: ScaledBlock) -> None:
@@ -185,8 +168,6 @@ class StopEyes:
                 self._newest[channel.name] = block.received_s, time_s, block.values[channel.name]
         if block.stream == CONTROLLER_STREAM and "stroke" in block.values:
             self._newest["stroke"] = block.received_s, time_s, block.values["stroke"]
-        if block.stream == CONTROLLER_STREAM and self._let_go is not None:
-            self._let_go.take(block)
         if block.stream == CONTROLLER_STREAM and {"position", "force"} <= block.values.keys():
             self._rows.append(np.column_stack((time_s, block.values["position"], block.values["force"])))
             while len(self._rows) > 1 and self._rows[0][-1, 0] < time_s[-1] - KEPT_S:
@@ -267,16 +248,6 @@ class StopEyes:
         square = float(time_s @ time_s)
         speed = float(time_s @ recent[:, 1]) / square if square > 0.0 else 0.0
         return float(rows[-1, 0]), speed, float(recent[:, 2].mean())
-
-    # --- is the specimen let go? ----------------------------------------------------------------------
-
-    def releasing(self) -> None:
-        """Follow the piston from now on: it is let draw back to zero force."""
-        self._let_go = LetGo()
-
-    def let_go(self) -> str:
-        """Return in words that the specimen has been let go though a force is read, empty if not."""
-        return "" if self._let_go is None else self._let_go.seen()
 
     # --- what is left? ------------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ from daq.controller_guard import ControllerGuard
 from daq.panel import GuardPanel, GuardSet
 from daq.safe_stop import SafeStop, SafeStopSettings
 from daq.scaling import ScaledBlock
-from daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, Blind, ForceSeen, StopEyes
+from daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, StopEyes
 from drivers.interfaces import ControllerStatus, Stand
 from foundation.zero import ChannelZero, Zero
 from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
@@ -267,15 +267,30 @@ def test_the_zero_is_taken_off_the_stroke_that_a_stop_shows() -> None:
     assert "stroke 0.0 mm, valve off" in report.line
 
 
-class SecondForce(Blind):
+class SecondForce:
     """Sees an unloaded stand; a second channel shows the force of a moment ago, for so long after 0.5 s."""
 
     def __init__(self, clock: FakeClock, late_s: float) -> None:
         self._clock, self._until_s = clock, 0.5 + late_s
 
+    def told(self) -> None:
+        pass
+
+    def done(self, taken_us: int | None) -> None:
+        pass
+
+    def since(self, tick_us: int | None) -> None:
+        pass
+
+    def goes_on(self, stopping_s: float = 0.0) -> str:  # noqa: ARG002 - as Eyes
+        return ""
+
     def force(self) -> ForceSeen:
         late = self._clock.now_s() < self._until_s
         return ForceSeen(0.1, "force", True, (("force_2", 8.0),) if late else ())
+
+    def stroke_mm(self) -> float | None:
+        return None
 
 
 @pytest.mark.parametrize(("late_s", "safe"), [(0.8, True), (100.0, False)])
