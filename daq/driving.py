@@ -17,6 +17,7 @@ from daq.force_cycling import cycle_between_forces
 from daq.force_row import ForceRow
 from daq.guards import Action, Trip
 from daq.progress import Part
+from daq.release_bound import ReleaseBound, contact_of
 from daq.signals import StopLevel, StopRequest
 from daq.steadiness import SteadinessWatch
 from drivers.interfaces import ControllerStatus, EndReason
@@ -566,11 +567,26 @@ class Driver:
 
     def _until_done(self, motion: Motion, sequence: int, limit_s: float) -> None:
         began_s = self._device_s()
+        bound = self._bound_of(motion)
         while not self._ended(motion, sequence):
             self.pump()
             if self._device_s() - began_s > limit_s:
                 self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
+            status = self._acquisition.latest.status
+            if bound is not None and status is not None:
+                force_kN = self._acquisition.latest.values.get("force", status.force_kN)
+                if why := bound.look(status.position_mm, force_kN, status.force_kN):
+                    self._refuse("release", why)
         self.obey()
+
+    def _bound_of(self, motion: Motion) -> ReleaseBound | None:
+        """Return what says that a release has let go, though it goes on; None of another motion."""
+        began_mm = self._acquisition.latest.values.get("position")
+        if not isinstance(motion, Release) or began_mm is None:
+            return None
+        zero = self._acquisition.zero
+        own_mm = began_mm + (0.0 if zero is None else zero.value("position"))
+        return ReleaseBound(own_mm, contact_of(zero))
 
     def _ended(self, motion: Motion, sequence: int) -> bool:
         status: ControllerStatus | None = self._acquisition.latest.status

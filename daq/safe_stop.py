@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
+from daq.release_bound import ReleaseBound
 from daq.signals import signals_held_back
 from daq.stop_eyes import Blind, Eyes
 from drivers.interfaces import Controller, ControllerStatus, MotionState
@@ -146,6 +147,7 @@ class SafeStop:
         self._report: SafeStopReport | None = None
         self._problems: list[str] = []
         self._status: ControllerStatus | None = None
+        self._bound: ReleaseBound | None = None
         self._began_s = 0.0
         self._answered_s = 0.0
         self._left = ""
@@ -210,7 +212,8 @@ class SafeStop:
             if self._faulted():  # it refuses commands and unloads by itself
                 by = "controller"
                 self._judge_force_from_now()
-                self._wait(self._at_rest, self._settings.limit_s)
+                self._bound_release()
+                self._wait(lambda: self._at_rest() or self._has_let_go(), self._settings.limit_s)
             self._ask("valve off", self._controller.disable)
         last = self._ask("status", self._controller.status)
         self._status = last or self._status
@@ -249,11 +252,27 @@ class SafeStop:
             return self._controller.start_release(speed_mm_per_s=speed, hurry=hurry)
 
         self._eyes.told()
+        self._bound_release()
         sequence = self._ask("release", start)
         if sequence is None:
             self._status = self._ask("status", self._controller.status) or self._status
         elif trouble := self._await_end("release", sequence, self._settings.limit_s):
             self._note(f"{trouble} after the release: valve off at once")
+
+    def _bound_release(self) -> None:
+        """Look from now on how far the piston goes back: a wrong force never ends a release."""
+        status = self._status
+        self._bound = None if status is None else ReleaseBound(status.position_mm, self._eyes.contact_mm())
+
+    def _has_let_go(self) -> bool:
+        """Return whether the piston has gone back so far that no force can be left; it is noted then."""
+        status = self._status
+        if self._bound is None or status is None or status.state in VALVE_OFF:
+            return False
+        why = self._bound.look(status.position_mm, self._force_kN(status), status.force_kN)
+        if why:
+            self._note(why)
+        return bool(why)
 
     def _look_at_force(self, enough: Callable[[], bool]) -> None:
         """Take samples from after the last status until they are enough to judge the force that is left."""
@@ -287,6 +306,7 @@ class SafeStop:
             )
             if not ended:
                 trouble = self._eyes.goes_on(stopping_s)
+                ended = what == "release" and self._has_let_go()
                 if what == "hold" and self._emergency():
                     trouble = trouble or "a guard demanded an emergency"
             return ended or bool(trouble)

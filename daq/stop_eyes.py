@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from daq.acquisition import Acquisition
 from daq.panel import CONTROLLER_STREAM
+from daq.release_bound import contact_of
 from daq.scaling import ScaledBlock
 from daq.wiring.two_at_rest import apart_at_rest
 from foundation.channel import Channel
@@ -109,6 +110,10 @@ class Eyes(Protocol):
         """Return the specimen's stroke [mm], its zero taken off; None without fresh samples."""
         ...
 
+    def contact_mm(self) -> float | None:
+        """Return where the piston touches the specimen, by its own zero [mm]; None where none was found."""
+        ...
+
 
 class Blind:
     """Without samples: the controller's own reading is all there is."""
@@ -132,6 +137,10 @@ class Blind:
 
     def stroke_mm(self) -> float | None:
         """Return that no sample shows the stroke."""
+        return None
+
+    def contact_mm(self) -> float | None:
+        """Return that no first contact is known."""
         return None
 
 
@@ -295,6 +304,10 @@ class StopEyes:
     def stroke_mm(self) -> float | None:
         """Return the specimen's stroke [mm] with its zero taken off; None without fresh samples."""
         return next(self._fresh_mean(CONTROLLER_STREAM, "stroke"), None)
+
+    def contact_mm(self) -> float | None:
+        """Return where the piston touched the specimen, by its own zero [mm]; None where none was found."""
+        return contact_of(self._acquisition.zero)
 
     def _fresh_mean(self, stream: str, name: str) -> Iterator[float]:
         """Yield the mean of a channel's newest samples, if they are fresh."""

@@ -292,6 +292,9 @@ class SecondForce:
     def stroke_mm(self) -> float | None:
         return None
 
+    def contact_mm(self) -> float | None:
+        return None
+
 
 @pytest.mark.parametrize(("late_s", "safe"), [(0.8, True), (100.0, False)])
 def test_a_second_channel_whose_samples_come_later_is_waited_for_but_not_for_long(
