@@ -1,13 +1,12 @@
 """Both ways to the force against each other: sign, scale, zero and delay.
 
-The two come on clocks of their own: the controller's is brought to the host's by the least delay of its
-newest blocks, which leaves some 10 ms. What is allowed: the sum of both classes, a zero of each, and 35 ms.
+The two come on clocks of their own: the controller's is brought to the host's by its quickest
+blocks, which leaves some 10 ms. What is allowed: the sum of both classes, a zero of each, and 35 ms.
 Where they differ, :mod:`daq.wiring.parted` says which of them is wrong; where it cannot both are named.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.scaling import ScaledBlock
+from daq.wiring.clock_offset import ClockOffset
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
 from daq.wiring.facts import FAST
 from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_by_delay, standstill
@@ -62,8 +62,6 @@ FREE_MM = 0.5
 """The piston being so far before first contact, no force is expected."""
 AMPLIFIER = "[amplifier] port and protocol"
 """Where to look if it hangs."""
-OFFSET_WINDOW = 50
-"""The clocks are compared by the least delay of so many newest blocks."""
 LOOKS, LONG_LOOKS = 3, 6
 """So many looks in a row must say it; more where the one is no multiple of the other."""
 BEYOND = 1.05
@@ -74,11 +72,17 @@ TELLS_MM = 1.5
 
 
 class TwoForcesJudge:
-    """Holds force and force_2 against each other."""
+    """Holds force and force_2 against each other.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    clock : ClockOffset, optional
+        What is known of the controller's clock already.
+    """
+
+    def __init__(self, clock: ClockOffset | None = None) -> None:
         self._lasting, self._unlike = Lasting(LOOKS), Lasting(LONG_LOOKS)
-        self._delays: deque[float] = deque(maxlen=OFFSET_WINDOW)
+        self._clock = clock or ClockOffset()
         self._first, self._second = Track("force"), Track("force_2")
         self._rests = Rests()
         self._due_s = -np.inf
@@ -102,8 +106,7 @@ class TwoForcesJudge:
             return
         offset_s = 0.0
         if device_clock:
-            self._delays.append(block.received_s - float(block.time_us[-1]) * 1e-6)
-            offset_s = min(self._delays)
+            offset_s = self._clock.take(block.received_s, float(block.time_us[-1]) * 1e-6)
         self._first.take(block, offset_s - delay_s)
 
     def take_second(self, block: ScaledBlock, delay_s: float) -> None:
@@ -119,7 +122,7 @@ class TwoForcesJudge:
             return np.empty(0), np.empty(0)
         time, value = self._second.samples()
         since = time >= time[-1] - span_s
-        return time[since] - min(self._delays, default=0.0), value[since]
+        return time[since] - self._clock.value_s, value[since]
 
     def look(  # noqa: PLR0911 - one return for each thing that can be wrong, or that keeps from a look
         self, scene: Scene

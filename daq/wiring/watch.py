@@ -9,6 +9,7 @@ import numpy as np
 
 from daq.guards import Trip
 from daq.scaling import ScaledBlock
+from daq.wiring.clock_offset import ClockOffset
 from daq.wiring.doubt import Doubt, doubt_trip
 from daq.wiring.exchanged import with_the_position
 from daq.wiring.facts import WiringGuard
@@ -42,12 +43,13 @@ class WiringWatch:
         self._said: set[tuple[str, str]] = set()
         self._doubted_s: dict[str, float] = {}
         self._points: Points | None = None
+        self._clock = ClockOffset()
         self._judging = False
         self._begin()
 
     def _begin(self) -> None:
         self._piston, self._wires = PistonJudge(), WireJudge()
-        self._force, self._forces = ForceJudge(), TwoForcesJudge()
+        self._force, self._forces = ForceJudge(), TwoForcesJudge(self._clock)
 
     def rebase(self, *, counted: bool) -> None:
         """Begin anew: strokes and forces count from another zero, found at first contact or not."""
@@ -58,7 +60,7 @@ class WiringWatch:
 
     def begin_anew(self) -> None:
         """Forget what was seen, of thermometers, too; the zero stays, and what was said."""
-        self._heat, self._points = HeatJudge(), None
+        self._heat, self._points, self._clock = HeatJudge(), None, ClockOffset()
         self._begin()
 
     def observe(

@@ -64,6 +64,8 @@ class Case:
     """Share of the second force's blocks that are lost."""
     stalls_s: float = 0.0
     """Every 7 s the program stands still for so long, and gets all blocks at once."""
+    read_late: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """From, until: all of the controller's blocks are read late, by so much [s]; the amplifier's are not."""
     hum_kN: float = 0.0
     """Of 50 Hz, in both forces."""
     drift_kN_per_min: float = 0.0
@@ -274,6 +276,7 @@ def judge(signals: Signals) -> Verdict:
         watch.rebase(counted=True)
     true_C: dict[str, float] = {}
     count = round(case.block_s * RATE_HZ)
+    read_s = 0.0
     for first in range(0, len(signals.time_s), count):
         rows = slice(first, first + count)
         time = signals.time_s[rows]
@@ -281,9 +284,11 @@ def judge(signals: Signals) -> Verdict:
             continue
         at_s = float(time[-1]) + case.latency_s * random.uniform(0.5, 2.0)
         at_s = max(at_s, at_s - at_s % STALLED_S + case.stalls_s if at_s > STALLED_S else 0.0)
+        from_s, until_s, by_s = case.read_late
+        read_s = max(read_s, at_s + (by_s if from_s <= at_s < until_s else 0.0))
         block = ScaledBlock(
             "controller", first, np.rint(time * 1e6).astype(np.int64) + 5_000_000,
-            {name: value[rows] for name, value in signals.values.items()}, 0, at_s,
+            {name: value[rows] for name, value in signals.values.items()}, 0, read_s,
         )  # fmt: skip
         trips = watch.observe(guard, block, true_C, controller=True, device_clock=True)
         between = (float(time[0]), float(time[-1]) + 1.0 / RATE_HZ)
