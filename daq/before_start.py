@@ -40,6 +40,10 @@ ALIKE_MM = 2.0
 def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> dict[str, float]:
     """Watch until the controller and every specimen sensor have spoken; return the means at rest [kN, mm].
 
+    What waited in the controller's ring is of before, such as the end of its own release behind a program
+    that was killed: the stand at rest is what is sampled once all of that is read, or over a wire that never
+    keeps up the newest there is.
+
     Parameters
     ----------
     acquisition : Acquisition
@@ -48,12 +52,15 @@ def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> dict[str
         One pass; raises when a guard has tripped.
     """
     clock, panel = acquisition.clock, acquisition.panel
-    began_s = clock.now_s()
+    began_s, was_behind = clock.now_s(), True
     specimen = [guard.stream for guard in panel.guards.temperatures if guard.stop_C is not None]
     seen: dict[str, list[float]] = {}
     while True:
         pump()
         latest, heard = acquisition.latest, panel.latest_temperatures()
+        if was_behind:
+            seen.clear()
+        was_behind = acquisition.is_behind
         for name in LOOKED_AT:
             if name in latest.values:
                 seen.setdefault(name, []).append(latest.values[name])

@@ -11,7 +11,7 @@ from typing import cast
 import pytest
 
 from daq.acquisition import Acquisition
-from daq.before_start import delivery_trouble, specimen_gaps, zero_trouble
+from daq.before_start import delivery_trouble, first_look, specimen_gaps, zero_trouble
 from drivers.delivery import Delivery
 from drivers.simulated.virtual_clock import VirtualClock
 from foundation.specimen import Specimen
@@ -79,3 +79,21 @@ def test_what_the_specimen_file_lacks_is_said() -> None:
     )
     assert specimen_gaps(whole) == ""
     assert "category" not in specimen_gaps(Specimen(id="x", kind="draw-gear"))
+
+
+def test_what_waited_in_the_ring_is_not_the_stand_at_rest() -> None:
+    """After a kill the ring still has the end of the controller's own release: 80 kN going down to none."""
+    clock = VirtualClock()
+    panel = SimpleNamespace(guards=SimpleNamespace(temperatures=()), latest_temperatures=dict)
+    waiting = [80.0, 60.0, 30.0, 9.0]
+    acquisition = SimpleNamespace(clock=clock, panel=panel, is_behind=True, latest=None)
+
+    def pump() -> None:
+        clock.sleep(0.05)
+        acquisition.is_behind = bool(waiting)
+        force_kN = waiting.pop(0) if waiting else 0.2
+        acquisition.latest = SimpleNamespace(samples=10, values={"force": force_kN, "force_2": 0.1})
+
+    rest = first_look(cast(Acquisition, acquisition), pump)
+    assert rest["force"] == pytest.approx(0.2)
+    assert rest["force_2"] == pytest.approx(0.1)
