@@ -218,9 +218,11 @@ class TwoForcesJudge:
         late = abs(fit.lag_s) > LATE_S and fit.left_kN < BETTER * fit.now_kN
         still = not FLAT < abs(fit.gain) < 1.0 / FLAT
         blurred = fit.left_kN > UNLIKE_KN + UNLIKE_SHARE * taken_kN
-        if scene.guard.speed > FAST:
+        fast = scene.guard.speed > FAST
+        if fast:
             off, late = off and (still or not blurred), False
-        jumped = not (off or late or blurred) and _offset(pair, fit, zero_kN) > JUMPED * zero_kN
+        # A fast stand's stamps are off by more than an offset would tell in motion: it is told at rest.
+        jumped = not (off or late or blurred or fast) and _offset(pair, fit, zero_kN) > JUMPED * zero_kN
         unlike = off and (blurred or still)
         if self._just_met(scene):
             return None

@@ -59,8 +59,9 @@ def test_stamps_that_are_off_by_a_second_are_no_doubt(late_s: float) -> None:
     assert _left(late_s, "force", 0.0, 0.0) == (None, np.inf)
 
 
-def test_nor_are_holes_stalls_and_hum_at_ten_times_the_speed_of_the_wall() -> None:
-    assert rough_alarms((23,), 10.0, 0.05) == []
+@pytest.mark.parametrize(("seed", "late_s"), [(23, 0.05), (70, -0.1)])
+def test_nor_are_holes_stalls_and_hum_at_ten_times_the_speed_of_the_wall(seed: int, late_s: float) -> None:
+    assert rough_alarms((seed,), 10.0, late_s) == []
 
 
 @pytest.mark.long
