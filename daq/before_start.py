@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from daq.acquisition import Acquisition
-from daq.scaling import STROKE_WIRES
+from daq.scaling import FORCES, STROKE_WIRES
 from daq.wiring.doubt import Doubt, channel_setting
 from daq.wiring.two_at_rest import doubt_at_rest
 from foundation.specimen import Specimen
@@ -29,10 +29,8 @@ SEALING_FACTOR = 1.5
 """Room for the plan's samples, and for the largest run twice."""
 
 
-LOOKED_AT = ("force", "force_2", "position", *STROKE_WIRES)
+LOOKED_AT = (*FORCES, "position", *STROKE_WIRES)
 """Channels whose mean at rest is looked at."""
-FORCES = ("force", "force_2")
-"""The ways to the force."""
 ALIKE_MM = 2.0
 """Wires that are off by as much as each other, or as the piston, to within this are so for one reason."""
 

@@ -269,11 +269,15 @@ class GuardPanel:
             seen = self._memories.channels.get(guard.name, ChannelMemory())
             self._memories.channels[guard.name], trip = evaluate_channel(guard, seen, block)
             if trip is not None:
-                self.latch(self._explained(trip))
-                if trip.action > Action.NOTE:
-                    self._tripped.add(trip.guard)  # under whichever name, the same limit is said once
+                self._latch_explained(trip)
 
-    def _explained(self, trip: Trip, limited: Limited | None = None) -> Trip:
+    def _latch_explained(self, trip: Trip, limited: Limited | None = None) -> None:
+        """Take a trip with what the wiring says of it; under whichever name, the same limit is said once."""
+        self.latch(self._explained(trip, limited))
+        if trip.action > Action.NOTE:
+            self._tripped.add(trip.guard)
+
+    def _explained(self, trip: Trip, limited: Limited | None) -> Trip:
         """Return a trip with what the wiring says of it: it may have come from a signal that is none."""
         wiring = self.guards.wiring
         if wiring is None or wiring.action is Action.NOTE or self._trip is not None:
@@ -335,8 +339,7 @@ class GuardPanel:
         limited = self.has_limited(status)
         self._controller, trip = evaluate_status(self._controller, status, at_s, wall_s)
         if trip is not None and limited is not None:
-            self.latch(self._explained(trip, limited))
-            self._tripped.add(trip.guard)  # under whichever name, the same fault is said once
+            self._latch_explained(trip, limited)
         else:
             self._take(trip)
 

@@ -14,6 +14,8 @@ from foundation.zero import Zero
 
 STROKE_WIRES = ("stroke_1", "stroke_2")
 """The two draw wires on the buffer."""
+FORCES = ("force", "force_2")
+"""The two ways to the force: the controller's, and an amplifier's of its own."""
 
 
 @dataclass(frozen=True)

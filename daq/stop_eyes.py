@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from daq.acquisition import Acquisition
 from daq.panel import CONTROLLER_STREAM
 from daq.release_bound import contact_of
-from daq.scaling import ScaledBlock
+from daq.scaling import FORCES, ScaledBlock
 from daq.wiring.two_at_rest import apart_at_rest
 from foundation.channel import Channel
 
@@ -291,7 +291,7 @@ class StopEyes:
         best = min(true, key=lambda name: true[name][0])  # the controller's own where they are equal
         best_kN = true[best][1]
         tared = zero is not None and all(zero.of(name) is not None for name in true)
-        first, second = (true.get(name, (0.0, None))[1] for name in ("force", "force_2"))
+        first, second = (true.get(name, (0.0, None))[1] for name in FORCES)
         return ForceSeen(
             best_kN,
             best,

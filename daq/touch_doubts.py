@@ -12,6 +12,7 @@ from daq.acquisition import Acquisition
 from daq.collected import Collected
 from daq.driving import Halt
 from daq.guards import Action, Trip
+from daq.scaling import FORCES
 from daq.wiring import doubt_trip
 from daq.wiring.doubt import Doubt
 from daq.wiring.stretch import Stretch
@@ -19,7 +20,6 @@ from daq.wiring.touch import Touch, doubt_of_touch, has_risen, scatter_doubt
 from drivers.interfaces import EndReason
 
 SIGNALS = ("command", "position", "stroke_1", "stroke_2", "force")
-FORCES = ("force", "force_2")
 EXPLAINED = (*FORCES, "zero", "tilt", "stroke", "speed", "following error")
 """Guards whose trips in a touch may be for a wrong wire; those of wiring may have a better reason."""
 

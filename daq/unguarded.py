@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from daq.wiring.expected import little_expected
-from daq.wiring.facts import FAST
 from drivers.profile import Profile
 from drivers.stand_bounds import power_on_C
 from drivers.stand_file import StandFile
+from foundation.clock import DELAYS_TO_SPEED
 from foundation.errors import BadInput
 from foundation.settings import place_of, read_text
 from foundation.specimen import Specimen
@@ -71,11 +71,12 @@ def unguarded(plan: Plan, stand_file: StandFile, predictor: Predictor | None = N
 
 def unguarded_at(speed: float, stand_file: StandFile) -> tuple[str, ...]:
     """Return what is not guarded besides on a simulated stand that is so many times as fast as the wall."""
-    if stand_file.amplifier is None or speed <= FAST:
+    if stand_file.amplifier is None or speed <= DELAYS_TO_SPEED:
         return ()
     text = (
         f"a delay of force or force_2, and which of them jumps in motion: at {speed:g} times real time the "
-        f"samples of both are not stamped closely enough; rehearse at --speed {FAST:g} or less to see them"
+        "samples of both are not stamped closely enough; rehearse at "
+        f"--speed {DELAYS_TO_SPEED:g} or less to see them"
     )
     return (text,)
 

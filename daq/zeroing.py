@@ -21,7 +21,7 @@ from daq.collected import Collected
 from daq.driving import Driver, Halt
 from daq.guards import Action, ChannelGuard, Trip
 from daq.panel import GuardSet
-from daq.scaling import STROKE_WIRES
+from daq.scaling import FORCES, STROKE_WIRES
 from daq.touch_doubts import TouchDoubts
 from daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
 from daq.touch_peak import SLOW_SHARE
@@ -183,9 +183,7 @@ class Zeroing:
         try:
             own_rest_kN = self._look_at_rest()
             rest = samples.column("force")
-            at_rest = {
-                name: samples.column(name) for name in ("force", "force_2") if samples.column(name).size
-            }
+            at_rest = {name: samples.column(name) for name in FORCES if samples.column(name).size}
             force_kN = self._touch_force_kN(rest, asked.force_kN, at_rest.get("force_2"))
             if clear:
                 self._creep(at_rest, own_rest_kN, force_kN, speed)
@@ -332,7 +330,7 @@ class Zeroing:
             own_kN = self._look_at_rest()
         finally:
             self._acquisition.observers.remove(samples.take)
-        found = {name: samples.column(name) for name in ("force", "force_2")}
+        found = {name: samples.column(name) for name in FORCES}
         return own_kN, {name: values for name, values in found.items() if values.size}
 
     def _touch_force_kN(  # noqa: N802 - the unit keeps its capital

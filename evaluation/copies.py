@@ -78,6 +78,11 @@ class Sorted:
     copies: tuple[Copy, ...] = ()
     warnings: tuple[str, ...] = ()
 
+    def counted(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return names of runs, for a copy that of the file which is counted."""
+        original = {copy.path: copy.of for copy in self.copies}
+        return tuple(original.get(name, name) for name in names)
+
 
 def each_once(recordings: Sequence[Recording]) -> Sorted:
     """Return which recordings count: of files that hold the same one, that which is named first.

@@ -102,9 +102,7 @@ def assemble(
     parts = list(parts)
     told = each_once([_recording(run) for _, run in parts])
     parts = [parts[place] for place in told.kept]
-    original = {copy.path: copy.of for copy in told.copies}
-    conformity = [original.get(name, name) for name in conformity]
-    decided = decide_purposes([candidate_of(run) for _, run in parts], conformity)
+    decided = decide_purposes([candidate_of(run) for _, run in parts], told.counted(conformity))
     together = what_runs_say_together([run for _, run in parts])
     return {
         "schema": SCHEMA,

@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.guards import Action
-from foundation.clock import DELAYS_TO_SPEED
 
 Floats = NDArray[np.float64]
-FAST = DELAYS_TO_SPEED
 Compared = Literal["all", "piston", "none"]
 
 SOFTEST_FRAME_KN_PER_MM, STIFFEST_FRAME_KN_PER_MM = 80.0, 2000.0
@@ -135,6 +133,12 @@ class WiringGuard:
         """Return the factor within which a force is right."""
         own = None if self.curve is None else self.curve.factor
         return self.force_factor if own is None else max(own, self.force_factor)
+
+    @property
+    def stiffest_kN_per_mm(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return the stiffest that the machine may be: a rigid specimen's force rises by no more."""
+        frame = self.frame_kN_per_mm
+        return STIFFEST_FRAME_KN_PER_MM if frame is None else frame / FRAME_SHARES[0]
 
     def given_way_mm(self, force_kN: float) -> tuple[float, float]:
         """Return the least and the most that the machine gives way under a force [mm]."""

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from daq.scaling import ScaledBlock
 from daq.wiring.clock_offset import ClockOffset
 from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
-from daq.wiring.facts import FAST
 from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_by_delay, standstill
 from daq.wiring.rests import Rests
 from daq.wiring.scene import Lasting, Scene
 from daq.wiring.track import Means, Track, common_instants, has_hole
 from daq.wiring.two_at_rest import APART_KN, APART_SHARE, UNCOUNTED_KN, may_differ_kN
+from foundation.clock import DELAYS_TO_SPEED
 from foundation.likeness import likeness
 
 Floats = NDArray[np.float64]
@@ -76,13 +76,13 @@ class TwoForcesJudge:
 
     Parameters
     ----------
-    clock : ClockOffset, optional
-        What is known of the controller's clock already.
+    clock : ClockOffset
+        What is known of the controller's clock: it goes on where the judge begins anew.
     """
 
-    def __init__(self, clock: ClockOffset | None = None) -> None:
+    def __init__(self, clock: ClockOffset) -> None:
         self._lasting, self._unlike = Lasting(LOOKS), Lasting(LONG_LOOKS)
-        self._clock = clock or ClockOffset()
+        self._clock = clock
         self._first, self._second = Track("force"), Track("force_2")
         self._rests = Rests()
         self._due_s = -np.inf
@@ -132,7 +132,7 @@ class TwoForcesJudge:
         if not self._first or not self._second:
             return None
         until_s = min(self._first.newest_s, self._second.newest_s)
-        if scene.guard.speed > FAST and (doubt := self._at_rest(scene, until_s)):
+        if scene.guard.speed > DELAYS_TO_SPEED and (doubt := self._at_rest(scene, until_s)):
             return doubt
         if until_s < self._due_s + EVERY_S * scene.guard.speed and until_s > self._due_s - 10.0:
             return None
@@ -188,7 +188,7 @@ class TwoForcesJudge:
 
     def _just_jumped(self, scene: Scene, pair: _Pair) -> Doubt | None:
         """Return a doubt of the force that has left the other one at once a moment ago."""
-        if scene.guard.speed > FAST:
+        if scene.guard.speed > DELAYS_TO_SPEED:
             return None
         least_kN = JUMPED * (APART_KN if scene.counted else UNCOUNTED_KN)
         broke = fresh_jump(self._first, self._second, pair.time_s, pair.first, pair.second, least_kN=least_kN)
@@ -218,7 +218,7 @@ class TwoForcesJudge:
         late = abs(fit.lag_s) > LATE_S and fit.left_kN < BETTER * fit.now_kN
         still = not FLAT < abs(fit.gain) < 1.0 / FLAT
         blurred = fit.left_kN > UNLIKE_KN + UNLIKE_SHARE * taken_kN
-        fast = scene.guard.speed > FAST
+        fast = scene.guard.speed > DELAYS_TO_SPEED
         if fast:
             off, late = off and (still or not blurred), False
         # A fast stand's stamps are off by more than an offset would tell in motion: it is told at rest.
@@ -245,7 +245,7 @@ class TwoForcesJudge:
         """
         if stood := self._stood():
             return _stands(stood)
-        if flat or scene.guard.speed > FAST:
+        if flat or scene.guard.speed > DELAYS_TO_SPEED:
             return None  # an amplifier's samples are stamped by the wall: a step of both is none of one
         broke = jump(self._first, self._second, pair.time_s, pair.first, pair.second)
         return None if broke is None else _jumped(broke)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.facts import FRAME_SHARES, STIFFEST_FRAME_KN_PER_MM, WiringGuard
+from daq.wiring.facts import WiringGuard
 from daq.wiring.stretch import Floats, Stretch
 from foundation.likeness import likeness
 
@@ -81,15 +81,13 @@ def leap_of(guard: WiringGuard, stretch: Stretch) -> Leap | None:
     ways = [way for way in (stretch.values.get("position"), stretch.told) if way is not None]
     if force is None or not ways or len(stretch) < 3:
         return None
-    frame = guard.frame_kN_per_mm
-    stiff = STIFFEST_FRAME_KN_PER_MM if frame is None else frame / FRAME_SHARES[0]
     for span_s in WITHIN_S:
         starts = np.searchsorted(stretch.time_s, stretch.time_s - span_s)
         rises = np.abs(force - force[starts]) * (np.abs(force) > np.abs(force[starts]) - NOISE_KN)
         end = int(np.argmax(rises))
         start = int(starts[end])
         way_mm = max(_farthest_mm(stretch.time_s, way, starts, end) for way in ways)
-        if float(rises[end]) > stiff * (way_mm + NOISE_MM) + NOISE_KN:
+        if float(rises[end]) > guard.stiffest_kN_per_mm * (way_mm + NOISE_MM) + NOISE_KN:
             in_s = float(stretch.time_s[end] - stretch.time_s[start])
             return Leap(float(force[start]), float(force[end]), in_s, way_mm)
     return None

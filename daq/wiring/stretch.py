@@ -50,7 +50,13 @@ class Stretch:
     def last(self, span_s: float) -> Stretch:
         """Return its last ``span_s`` seconds."""
         since_s = float(self.time_s[-1]) - span_s
-        rows, second = self.time_s >= since_s, self.second_s >= since_s
+        return self._where(self.time_s >= since_s, self.second_s >= since_s)
+
+    def until(self, until_s: float) -> Stretch:
+        """Return it up to an instant [s]."""
+        return self._where(self.time_s <= until_s, self.second_s <= until_s)
+
+    def _where(self, rows: NDArray[np.bool_], second: NDArray[np.bool_]) -> Stretch:
         values = {name: value[rows] for name, value in self.values.items()}
         return Stretch(self.time_s[rows], values, self.second_s[second], self.second_kN[second])
 

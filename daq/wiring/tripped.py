@@ -15,7 +15,7 @@ from daq.guards import Trip
 from daq.wiring.behind import BACK_S, explained_late_s, late_piston
 from daq.wiring.doubt import Doubt, Kind, channel_setting
 from daq.wiring.exchanged import exchanged
-from daq.wiring.facts import FRAME_SHARES, STIFFEST_FRAME_KN_PER_MM, WiringGuard
+from daq.wiring.facts import WiringGuard
 from daq.wiring.leapt_force import leap_of, leapt
 from daq.wiring.misled import misled
 from daq.wiring.parted import farther
@@ -94,10 +94,7 @@ def until_limit(stretch: Stretch, limited: Limited) -> Stretch:
     value = last.values.get("force" if limited == "force" else "position")
     if value is None:
         return stretch
-    until_s = float(last.time_s[int(np.argmax(np.abs(value)))])
-    rows, second = stretch.time_s <= until_s, stretch.second_s <= until_s
-    values = {name: value[rows] for name, value in stretch.values.items()}
-    return Stretch(stretch.time_s[rows], values, stretch.second_s[second], stretch.second_kN[second])
+    return stretch.until(float(last.time_s[int(np.argmax(np.abs(value)))]))
 
 
 def _leapt_unseen(stretch: Stretch) -> Doubt | None:
@@ -247,8 +244,7 @@ def _may_rise_kN(  # noqa: N802 - the unit keeps its capital
             for at in (stroke_mm - gone_mm - PLACE_MM, stroke_mm + PLACE_MM)
         )
         return guard.factor * curve.fast * (now_kN - before_kN)
-    frame = guard.frame_kN_per_mm
-    return gone_mm * (STIFFEST_FRAME_KN_PER_MM if frame is None else frame / FRAME_SHARES[0])
+    return gone_mm * guard.stiffest_kN_per_mm
 
 
 def _stroke_mm(stretch: Stretch) -> float | None:

@@ -192,14 +192,13 @@ def evaluate_archive(
     names = [str(path) for path in files]
     runs = [found[name] for name in names if name in found]
     told = each_once([run.recording for run in runs])
-    original = {copy.path: copy.of for copy in told.copies}
     evaluation = ArchiveEvaluation(
         runs=tuple(runs[place] for place in told.kept),
         failures=tuple(failed[name] for name in names if name in failed),
         settings=settings,
         software=software(),
         reused=reused,
-        conformity=tuple(original.get(name, name) for name in conformity),
+        conformity=told.counted(conformity),
         copies=told.copies,
         warnings=told.warnings,
     )
