@@ -29,6 +29,8 @@ PYTHON = ENVIRONMENT / "bin" / "python"
 OLDEST_PYTHON = (3, 11)
 OLDEST_PIP = (22, 3)
 BUSY = "tests/main_job/test_busy_machine.py"
+HANGS = ("-o", "faulthandler_timeout=600", "-o", "faulthandler_exit_on_timeout=true")
+"""A test of which nothing comes for so long hangs: show where each of its threads is, and end [s]."""
 
 
 def fingerprint() -> str:
@@ -126,8 +128,10 @@ def test(arguments: list[str]) -> int:
         return run("-m", "pytest", *arguments, folder=ROOT)
     workers = str(min(4, os.cpu_count() or 1) + 1)
     timed = [*arguments, "--durations=25"]  # a suite grows slow test by test: show which
+    if not arguments:
+        timed += HANGS
     parts = (
-        ["-n", workers, f"--ignore={BUSY}"],
+        ["-n", workers, "--max-worker-restart=0", f"--ignore={BUSY}"],
         [BUSY],
     )
     status = 0

@@ -60,6 +60,7 @@ SHARED_FILES = (
     "tests/drivers/test_fault_messages.py",
     "tests/evaluation/test_budget.py",
     "tests/evaluation/turns/test_end_forces.py",
+    "tests/two_programs/test_meetings.py",
 )
 """Files whose tests share what takes seconds to make: a campaign, figures, a stand with every fault."""
 
