@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import getpass
 import os
+import select
 import sys
 import termios
 import unicodedata
@@ -26,6 +27,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 OPTION = "--yes-move"
 UNTOUCHED = "nothing was moved, and no device was touched"
 """What every refusal says."""
+LOOK_S = 0.1
+"""How often it is seen whether a question was interrupted [s]."""
 
 
 @dataclass(frozen=True)
@@ -162,6 +165,9 @@ def typed_line(question: str) -> str:
     with suppress(OSError, ValueError, termios.error):
         termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
     click.echo(question, nl=False, err=True)
+    # A Ctrl-C just before a blocking read would not be seen until the next key.
+    while not select.select([sys.stdin], [], [], LOOK_S)[0]:
+        pass
     line = sys.stdin.readline()
     if not line.endswith("\n"):
         click.echo(err=True)  # the cursor stands behind the question still

@@ -45,8 +45,9 @@ class Terminal:
 
     def end(self) -> int:
         """Read to the program's end; return its exit status."""
+        until_s = time.monotonic() + PATIENCE_S
         while self._read():
-            pass
+            assert time.monotonic() < until_s, f"it does not end:\n{self.text[-2000:]}"
         return self.process.wait(PATIENCE_S)
 
     def _read(self) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import select
 import socket
 import threading
 from collections.abc import Iterator
@@ -14,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cli.arming import Movement, ask_to_move, check_given
+from cli.arming import LOOK_S, Movement, ask_to_move, check_given, typed_line
 from cli.campaigns import prepare
 from cli.movement import campaign_movement, motion_text
 from foundation.errors import BadInput
@@ -204,6 +206,31 @@ def test_only_the_id_is_the_id(answer: str) -> None:
 
 def test_an_accent_may_be_written_in_either_way() -> None:
     check_given(replace(MOVEMENT, subject_id="Prüfling é"), "Pru\u0308fling e\u0301")
+
+
+class _Keyboard:
+    """Standard input that is read only once there is something: a read that waits does not see a Ctrl-C."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+
+    def fileno(self) -> int:
+        return self._descriptor
+
+    def readline(self) -> str:
+        assert select.select([self._descriptor], [], [], 0.0)[0], "a Ctrl-C just before this is not seen"
+        return os.read(self._descriptor, 100).decode()
+
+
+def test_a_question_waits_where_an_interrupt_just_before_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    keyboard, keys = os.pipe()
+    monkeypatch.setattr("sys.stdin", _Keyboard(keyboard))
+    presses = threading.Timer(3.0 * LOOK_S, os.write, (keys, b"A-105\n"))
+    presses.start()
+    assert typed_line("which one? ") == "A-105"
+    presses.join()
+    for end in (keyboard, keys):
+        os.close(end)
 
 
 def test_consent_names_who_and_how(capsys: pytest.CaptureFixture[str]) -> None:
