@@ -57,12 +57,18 @@ SHARED_FILES = (
     "tests/main_job/",
     "tests/cli/test_model_paper.py",
     "tests/contract/controller/test_announced.py",
+    "tests/daq/test_kill_under_force.py",
+    "tests/drivers/conformance/",
     "tests/drivers/test_fault_messages.py",
     "tests/evaluation/test_budget.py",
     "tests/evaluation/turns/test_end_forces.py",
+    "tests/evaluation_report/test_browser.py",
+    "tests/monitor/test_browser.py",
+    "tests/monitor/test_protocol.py",
+    "tests/peers/",
     "tests/two_programs/test_meetings.py",
 )
-"""Files whose tests share what takes seconds to make: a campaign, figures, a stand with every fault."""
+"""Files whose tests share what takes seconds to make: a campaign, figures, a page, a program, a stand."""
 
 
 class _TestByTest(LoadScopeScheduling):  # type: ignore[misc] - xdist states no types

@@ -68,7 +68,7 @@ def test_a_specimen_whose_losses_equal_its_heat_is_not_doubted(
     assert stopped_at_s(Body(cools_s=cools_s, stated_times=stated_times, heating=heating)) is None
 
 
-@pytest.mark.parametrize("seconds", [1.0, 10.0])
+@pytest.mark.parametrize("seconds", [1.0, pytest.param(10.0, marks=pytest.mark.long)])
 def test_a_stand_in_virtual_time_names_it_with_its_facts(seconds: float) -> None:
     """Readings come every second, or every ten, as at ten times the speed of the wall."""
     case = Case(sines=((50.0, 25.0, 1.0, 240),), static_first=False, static_mm=1.0, block_s=0.2)

@@ -233,8 +233,8 @@ def warm_run(shape: Specimen, chain: int, own: int, temperature_C: float) -> Run
 
 @pytest.mark.parametrize("scatter", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
 def test_a_dose_of_sweeps(scatter: float) -> None:
-    """25 sweeps of four runs: of 200 intervals, which hang together by sweep, 95 % ± 3 % hold the truth."""
-    hits = sweep_hits(SWEEPS[4], range(25), scatter)
+    """15 sweeps of four runs: of 120 intervals, which hang together by sweep, 95 % ± 3 % hold the truth."""
+    hits = sweep_hits(SWEEPS[4], range(15), scatter)
     assert 0.87 <= np.mean([half for half, _ in hits.values()]) <= 1.0
     assert {name: half for name, (half, _) in hits.items() if half < 0.75} == {}
     assert all(half <= U for half, U in hits.values())
@@ -261,7 +261,7 @@ def test_a_late_force_is_in_the_slope() -> None:
 def test_a_dose_of_differences() -> None:
     """One chain: scale, reversal and linearity leave the difference of two runs; its U is a small part."""
     for kind in ("harmonic", "static"):
-        hits, narrower = difference_hits(kind, range(25))
+        hits, narrower = difference_hits(kind, range(15))
         assert 0.86 <= np.mean([half for half, _ in hits.values()]) <= 1.0
         assert all(half <= U for half, U in hits.values())
         assert narrower["stored_energy_J"] < 0.5
@@ -271,7 +271,7 @@ def test_a_dose_of_differences() -> None:
 @pytest.mark.parametrize("kind", ["harmonic", pytest.param("static", marks=pytest.mark.long)])
 def test_a_dose_of_temperatures(kind: str) -> None:
     """At equal stroke the errors of the turning points leave force and stored energy, but not the area."""
-    hits = temperature_hits(kind, range(25))
+    hits = temperature_hits(kind, range(15))
     assert {name: half for name, (half, _) in hits.items() if half < 0.8} == {}
 
 
