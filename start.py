@@ -30,7 +30,7 @@ OLDEST_PYTHON = (3, 11)
 OLDEST_PIP = (22, 3)
 BUSY = "tests/main_job/test_busy_machine.py"
 HANGS = ("-o", "faulthandler_timeout=600", "-o", "faulthandler_exit_on_timeout=true")
-"""A test of which nothing comes for so long hangs: show where each of its threads is, and end [s]."""
+"""A test that takes ten minutes hangs: show where each of its threads is, and end it."""
 
 
 def fingerprint() -> str:
@@ -131,6 +131,7 @@ def test(arguments: list[str]) -> int:
     if not arguments:
         timed += HANGS
     parts = (
+        # Behind a worker that died and was replaced, a run that hands out by groups never ends.
         ["-n", workers, "--max-worker-restart=0", f"--ignore={BUSY}"],
         [BUSY],
     )

@@ -32,7 +32,6 @@ def campaign_at_80(folder: Path) -> Path:
     return path
 
 
-@pytest.mark.long
 def test_the_grid_at_80_mm_runs_and_fig_8b_has_its_points(tmp_path: Path) -> None:
     plan, stand_file = sample_plan(campaign_at_80(tmp_path))
     assert [step.amplitude_mm for step in plan.steps] == [5.0, 10.0, 15.0, 15.0, 20.0]

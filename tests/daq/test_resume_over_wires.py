@@ -60,7 +60,7 @@ def left_behind(stand_file: StandFile, round_trip_s: float, how: str) -> InProce
         pytest.param(0.04, "together", marks=pytest.mark.long),
         pytest.param(5.0, "together", marks=pytest.mark.long),
         (10.0, "together"),
-        pytest.param(2.0, "apart", marks=pytest.mark.long),
+        (2.0, "apart"),
         pytest.param(4.5, "apart", marks=pytest.mark.long),
     ],
 )

@@ -119,7 +119,6 @@ def test_too_many_missed_cycles_stop(tmp_path: Path) -> None:
     assert not opened.device.controller.valve_on
 
 
-@pytest.mark.long
 def test_a_stand_that_waits_for_its_reader_is_not_refused_for_a_slow_wire(tmp_path: Path) -> None:
     """On a busy computer the round trip to a simulated stand is that of its processor time."""
     outcome, _ = run_over(tmp_path, 0.03, settings=RunSettings(waited_for=True))

@@ -84,7 +84,7 @@ def test_a_campaign_loses_no_sample_in_silence(
     assert outcome.at_rest
 
 
-@pytest.mark.parametrize("case", cases((), SLOW + SPECIAL))
+@pytest.mark.parametrize("case", cases(DAILY[:1], SLOW + SPECIAL))
 def test_a_killed_campaign_is_released_and_resumed(
     case: Case, program: Program, tmp_path: Path, record_property: Record
 ) -> None:
@@ -119,7 +119,7 @@ def test_what_cannot_keep_up_is_said_and_refused_before_anything_moves(
     assert outcome.at_rest
 
 
-@pytest.mark.parametrize("peer", ["c", pytest.param("go", marks=pytest.mark.long)])
+@pytest.mark.parametrize("peer", ["c", "go"])
 def test_what_a_short_ring_loses_is_counted(peer: str, program: Program, tmp_path: Path) -> None:
     # 60 samples are 60 ms; one reply of fifty is 120 ms late: some are overwritten before they are asked for.
     options = ("--ring", "60", "--late-every", "50", "--late-ms", "120")

@@ -21,12 +21,8 @@ BOTH = ["c", pytest.param("go", marks=pytest.mark.long)]
 @pytest.mark.parametrize("peer", BOTH)
 @pytest.mark.parametrize(
     "options",
-    [
-        pytest.param(
-            ("--late-every", "301", "--late-ms", "700"), id="late beyond the timeout", marks=pytest.mark.long
-        ),
-        pytest.param(("--cut-every", "97"), id="cut"),
-    ],
+    [("--late-every", "301", "--late-ms", "700"), ("--cut-every", "97")],
+    ids=["late beyond the timeout", "cut"],
 )
 def test_bad_replies_now_and_then_cost_no_sample(
     peer: str, options: tuple[str, ...], program: Program, tmp_path: Path
@@ -109,7 +105,6 @@ def test_a_second_program_touches_nothing(peer: str, program: Program, tmp_path:
         assert not running.end()["valve"]
 
 
-@pytest.mark.long
 def test_two_controllers_at_once_know_nothing_of_each_other(program: Program, tmp_path: Path) -> None:
     with (
         controller(Case("c", ("--delay-ms", "1")), program("c"), tmp_path / "c") as one,
