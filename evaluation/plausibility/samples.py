@@ -88,6 +88,15 @@ class Samples:
         return _scanned(self.value)
 
     @cached_property
+    def unevenness(self) -> float:
+        """How many times the shortest time between two samples the longest one is."""
+        if self.time_s.size < 2:
+            return 1.0
+        steps_s = np.diff(self.time_s)
+        shortest_s = float(np.min(steps_s))
+        return float(np.max(steps_s)) / shortest_s if shortest_s > 0.0 else float("inf")
+
+    @cached_property
     def codes(self) -> NDArray[np.intp]:
         """Rows that hold a code in the place of a reading (:mod:`evaluation.plausibility.codes`)."""
         scan = self.scan
