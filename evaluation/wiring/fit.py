@@ -84,7 +84,9 @@ def _nearest_late_s(time_s: FloatArray, x: FloatArray, y: FloatArray) -> float |
     at_s = time_s[0] + _COARSE_S * np.arange(-most, count + most)
     moved = np.interp(at_s, time_s, x)
     every = -(-count // _LOOKED_AT)
-    windows = sliding_window_view(moved - np.mean(moved), count)[:, ::every]  # the first: x earliest, y latest
+    windows = sliding_window_view(moved - np.mean(moved), count)[
+        :, ::every
+    ]  # the first: x earliest, y latest
     later = np.interp(at_s[most : most + count : every], time_s, y)
     later = later - np.mean(later)
     mean = np.mean(windows, axis=1)
