@@ -46,7 +46,7 @@ def doubted_signals(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     known = list(known)
     outlook = outlook_of(look)
     sides = _side_by_side(look, look.samples.signals, outlook)
-    sides += [one for one in late_force(look) if not _said(one, sides)]
+    sides += [one for one in late_force(look, known) if not _said(one, sides)]
     if _explains_signs(sides):
         known = [one for one in known if one.kind != "sign"]
     planned = [one for one in force_and_plan(look, outlook) if not _scaled((*known, *sides))]

@@ -6,13 +6,15 @@ after the stroke has turned. What does is late: a filter, or a wrong ``delay_s``
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
+from evaluation.motion import Cycle
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
-from evaluation.record import Record
+from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
 from evaluation.wiring.fit import fitted, lateness
 from evaluation.wiring.words import SETTING, doubt
@@ -25,6 +27,10 @@ MOST = 0.6
 """… in so many of the cycles."""
 LEAST_LATE_S, LEAST_STEPS = 0.02, 2.0
 """A force that is late by less, or by fewer steps of the sampling, is not told."""
+TOP_NOISES, TOP_SHARE = 4.0, 0.0005
+"""The stroke is at its top within so many standard deviations of its noise, or this share of its range."""
+DWELL_STEPS = 3.0
+"""A dwell of fewer steps of the sampling is none."""
 UPPER = 0.5
 """At the upper turn the force is in the upper part of its range."""
 BETTER, PROPER = 0.4, 0.5
@@ -32,22 +38,30 @@ BETTER, PROPER = 0.4, 0.5
 _FEWEST, _LOOKED_AT = 100, 8000
 
 
-def late_force(look: Look) -> list[Finding]:
+def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     """Return by how much the force is late, where the record shows it.
 
     Parameters
     ----------
     look : Look
         Of an impact, and of a record without cycles, nothing can be told.
+    known : iterable of Finding
+        What else was found. Cycles in which a channel is clipped have lost their turn, or the force's peak.
     """
     record = look.record
     if look.facts.kind not in KINDS or record.time_s.size < _FEWEST:
         return []
     least_s = max(LEAST_LATE_S, LEAST_STEPS * float(np.median(np.diff(record.time_s))))
-    complete = [result for result in look.results if result.cycle.complete]
-    turns = [turn for result in complete if (turn := _after_turn(record, result)) is not None]
-    late = [turn.late_s for turn in turns if turn.rise > RISE and turn.late_s > least_s]
-    size_s = float(np.median(late)) if late and len(late) >= MOST * len(turns) else _by_shift(record, least_s)
+    cut = {number for one in known if one.kind == "clipped" for number in one.cycles}
+    complete = [r for r in look.results if r.cycle.complete and r.cycle.index not in cut]
+    turns = [
+        turn for result in complete if (turn := _after_turn(record, result, look.stroke.sigma)) is not None
+    ]
+    late = [turn.late_s for turn in turns if turn.rise > RISE and turn.behind_s > least_s]
+    if late and len(late) >= MOST * len(turns):
+        size_s: float | None = float(np.median(late))
+    else:
+        size_s = None if cut else _by_shift(record, least_s)
     if size_s is None:
         return []
     text = (
@@ -72,13 +86,14 @@ def _by_shift(record: Record, least_s: float) -> float | None:
 
 
 class _Turn(NamedTuple):
-    """By how much of its range the force rises after an upper turn, and for how long [s]."""
+    """By how much of its range the force rises after an upper turn, how long [s], and how late it is [s]."""
 
     rise: float
+    behind_s: float
     late_s: float
 
 
-def _after_turn(record: Record, result: CycleResult) -> _Turn | None:
+def _after_turn(record: Record, result: CycleResult, noise_mm: float) -> _Turn | None:
     """Return what the force does after a cycle's upper turn; None where that says nothing of its lateness."""
     cycle, own = result.cycle, result.quantities
     if own.force_max_kN is None or own.force_min_kN is None:
@@ -94,4 +109,35 @@ def _after_turn(record: Record, result: CycleResult) -> _Turn | None:
         return None  # of the other sign, or by more than a quarter of the cycle
     peak = first + int(np.argmax(record.force_kN[first:last]))
     rise = (float(record.force_kN[peak]) - at_turn) / range_kN
-    return _Turn(rise, float(record.time_s[peak]) - leave_s)
+    behind_s = float(record.time_s[peak]) - leave_s
+    held_s = _held_later_s(record, cycle, noise_mm) if rise > RISE else None
+    return _Turn(rise, behind_s, behind_s if held_s is None else held_s)
+
+
+def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float | None:
+    """Return by how much later than the stroke the force dwells at its top [s]; None: the stroke does not.
+
+    A force relaxes in its dwell, which is the stretch as long as the stroke's in which it is greatest on
+    average.
+    """
+    rows = slice(*np.searchsorted(record.time_s, (cycle.start.leave_s, cycle.end.time_s)).tolist())
+    time_s, force, stroke = (col[rows] for col in (record.time_s, record.force_kN, record.stroke_mm))
+    begins_s, ends_s = cycle.top.time_s, cycle.top.leave_s
+    if ends_s <= begins_s:
+        begins_s, ends_s = _at_top_s(time_s, stroke, max(TOP_NOISES * noise_mm, TOP_SHARE * cycle.range_mm))
+    begins = time_s[time_s + (ends_s - begins_s) <= time_s[-1]]
+    if ends_s - begins_s < DWELL_STEPS * float(np.median(np.diff(time_s))) or not begins.size:
+        return None
+    area = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time_s)))
+    within = np.interp(begins + (ends_s - begins_s), time_s, area) - area[: begins.size]
+    return float(begins[int(np.argmax(within))]) - begins_s
+
+
+def _at_top_s(time_s: FloatArray, stroke: FloatArray, depth_mm: float) -> tuple[float, float]:
+    """Return from when to when a stroke is at its top [s], without the flanks.
+
+    Those are twice as long to twice the depth, which takes them off.
+    """
+    near, further = (np.flatnonzero(stroke >= np.max(stroke) - k * depth_mm)[[0, -1]] for k in (1, 2))
+    begins_s, ends_s = (2.0 * time_s[near] - time_s[further]).tolist()
+    return begins_s, ends_s

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,6 +58,7 @@ class Applied:
         False  # of the issue's list, and so large that it must be named unless figures stay within U
     )
     harmless: bool = False  # costs no cycle and no verdict
+    right: Callable[[float], bool] | None = None  # whether the size that a finding of its kinds tells is true
 
     def touches(self, figure: str) -> bool:
         """Return whether this figure or requirement is read from what the fault falsifies."""
@@ -86,6 +88,8 @@ class Applied:
         # a turned sign shows in the loop's area, cycles that are unlike in either channel
         either = not channel or self.channel in {"", "time"} or kind in {"sign", "unlike"}
         same = either or channel.startswith(self.channel)
+        if self.right is not None and kind in self.kinds and not self.right(float(finding["size"])):
+            return False
         return kind in kinds and same and self.overlaps(start_s, end_s)
 
     def said_in(self, warnings: list[str]) -> bool:

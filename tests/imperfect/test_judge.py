@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from .chain import Scene
 from .expected import conditions, covered, of_the_run
 from .judge import judge
 from .judgement import Judgement
+from .kinds import statements
 
 
 def _sound() -> Scene:
@@ -190,3 +192,25 @@ def test_what_a_record_holds_besides_is_held(judged: tuple[Scene, dict[str, Any]
     said = {(c, w, d.split(":")[0]) for c, w, d in judge(scene, document, []).findings}
     assert ("gross", "absorbed_energy_J", "cumulated") in said
     assert {"residual_mm", "settling stored_energy_J"} <= {w for c, w, _ in said if c == "gross"}
+
+
+@pytest.mark.parametrize(("told_s", "right"), [(0.30, True), (0.27, True), (0.2, False), (0.4, False)])
+def test_a_lateness_is_rightly_told_by_its_size(
+    judged: tuple[Scene, dict[str, Any]], told_s: float, right: bool
+) -> None:
+    scene, document, run = _falsified(judged)
+    late = statements.force_late(np.random.default_rng(0), copy.copy(scene))
+    finding = {
+        "kind": "delay",
+        "channel": "force",
+        "start_s": None,
+        "end_s": None,
+        "text": "",
+        "size": told_s,
+    }
+    assert late.right is not None
+    scene.applied = [
+        replace(late, right=lambda size: abs(size - 0.3) <= statements.told_within_s(scene, 0.3))
+    ]
+    run["plausibility"] = [finding]
+    assert (("false alarm", "delay of force") in _said(judge(scene, document, []))) == (not right)

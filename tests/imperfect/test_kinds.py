@@ -77,3 +77,11 @@ def test_a_code_is_written_as_a_logger_writes_it(tmp_path: Path) -> None:
     text = world.write(scene, tmp_path).record.read_text()
     assert "9.91E+37" in text.replace(",", ".")
     assert max(map(len, text.splitlines())) < 200
+
+
+def test_a_late_force_has_noise_of_its_own_before_its_first_reading() -> None:
+    scenes = (world.make(number, "force-late-beyond") for number in range(60))
+    late = next(s for s in scenes if s.applied and not s.applied[0].size.startswith("-"))
+    rows = late.time_s < late.time_s[0] + 1e-3 * float(late.applied[0].size.split()[0])
+    assert np.count_nonzero(rows) > 2
+    assert np.unique(late.force_read_kN[rows]).size == np.count_nonzero(rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.imperfect.applied import Applied
-from tests.imperfect.chain import Scene
+from tests.imperfect.chain import Array, Scene
 
 from .channels import CHANNEL_WORDS
 from .common import cycle_s, unloaded
@@ -37,20 +37,42 @@ PHASE = PLACES | {
     "first contact",
 }
 
+# evaluation.md, "Wiring and scaling": a lateness is told from 20 ms and two steps of the sampling on
+LEAST_LATE_S, LEAST_LATE_STEPS, TWO_DIGITS = 0.02, 2.0, 0.05
+
 
 def force_late(rng: np.random.Generator, s: Scene) -> Applied:
-    """The force is late or early by more than is stated: no record can show that."""
+    """The force is late or early by more than is stated: few records show that, and none needs to."""
     late = rng.uniform(0.005, 0.05) * cycle_s(s) * rng.choice([-1.0, 1.0])
-    s.force_read_kN = np.interp(s.time_s - late, s.time_s, s.force_read_kN)
+    s.force_read_kN = _delayed(rng.spawn(1)[0], s, late)
     return Applied(
         "force-late-beyond",
         f"{late * 1e3:.1f} ms",
+        kinds=("delay",),
         channel="force",
         figures="hidden",
         falsifies=PHASE,
         # a force that is early makes loops of negative area; a late one still falls at rests
         may=("sign", "unlike", "offset-jump", "gain-jump", "drift", "zero"),
+        right=lambda told_s: abs(told_s - late) <= told_within_s(s, late),
     )
+
+
+def _delayed(rng: np.random.Generator, s: Scene, late_s: float) -> Array:
+    """Return the force of a moment so much earlier; what came before the first reading has its own noise."""
+    at = s.time_s - late_s
+    read = np.interp(at, s.time_s, s.force_read_kN)
+    beyond = (at < s.time_s[0]) | (at > s.time_s[-1])
+    edge = np.clip(at, s.time_s[0], s.time_s[-1])
+    moved = np.interp(at, s.motion.time_s, s.force_kN) - np.interp(edge, s.motion.time_s, s.force_kN)
+    noise = rng.normal(0.0, float(str(s.facts["noise_kN"])), len(at))
+    return np.asarray(np.where(beyond, read + moved + noise, read))
+
+
+def told_within_s(s: Scene, late_s: float) -> float:
+    """Return how exactly a lateness is told: no lesser one is (evaluation.md), and it has two digits."""
+    step_s = float(np.median(np.diff(s.time_s)))
+    return max(LEAST_LATE_S, LEAST_LATE_STEPS * step_s) + TWO_DIGITS * abs(late_s)
 
 
 def zero_off(rng: np.random.Generator, s: Scene) -> Applied | None:
