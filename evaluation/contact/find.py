@@ -39,6 +39,9 @@ _MOVED_MM = 0.1
 """The approach moves where it is so far from where it stood."""
 _CURVED = 0.15
 """A branch that is extrapolated may bend by this share of the way."""
+_PUSHES = 4.0
+"""Behind the contact the force rises so many times as far as it may before it: two branches in contact that
+follow each other are not so different."""
 _BRANCH_MM = 2.0
 """The branch that is extrapolated back: so far from where the force rises, without its first third."""
 
@@ -104,7 +107,8 @@ def find_first_contact(record: Record, top_s: float, stated_zero_mm: float = 0.0
         return _not_shown(why, stated_zero_mm)
     low = record.force_kN.size // 50
     lowest = float(np.partition(record.force_kN, low)[low])
-    if abs(level) > _OFFSET_SHARE * largest or level - lowest > max(2.0, _UNLOADED_SHARE * largest):
+    loaded = abs(level) > _OFFSET_SHARE * largest or level - lowest > max(2.0, _UNLOADED_SHARE * largest)
+    if loaded and not _approaches(stroke, force, at, level, band):
         return _not_shown(f"the record begins loaded, with {level:.1f} kN", stated_zero_mm)
     if at + 1 >= stroke.size or record.has_break(max(0, at - 1), at + 1):
         return _not_shown("the record has a hole where the force begins to rise", stated_zero_mm)
@@ -114,6 +118,23 @@ def find_first_contact(record: Record, top_s: float, stated_zero_mm: float = 0.0
     beyond = abs(place) > expanded + stated_zero_mm
     why = f"first contact at {place:.2f} ± {expanded:.2f} mm of the recorded stroke"
     return FirstContact(place, expanded, -place, level, stated_zero_mm, beyond, how, why)
+
+
+def _approaches(
+    stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float, band_kN: float
+) -> bool:
+    """Say whether the stroke moves on freely up to sample ``at``, whatever the cell shows of nothing.
+
+    A specimen that is in contact pushes as soon as it is moved. One that does not on a way, and pushes by
+    many times the band of noise on as long a way behind it, was not in contact: the force's zero is off.
+    """
+    moved = max(_MOVED_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
+    stood = float(np.median(stroke_mm[:_FEWEST_REST]))
+    way = float(stroke_mm[at]) - stood
+    if np.count_nonzero(stroke_mm[: at + 1] > stood + moved) < _FEWEST_REST:
+        return False
+    far = int(np.argmax(stroke_mm[at:] > stroke_mm[at] + way)) + at
+    return float(force_kN[far]) - level_kN > _PUSHES * band_kN
 
 
 def _not_shown(why: str, stated_zero_mm: float) -> FirstContact:

@@ -98,6 +98,16 @@ def test_the_shipped_static_run_begins_at_its_zero() -> None:
     assert not run.first_contact.beyond
 
 
+@pytest.mark.parametrize(("offset_kN", "drift_kN"), [(12.0, 0.0), (-12.0, 0.0), (0.0, -40.0)])
+def test_a_force_that_is_off_does_not_hide_the_contact(offset_kN: float, drift_kN: float) -> None:
+    """It moves up to the contact at one force, whatever the cell makes of nothing."""
+    time, stroke, force = replace(GOOD, contact_mm=3.0).columns()
+    record = make_record(time, stroke, force + offset_kN + drift_kN * time / time[-1])
+    found = find_first_contact(record, 22.6, 0.05)
+    assert found.stroke_mm == pytest.approx(3.0, abs=0.1)
+    assert found.beyond
+
+
 def row(run: RunEvaluation, identity: str, cycle: int = 1) -> RequirementResult:
     return next(r for r in run.requirements if (r.id, r.cycle) == (identity, cycle))
 
@@ -128,6 +138,18 @@ def test_a_wrong_zero_is_named_and_in_u() -> None:
         "first contact at 1.52 ± 0.05 mm of the recorded stroke: the stroke zero lies 1.52"
     )
     assert "preload reads 15.92 instead of 19.85 kN" in said
+
+
+def test_without_stated_errors_u_is_what_the_zero_makes() -> None:
+    right, run = GOOD.evaluate(), replace(GOOD, contact_mm=3.0).evaluate(stated=False)
+    read, true = row(run, "force-at-60mm"), row(right, "force-at-60mm")
+    assert read.measured is not None
+    assert true.measured is not None
+    assert read.expanded_uncertainty is not None
+    assert abs(read.measured - true.measured) < 1.1 * read.expanded_uncertainty
+    assert "U is what the zero makes of it, and no more" in read.why
+    assert row(run, "absorbed-energy-ratio").expanded_uncertainty is None
+    assert row(run, "full-release").expanded_uncertainty is None
 
 
 # From the recorded zero the verdict would be a false one.
