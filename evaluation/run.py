@@ -130,7 +130,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     whole = summed_without_claims(whole, spoiled, [r.cycle.index for r in complete])
     warnings += unfit_warnings(whole)
     warnings += _off_plan(facts, whole)
-    contact = first_contact_of(record, facts, results)
+    contact = first_contact_of(record, facts, results, spoiled.findings)
     requirements: list[RequirementResult] = []
     inspection = inspection_of(facts, options.inspections)
     if unfit := why_not_judged(facts, limits):

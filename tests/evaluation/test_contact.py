@@ -11,8 +11,9 @@ import pytest
 from evaluation.contact import beside, find_first_contact
 from evaluation.document import evaluate_file
 from evaluation.record import make_record
-from evaluation.results import Options, RequirementResult, RunEvaluation, Verdict
-from tests.evaluation.contacts import Approach
+from evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts, Verdict
+from evaluation.run import evaluate_run
+from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import StaticTest
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_runs" / "runs" / "001-static-5mm_s.h5"
@@ -96,6 +97,37 @@ def test_the_shipped_static_run_begins_at_its_zero() -> None:
     assert run.first_contact is not None
     assert run.first_contact.stroke_mm == pytest.approx(0.0, abs=0.1)
     assert not run.first_contact.beyond
+
+
+def test_a_record_that_begins_with_the_motion_shows_it_in_the_next_stroke() -> None:
+    test = replace(GOOD, contact_mm=3.0, approach_mm=0.1)
+    record = test.record()
+    begun = record.time_s > 1.01
+    rest = make_record(record.time_s[begun], record.stroke_mm[begun], record.force_kN[begun])
+    assert find_first_contact(rest, 22.0).stroke_mm is None
+    run = evaluate_run(rest, RunFacts("static-1", "static", **TIGHT), Options(draws=0))  # type: ignore[arg-type]
+    assert run.first_contact is not None
+    assert run.first_contact.stroke_mm == pytest.approx(3.0, abs=0.1)
+
+
+@pytest.mark.parametrize("preload_kN", [20.0, 0.0])
+def test_a_later_stroke_shows_it_by_a_preload_only(preload_kN: float) -> None:
+    """A specimen without one may not have come back to where it was."""
+    test = replace(GOOD, contact_mm=3.0, preload_kN=preload_kN)
+    turn_s = 1.0 + 2.0 * (102.0 + test.approach_mm) / test.speed_mm_per_s
+    found = find_first_contact(test.record(), turn_s + 23.6, 0.05, turn_s + 0.1)
+    assert (found.stroke_mm is not None) == (preload_kN > 0.0)
+
+
+def test_a_drift_does_not_hide_the_contact() -> None:
+    """The force falls far below the level of the first rest."""
+    test = replace(GOOD, contact_mm=3.0, approach_mm=0.05, offset_kN=0.0)
+    time, stroke, force = test.columns()
+    drifting = make_record(time, stroke, force - 40.0 * time / time[-1])
+    run = evaluate_run(drifting, RunFacts("static-1", "static", **TIGHT), Options(draws=0))  # type: ignore[arg-type]
+    assert any(finding.kind == "drift" for finding in run.findings)
+    assert run.first_contact is not None
+    assert run.first_contact.beyond
 
 
 @pytest.mark.parametrize(("offset_kN", "drift_kN"), [(12.0, 0.0), (-12.0, 0.0), (0.0, -40.0)])
