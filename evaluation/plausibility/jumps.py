@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
+from evaluation.cycles import SLIPPED
 from evaluation.plausibility.drift import drift_of_loops
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.force_jumps import force_jumps
@@ -43,10 +46,35 @@ def jumps(look: Look) -> list[Finding]:
     list of Finding
         ``size`` is in mm or kN, of a gain that changed between cycles its ratio.
     """
-    found = [
+    found = stroke_jumps(look)
+    return found or force_jumps(look) or zero_of_force(look) or level_jumps(look) or drift_of_loops(look)
+
+
+def stroke_jumps(look: Look) -> list[Finding]:
+    """Return the jumps of the stroke, of each draw wire by itself."""
+    return [
         _of_stroke(look, channel, leap) for channel in look.strokes for leap in _stroke_leaps(look, channel)
     ]
-    return found or force_jumps(look) or zero_of_force(look) or level_jumps(look) or drift_of_loops(look)
+
+
+def slips_s(look: Look) -> tuple[float, ...]:
+    """Return when the stroke jumps [s], where a jump makes strokes that are none.
+
+    It does where it goes against the motion: then two turning points lie next to each other.
+
+    Parameters
+    ----------
+    look : Look
+        With its cycles as they were found before.
+    """
+    cut_short = (
+        after.index - before.index <= SLIPPED
+        for cycle in (result.cycle for result in look.results if not result.cycle.complete)
+        for before, after in pairwise((cycle.start, cycle.top, cycle.end))
+    )
+    if not any(cut_short):
+        return ()
+    return tuple(finding.start_s for finding in stroke_jumps(look))
 
 
 def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
