@@ -20,6 +20,8 @@ from evaluation.plausibility.samples import Samples
 
 LEAST_ROWS = 8
 """So many samples at the extreme …"""
+CHANCE = 1e-6
+"""… or fewer, if noise makes so many alike less often than this …"""
 LEAST_RUN = 4
 """… and of a record without noise so many in a row."""
 MOVED_SHARE, MOVED_NOISE, MOVED_STEPS = 0.005, 8.0, 2.0
@@ -100,7 +102,8 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
     if channel.is_noisy:
         runs = level.runs[lengths >= 2]
         count = int(np.sum(lengths[lengths >= 2]))
-        if count < LEAST_ROWS * held or 2 * count < int(np.sum(lengths)):
+        few = count < LEAST_ROWS * held and not _beyond_chance(channel, count - runs.shape[0])
+        if few or 2 * count < int(np.sum(lengths)):
             return runs[:0]
         beside = np.abs(channel.value - level.value) <= _NEXT * channel.resolution
         if _FEWER_NEXT * (int(np.count_nonzero(beside)) - int(np.sum(lengths))) > count:
@@ -113,6 +116,17 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
     runs = level.runs[lengths >= LEAST_RUN * held]
     cut = [_is_cut(channel, other, run, level.side) for run in runs.tolist()]
     return np.asarray(runs[np.array(cut, dtype=bool)])
+
+
+def _beyond_chance(channel: Samples, pairs: int) -> bool:
+    """Say whether noise does not make so many pairs of neighbours that are alike to the last digit.
+
+    Two values with noise s that is written in steps of r are alike with the probability r / (2 √π s).
+    """
+    if channel.sampling.held > 1:
+        return False
+    alike = channel.resolution / (2.0 * float(np.sqrt(np.pi)) * channel.noise)
+    return bool(alike**pairs < CHANCE)
 
 
 def _least_move(other: Samples) -> float:

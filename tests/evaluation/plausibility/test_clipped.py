@@ -40,6 +40,17 @@ def test_clipped_harmonic(column: int, noise: float) -> None:
     assert len(of_kind(run, "clipped")) == 1
 
 
+def test_few_samples_at_the_end_of_the_range_are_enough_where_noise_tells() -> None:
+    """Six samples in three strokes: noise makes two neighbours alike once in 350 times."""
+
+    def cut(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        level = np.sort(force)[-7]
+        return time_s, stroke, np.round(np.minimum(force, level), 3)
+
+    (finding,) = of_kind(static(cut, rate_Hz=50.0, speed_mm_per_s=25.0), "clipped")
+    assert finding.channel == "force"
+
+
 @pytest.mark.parametrize("steps", [30, 100, 1000])
 def test_converter_steps_at_slow_turns_are_none(steps: int) -> None:
     def coarse(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
