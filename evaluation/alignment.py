@@ -13,8 +13,7 @@ from typing import Literal
 import numpy as np
 
 from evaluation.cycles import cycle_samples
-from evaluation.loops import LoopStack, cut_loops
-from evaluation.motion import Cycle, Loop
+from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
 from evaluation.spectra import HARMONICS, spectra
 from evaluation.splines import moved_evenly, spline_at
@@ -149,16 +148,18 @@ def skew_sensitivity(
     if periodic and chosen:
         sine = all((c.stroke_distortion or 1.0) <= SINE_STROKE for c in chosen)
         form = "sine-stroke" if sine else "constant-speed"
+    paths: list[_Path] = []
     shifted: list[tuple[float, float | None]] = []
     closed: list[tuple[float, float | None]] = []
     if chosen:
-        loops = _Loops.shifted(record, chosen)
-        shifted = [loops.by_shifting(row) for row in range(len(chosen))]
+        moved = _moved_about(record, chosen, (-SHIFT_S, SHIFT_S))
+        paths = [_Path.of(record, cycle, *own) for cycle, own in zip(chosen, moved, strict=True)]
+        shifted = [path.by_shifting() for path in paths]
     if form != "none":
         known = [k for k in (storage_stiffness_kN_per_mm or ())[: len(chosen)] if k is not None]
         if len(known) < len(chosen):
             known = spectra(record, chosen).first_harmonic().real.tolist()
-        closed = [loops.closed_form(row, k, form) for row, k in enumerate(known)]
+        closed = [path.closed_form(k, form) for path, k in zip(paths, known, strict=True)]
     return SkewSensitivity(
         cycles=tuple(cycle.index for cycle in chosen),
         absorbed_energy_J_per_ms={
@@ -179,82 +180,80 @@ def _mean(values: Sequence[float | None]) -> float | None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Loops:
-    """Loops of some cycles, each three times: as they are, with the force moved later, and earlier.
+class _Path:
+    """Force over stroke of one cycle from leaving its lower turn to being back, shape (N,) each.
 
-    ``stored_J``, ``absorbed_J``: W_s and W_a, shape (C, 3).
+    Its areas are plain ones: what a shift changes hangs on the motion alone, which stands still at the turns
+    whose forces other figures are read with so much care. ``late_kN``, ``early_kN``: the force moved by
+    :data:`SHIFT_S`. Sample ``top`` is the first of unloading, ``arrived`` the first after loading: between
+    them the stroke dwells.
     """
 
-    cycles: Sequence[Cycle]
-    stacks: Sequence[LoopStack]
-    stored_J: FloatArray
-    absorbed_J: FloatArray
+    time_s: FloatArray
+    stroke_mm: FloatArray
+    force_kN: FloatArray
+    late_kN: FloatArray
+    early_kN: FloatArray
+    arrived: int
+    top: int
+    cycle: Cycle
 
     @classmethod
-    def shifted(cls, record: Record, cycles: Sequence[Cycle]) -> _Loops:
-        """Cut the loops: what is about each cycle is put three times one after another, and cut at once."""
-        columns: list[tuple[FloatArray, ...]] = []
-        copies: list[Cycle] = []
-        begin_s = 0.0
-        moved = _moved_about(record, cycles, (-SHIFT_S, SHIFT_S))
-        for cycle, (part, both) in zip(cycles, moved, strict=True):
-            time = record.time_s[part]
-            since, length = time - time[0], 2.0 * float(time[-1] - time[0])
-            for own in (record.force_kN[part], *both):
-                columns.append((since + begin_s, record.stroke_mm[part], own))
-                copies.append(_later(cycle, begin_s - float(time[0])))
-                begin_s += length
-        time_s, stroke_mm, force_kN = (np.concatenate(column) for column in zip(*columns, strict=True))
-        stacks = list(cut_loops(Record(time_s, stroke_mm, force_kN, averaged=record.averaged), copies))
-        stored, absorbed = (
-            np.concatenate(parts).reshape(-1, 3)
-            for parts in (
-                [stack.stored_energy_J() for stack in stacks],
-                [stack.absorbed_energy_J() for stack in stacks],
-            )
-        )
-        return cls(cycles, stacks, stored, absorbed)
+    def of(cls, record: Record, cycle: Cycle, part: slice, moved: Sequence[FloatArray]) -> _Path:
+        """Return the path of a cycle; ``moved``: the force about it, moved later and earlier."""
+        time_s, start, top, end = record.time_s, cycle.start, cycle.top, cycle.end
+        rows = cycle_samples(record, cycle)
+        inside = slice(rows.start - part.start, rows.stop - part.start)
+        ends_s = np.array([start.leave_s, end.time_s])
 
-    def by_shifting(self, row: int) -> tuple[float, float | None]:
+        def whole(column: FloatArray) -> FloatArray:
+            first, last = np.interp(ends_s, time_s[part], column).tolist()
+            return np.concatenate(([first], column[inside], [last]))
+
+        stroke = np.concatenate(([start.leave_mm], record.stroke_mm[rows], [end.stroke_mm]))
+        at = np.concatenate((ends_s[:1], time_s[rows], ends_s[1:]))
+        return cls(
+            at,
+            stroke,
+            whole(record.force_kN[part]),
+            whole(moved[0]),
+            whole(moved[1]),
+            *np.searchsorted(at, [top.time_s, top.leave_s]).tolist(),
+            cycle,
+        )
+
+    def areas_J(self, force_kN: FloatArray) -> tuple[float, float]:  # noqa: N802 - the unit keeps its capital
+        """Return stored and absorbed energy of one of the forces [J]; an open loop is closed by a chord."""
+        stroke = self.stroke_mm
+        areas = 0.5 * (force_kN[1:] + force_kN[:-1]) * np.diff(stroke)
+        chord = 0.5 * float(force_kN[-1] + force_kN[0]) * float(stroke[0] - stroke[-1])
+        creeps = self.cycle.top.leave_mm > self.cycle.top.stroke_mm
+        stored = areas[: self.top if creeps else self.arrived]
+        return float(np.sum(stored)), float(np.sum(areas)) + chord
+
+    def by_shifting(self) -> tuple[float, float | None]:
         """Return absorbed energy [J] and damping gained by a millisecond, by shifting to both sides."""
         per_ms = 1e-3 / (2.0 * SHIFT_S)
-        _, late, early = self.absorbed_J[row].tolist()
-        one, two = self._damping(row, 2), self._damping(row, 1)
-        return (early - late) * per_ms, None if one is None or two is None else (one - two) * per_ms
+        (stored, early), (late_stored, late) = self.areas_J(self.early_kN), self.areas_J(self.late_kN)
+        gained = (early - late) * per_ms
+        if min(stored, late_stored) <= 0.0:
+            return gained, None
+        return gained, (early / stored - late / late_stored) * per_ms
 
-    def _damping(self, row: int, copy: int) -> float | None:
-        stored, absorbed = float(self.stored_J[row, copy]), float(self.absorbed_J[row, copy])
-        return absorbed / stored if stored > 0.0 else None
-
-    def closed_form(self, row: int, stiffness: float, form: ClosedForm) -> tuple[float, float | None]:
+    def closed_form(self, stiffness: float, form: ClosedForm) -> tuple[float, float | None]:
         """Return the same by the closed form for sines or for constant speed."""
-        cycle = self.cycles[row]
         if form == "sine-stroke":
-            omega = 2.0 * np.pi / cycle.duration_s
-            energy = float(np.pi * omega * stiffness * (0.5 * cycle.range_mm) ** 2) * 1e-3
+            omega = 2.0 * np.pi / self.cycle.duration_s
+            energy = float(np.pi * omega * stiffness * (0.5 * self.cycle.range_mm) ** 2) * 1e-3
             loading = 0.5 * energy
         else:
-            loop = self._loop(row)
-            peak_kN = float(np.max(loop.force_kN))  # that of the turning point is a mean of both branches
-            rise_kN, fall_kN = peak_kN - float(loop.force_kN[0]), peak_kN - float(loop.force_kN[-1])
-            loading = _mean_speed(loop.time_s[loop.loading], loop.stroke_mm[loop.loading]) * rise_kN * 1e-3
-            down = _mean_speed(loop.time_s[loop.unloading], loop.stroke_mm[loop.unloading])
-            energy = loading + down * fall_kN * 1e-3
-        stored, absorbed = float(self.stored_J[row, 0]), float(self.absorbed_J[row, 0])
+            peak_kN = float(np.max(self.force_kN))  # that of the turning point is a mean of both branches
+            rise_kN, fall_kN = peak_kN - float(self.force_kN[0]), peak_kN - float(self.force_kN[-1])
+            up, down = slice(0, self.arrived + 1), slice(self.top, None)
+            loading = _mean_speed(self.time_s[up], self.stroke_mm[up]) * rise_kN * 1e-3
+            energy = loading + _mean_speed(self.time_s[down], self.stroke_mm[down]) * fall_kN * 1e-3
+        stored, absorbed = self.areas_J(self.force_kN)
         return energy, (energy - absorbed / stored * loading) / stored if stored > 0.0 else None
-
-    def _loop(self, row: int) -> Loop:
-        loops = [(stack, own) for stack in self.stacks for own in range(len(stack.cycles))]
-        stack, own = loops[3 * row]
-        return stack.loop(own)
-
-
-def _later(cycle: Cycle, by_s: float) -> Cycle:
-    start, top, end = (
-        turn._replace(time_s=turn.time_s + by_s, leave_s=turn.leave_s + by_s)
-        for turn in (cycle.start, cycle.top, cycle.end)
-    )
-    return cycle._replace(start=start, top=top, end=end)
 
 
 def _mean_speed(time_s: FloatArray, stroke_mm: FloatArray) -> float:

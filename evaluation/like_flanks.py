@@ -41,6 +41,10 @@ _LEAST_IN_ROW = 6
 """From so many turns in a row on their third differences tell how they scatter."""
 _OF_THIRD_DIFFERENCE = 20.0
 """Σ c² of its weights 1, -3, 3, -1."""
+_NORMAL_MEDIAN_SQUARE = 0.4549364
+"""Half of all squares of normal deviates are below 0.455."""
+_TOLD, _HALF_ALIKE = 4.0, 0.005
+"""Half times of two turns differ by more than so many of their u, and by this share of them, or are one."""
 _MOST_GROUPS = 16
 """Motions about so many levels are told apart."""
 _NEWTON_STEPS = 6
@@ -135,8 +139,9 @@ def _read(
     """Return the turns of one motion by their flanks within a window of the stroke (level, half-width).
 
     Where a motion begins or ends, one flank of a turn is like those of the motion and the other is not: the
-    moment is that of the one, by the half time of the next turn with both. Where neither is, as while an
-    amplitude is still built up, the flanks say nothing of when it turns, and it is in none.
+    moment is that of the one, by the half time of the next turn with both in that motion. Where neither is,
+    as while an amplitude is still built up, the flanks say nothing of when it turns, and it is in none; nor
+    is one between two motions of the same stroke (:func:`_between_motions`).
     """
     moments = np.array(
         [(turns[i - 1].leave_s, *_both(turns[i]), turns[i + 1].time_s) for i in places.tolist()]
@@ -156,8 +161,8 @@ def _read(
     samples[scatter_s > u_s] = 1.0
     u_s = np.maximum(u_s, scatter_s)
     if both.any():
-        nearest = _nearest(places, both)
         one = np.flatnonzero(like[0] ^ like[1])
+        nearest = _of_same_motion(both, like[0])
         sign = np.where(like[0], 1.0, -1.0)
         crossed_s, own_u_s = (
             np.where(like[0], a, b) for a, b in ((down.time_s, up.time_s), (down.u_s, up.u_s))
@@ -165,16 +170,38 @@ def _read(
         middle_s[one] = (crossed_s + sign * half_s[nearest])[one]
         u_s[one] = np.hypot(np.maximum(own_u_s, scatter_s), u_s[nearest])[one]
         half_s[one] = half_s[nearest][one]
-    return LikeFlanks(places, middle_s, half_s, u_s, samples, *window_mm)
+    own = ~_between_motions(places, half_s, u_s)
+    return LikeFlanks(*(column[own] for column in (places, middle_s, half_s, u_s, samples)), *window_mm)
 
 
-def _nearest(places: IndexArray, known: BoolArray) -> IndexArray:
-    """Return the row of the nearest place that is known, of each place (rising)."""
-    rows = np.flatnonzero(known)
-    after = np.minimum(np.searchsorted(places[rows], places), rows.size - 1)
-    before = np.maximum(after - 1, 0)
-    closer = places - places[rows[before]] < places[rows[after]] - places
-    return np.asarray(rows[np.where(closer & (places < places[rows[after]]), before, after)])
+def _between_motions(places: IndexArray, half_s: FloatArray, u_s: FloatArray) -> BoolArray:
+    """Say which turns lie between two frequencies, or a motion and a rest at the level: one flank is slower.
+
+    The middle between unlike flanks is not when the stroke turns. From crossing to crossing it takes another
+    time there than at the turn before and at the one behind; within a motion, at one of them the same.
+    """
+    unlike = np.ones((2, places.size), dtype=bool)
+    if places.size > 1:
+        most_s = np.maximum(
+            _TOLD * np.hypot(u_s[1:], u_s[:-1]), _HALF_ALIKE * np.minimum(half_s[1:], half_s[:-1])
+        )
+        alike = (np.diff(places) == 2) & (np.abs(np.diff(half_s)) <= most_s)
+        unlike[0, 1:] = unlike[1, :-1] = ~alike
+    beside = np.append(np.diff(places) == 2, False)
+    alone = ~(beside | np.roll(beside, 1))
+    return np.asarray(unlike.all(axis=0) & ~alone)
+
+
+def _of_same_motion(both: BoolArray, before: BoolArray) -> IndexArray:
+    """Return the row of the nearest turn with both flanks, of each turn: on the side of its own like flank.
+
+    What lies on the other side of it is another motion.
+    """
+    rows = np.arange(both.size)
+    last = np.maximum.accumulate(np.where(both, rows, -1))
+    coming = np.minimum.accumulate(np.where(both, rows, both.size)[::-1])[::-1]
+    found = np.where((before & (last >= 0)) | (coming == both.size), last, coming)
+    return np.asarray(found)
 
 
 def _like(turns: Sequence[TurningPoint], places: IndexArray, side: int) -> BoolArray:
@@ -196,13 +223,14 @@ def _like(turns: Sequence[TurningPoint], places: IndexArray, side: int) -> BoolA
 def _scatter_s(places: IndexArray, middle_s: FloatArray) -> float:
     """Return how the middles of turns scatter about a motion whose period changes evenly [s]; 0 of too few.
 
-    Noise that is slower than a flank moves its crossing, and nothing within the flank shows it.
+    Noise that is slower than a flank moves its crossing, and nothing within the flank shows it. Where one
+    step of a campaign goes over into the next the period jumps: most turns count, not all.
     """
     in_row = places[3:] - places[:-3] == 6
     if np.count_nonzero(in_row) < _LEAST_IN_ROW - 3:
         return 0.0
     third = np.diff(middle_s, 3)[in_row]
-    return float(np.sqrt(np.mean(third**2) / _OF_THIRD_DIFFERENCE))
+    return float(np.sqrt(np.median(third**2) / _NORMAL_MEDIAN_SQUARE / _OF_THIRD_DIFFERENCE))
 
 
 def _both(turn: TurningPoint) -> tuple[float, float]:

@@ -148,11 +148,12 @@ def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, floa
     mean, mean_difference = float(np.mean(stroke)), float(np.mean(difference))
     centred = stroke - mean
     spread = float(np.dot(centred, centred))
-    if np.max(centred) - np.min(centred) < LEAST_MOTION_MM or spread == 0.0:
+    if float(np.ptp(centred)) < LEAST_MOTION_MM or spread == 0.0:
         return None
     slope = float(np.dot(centred, difference)) / spread
-    left = difference - slope * centred
-    remaining = max(float(np.max(left)) - mean_difference, mean_difference - float(np.min(left)))
+    centred *= -slope
+    centred += difference  # in place: fresh memory for what the line leaves would cost more than the sums
+    remaining = max(float(np.max(centred)) - mean_difference, mean_difference - float(np.min(centred)))
     return mean_difference - slope * mean, slope, remaining
 
 

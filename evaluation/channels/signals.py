@@ -108,6 +108,8 @@ def _known(time_s: FloatArray, own_s: FloatArray) -> NDArray[np.bool_]:
     if own_s is time_s or np.any(np.diff(own_s) < 0.0):
         return np.ones(time_s.size, dtype=np.bool_)
     most_s = hole_from_s(own_s)
+    if float(np.max(np.diff(own_s), initial=0.0)) <= most_s:
+        return np.asarray((time_s > own_s[0]) & (time_s <= own_s[-1]))
     after = np.searchsorted(own_s, time_s)
     inside = (after > 0) & (after < own_s.size)
     at = np.clip(after, 1, own_s.size - 1)

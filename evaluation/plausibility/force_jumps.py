@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps
+from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
 
@@ -60,8 +60,10 @@ def force_jumps(look: Look) -> list[Finding]:
     look : Look
     """
     force = look.force
-    leaps = largest_leaps(force, look.breaks_s, _LOOKED_AT)
     least = max(SHARE * force.span, NOISES * force.sampling.sigma, STEPS * force.sampling.step)
+    if not may_leap(force, least):
+        return []
+    leaps = largest_leaps(force, look.breaks_s, _LOOKED_AT)
     if len(leaps) > _LOOKED_AT // 2:
         least = max(least, ALONE * abs(leaps[_LOOKED_AT // 2].size))
     large = [leap for leap in leaps if abs(leap.size) > least and goes_on(force, leap)]

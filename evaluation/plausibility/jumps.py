@@ -10,7 +10,7 @@ from evaluation.cycles import SLIPPED
 from evaluation.plausibility.drift import drift_of_loops
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.force_jumps import force_jumps
-from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps
+from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
 from evaluation.plausibility.levels import level_jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
@@ -91,9 +91,11 @@ def slips_s(look: Look) -> tuple[float, ...]:
 
 def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
     """Return the leaps that no motion of the record comes near to, in order of time."""
-    leaps = largest_leaps(channel, look.breaks_s, _LOOKED_AT)
     sampling = channel.sampling
     least = max(SHARE * channel.span, NOISES * sampling.sigma, STEPS * sampling.step)
+    if not may_leap(channel, least):
+        return []
+    leaps = largest_leaps(channel, look.breaks_s, _LOOKED_AT)
     if len(leaps) > _MOST:
         least = max(least, ALONE * abs(leaps[_MOST].size))
     fast = _fast(channel)

@@ -29,6 +29,8 @@ _LONGER = 2.5
 """A step that lasts so many times longer than those beside it is a pause of the logger, or a hole."""
 _EVEN = 0.5
 """The steps on one side of a leap differ by less than this share of it."""
+_CHUNK = 8192
+"""Samples that are looked at together: what is made of them stays in the processor's cache."""
 _NEAR_BREAK = 2
 """Channels have instants of their own, a little off those of the record."""
 _WHOLE = 150_000
@@ -73,6 +75,40 @@ def largest_leaps(channel: Samples, breaks_s: Sequence[float], count: int) -> li
     return leaps
 
 
+def may_leap(channel: Samples, least: float) -> bool:
+    """Say whether a channel may have a leap larger than ``least``: most records have none.
+
+    From the step over a leap the motion beside it is taken off. Where samples are evenly spaced, that is at
+    most the largest step of the channel for each sample, and over several samples less than
+    :data:`_MOVES` times the leap: the largest steps tell nearly always.
+
+    Parameters
+    ----------
+    channel : Samples
+    least : float
+        In the channel's unit.
+    """
+    size = channel.value.size
+    if size > _WHOLE or size <= max(WIDTHS) + 2 * BESIDE:
+        return size > _WHOLE
+    return any(
+        float(np.max(np.abs(_left(channel, part, width)[0]), initial=0.0)) > least
+        for width in WIDTHS
+        if _most(channel, width) > least
+        for part in (slice(at, at + _CHUNK + width + 2 * BESIDE) for at in range(0, size, _CHUNK))
+    )
+
+
+def _most(channel: Samples, width: int) -> float:
+    """Return what no leap over ``width`` samples is larger than, by the largest steps (:func:`may_leap`)."""
+    step = float(np.max(channel.scan.step))
+    if width > 1:
+        wide = channel.value[width:] - channel.value[:-width]
+        own = max(float(wide.max()), -float(wide.min()))
+        return min(own / (1.0 - _MOVES[width]), own + width * step * channel.unevenness)
+    return step * (1.0 + channel.unevenness)
+
+
 def goes_on(channel: Samples, leap: Leap) -> bool:
     """Say whether a channel moves evenly before and after a leap, and so goes on from where it arrived.
 
@@ -103,26 +139,43 @@ def _parts(channel: Samples) -> list[slice]:
     ]
 
 
-def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
-    """Return the largest of what steps over ``width`` samples leave when the motion on either side is off."""
+class _Left(NamedTuple):
+    """What steps over some samples leave when the motion on either side is off, shape (K,) each.
+
+    ``speed``: the larger of the speeds beside each; ``own_s``, ``step_s``: how long the step and every step
+    of single samples lasts, (K,) and (N - 1,).
+    """
+
+    left: FloatArray
+    speed: FloatArray
+    own_s: FloatArray
+    step_s: FloatArray
+
+
+def _left(channel: Samples, part: slice, width: int) -> _Left:
     time_s, value = channel.time_s[part], channel.value[part]
-    inner = value.size - width - 2 * BESIDE
-    if inner <= 0:
-        return []
+    inner = max(0, value.size - width - 2 * BESIDE)
     step_s = np.maximum(np.diff(time_s), np.finfo(np.float64).tiny)
     speed = np.diff(value) / step_s
     middle = _median3(speed[:-2], speed[1:-1], speed[2:])
     before, after = middle[:inner], middle[BESIDE + width :][:inner]
     own_s = time_s[BESIDE + width :][:inner] - time_s[BESIDE:][:inner]
     step = value[BESIDE + width :][:inner] - value[BESIDE:][:inner]
-    left = step - np.clip(step, np.minimum(before, after) * own_s, np.maximum(before, after) * own_s)
+    low, high = np.minimum(before, after), np.maximum(before, after)
+    left = step - np.minimum(np.maximum(step, low * own_s), high * own_s)
+    return _Left(left, np.maximum(-low, high), own_s, step_s)
+
+
+def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
+    """Return the largest of what steps over ``width`` samples leave when the motion on either side is off."""
+    left, speed, own_s, step_s = _left(channel, part, width)
     size = np.abs(left)
     largest = np.argpartition(size, -count)[-count:] if size.size > count else np.arange(size.size)
     beside_s = np.minimum(
         _median3(*(step_s[largest + k] for k in range(BESIDE))),
         _median3(*(step_s[largest + BESIDE + width + k] for k in range(BESIDE))),
     )
-    moves = np.maximum(np.abs(before[largest]), np.abs(after[largest])) * own_s[largest]
+    moves = speed[largest] * own_s[largest]
     told = (own_s[largest] <= _LONGER * width * beside_s) & (moves < _MOVES[width] * size[largest])
     rows = largest[told & (size[largest] > 0.0)]
     firsts = rows + BESIDE + part.start

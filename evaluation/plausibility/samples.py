@@ -88,6 +88,15 @@ class Samples:
         return _scanned(self.value)
 
     @cached_property
+    def unevenness(self) -> float:
+        """How many times the shortest time between two samples the longest one is."""
+        if self.time_s.size < 2:
+            return 1.0
+        steps_s = np.diff(self.time_s)
+        shortest_s = float(np.min(steps_s))
+        return float(np.max(steps_s)) / shortest_s if shortest_s > 0.0 else float("inf")
+
+    @cached_property
     def codes(self) -> NDArray[np.intp]:
         """Rows that hold a code in the place of a reading (:mod:`evaluation.plausibility.codes`)."""
         scan = self.scan
@@ -124,9 +133,16 @@ class Samples:
         Noise makes third and fifth differences of one size; the motion, where samples are few, does not.
         """
         spreads = []
-        for order in (3, 5):
-            parts = [np.abs(np.diff(part, order)) for part in self._changing if part.size > order]
-            sizes = np.concatenate(parts) if parts else np.zeros(0)
+        ends = np.cumsum([part.size for part in self._changing])
+        changes = np.diff(np.concatenate(self._changing))
+        for order, more in ((3, 2), (5, 2)):
+            changes = np.diff(changes, more)
+            if changes.size < _LEAST_DIFFERENT:
+                return 0.0
+            within = np.ones(changes.size, dtype=bool)
+            for before in range(1, order + 1):  # a difference does not reach from one stretch to the next
+                within[np.clip(ends[:-1] - before, 0, changes.size - 1)] = False
+            sizes = np.abs(changes[within])
             if sizes.size < _LEAST_DIFFERENT:
                 return 0.0
             gain = float(np.sqrt(comb(2 * order, order)))

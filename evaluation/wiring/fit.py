@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from evaluation.record import FloatArray
 from foundation.likeness import likeness
@@ -14,6 +15,8 @@ MOST_LATE_S = 2.0
 _COARSE_S = 0.02
 _LOOKED_AT = 4000
 _FEWEST, _MOVES_ON = 20, 0.2
+_ROUNDING = 1e-12
+"""A window in which x moves by so little beside others stands still but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -45,28 +48,55 @@ def fitted(x: FloatArray, y: FloatArray) -> Fit | None:
     return Fit(factor, mean_y - factor * mean_x, left)
 
 
-def lateness(time_s: FloatArray, x: FloatArray, y: FloatArray) -> tuple[float, Fit] | None:
+def lateness(
+    time_s: FloatArray, x: FloatArray, y: FloatArray, least_s: float = -np.inf
+) -> tuple[float, Fit] | None:
     """Return by how much later than x the signal y is [s], at which it follows best, and that fit.
 
     Parameters
     ----------
     time_s, x, y : arrays, shape (N,)
         Negative: y is earlier. Looked for within :data:`MOST_LATE_S`, and a third of the record.
+    least_s : float, optional
+        None is returned at once where y is later by less than this.
     """
+    near_s = _nearest_late_s(time_s, x, y)
+    if near_s is None or near_s + _COARSE_S < least_s:
+        return None
     every = -(-time_s.size // _LOOKED_AT)
     at_s, later = time_s[::every], y[::every]
-    most_s = min(MOST_LATE_S, (float(time_s[-1]) - float(time_s[0])) / 3.0)
+    found = [
+        (float(s), fit)
+        for s in near_s + np.linspace(-_COARSE_S, _COARSE_S, 21)
+        if (fit := fitted(np.interp(at_s - s, time_s, x), later))
+    ]
+    return min(found, key=lambda pair: pair[1].left, default=None)
 
-    def best(candidates: FloatArray) -> tuple[float, Fit] | None:
-        found = [
-            (float(s), fit) for s in candidates if (fit := fitted(np.interp(at_s - s, time_s, x), later))
-        ]
-        return min(found, key=lambda pair: pair[1].left, default=None)
 
-    near = best(np.arange(-most_s, most_s + 0.5 * _COARSE_S, _COARSE_S))
-    if near is None:
+def _nearest_late_s(time_s: FloatArray, x: FloatArray, y: FloatArray) -> float | None:
+    """Return the lateness at which y follows x best, in steps of :data:`_COARSE_S`; None: x never moves.
+
+    On an even grid x that is moved by whole steps is a window of x.
+    """
+    lasts_s = float(time_s[-1] - time_s[0])
+    most = int(min(MOST_LATE_S, lasts_s / 3.0) / _COARSE_S + 0.5)
+    count = int(lasts_s / _COARSE_S) + 1
+    at_s = time_s[0] + _COARSE_S * np.arange(-most, count + most)
+    moved = np.interp(at_s, time_s, x)
+    every = -(-count // _LOOKED_AT)
+    windows = sliding_window_view(moved - np.mean(moved), count)[
+        :, ::every
+    ]  # the first: x earliest, y latest
+    later = np.interp(at_s[most : most + count : every], time_s, y)
+    later = later - np.mean(later)
+    mean = np.mean(windows, axis=1)
+    spread = np.einsum("ij,ij->i", windows, windows) - windows.shape[1] * mean**2
+    moves = spread > _ROUNDING * np.max(spread)
+    if not np.any(moves):
         return None
-    return best(near[0] + np.linspace(-_COARSE_S, _COARSE_S, 21))
+    shared = (windows @ later) ** 2
+    follows = np.divide(shared, spread, out=np.full(spread.size, -1.0), where=moves)
+    return _COARSE_S * (most - int(np.argmax(follows)))
 
 
 def still_from(time_s: FloatArray, value: FloatArray, other: FloatArray) -> float | None:

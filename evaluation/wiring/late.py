@@ -65,7 +65,7 @@ def _by_shift(record: Record, least_s: float) -> float | None:
     now = fitted(stroke, force)
     if now is None or now.left <= PROPER:
         return None
-    late = lateness(time_s, stroke, force)
+    late = lateness(time_s, stroke, force, least_s)
     if late is None or late[0] < least_s or late[1].factor <= 0.0 or late[1].left > BETTER * now.left:
         return None
     return late[0]

@@ -6,7 +6,8 @@ Where the specimen is in contact, the stroke is the piston's position less what 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from statistics import median
 from typing import Literal
 
 import numpy as np
@@ -305,14 +306,14 @@ def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: Fl
 def _step(time_s: FloatArray, left_mm: FloatArray) -> tuple[float, float]:
     """Return the largest lasting step of what a wire is off the piston [mm], and when [s]."""
     parts = np.array_split(np.arange(time_s.size), _STRETCHES)
-    levels = np.array([float(np.median(left_mm[part])) for part in parts])
-    begins = np.array([float(time_s[part[0]]) for part in parts])
+    levels = [float(np.median(left_mm[part[0] : part[-1] + 1])) for part in parts]
     cuts = range(2, _STRETCHES - 1)
     left = [_off_median(levels[:cut]) + _off_median(levels[cut:]) for cut in cuts]
-    cut = cuts[int(np.argmin(left))]  # two levels fit best there; their medians alone hardly move with it
-    return float(np.median(levels[cut:]) - np.median(levels[:cut])), float(begins[cut])
+    cut = cuts[left.index(min(left))]  # two levels fit best there; their medians alone hardly move with it
+    return median(levels[cut:]) - median(levels[:cut]), float(time_s[parts[cut][0]])
 
 
-def _off_median(levels: FloatArray) -> float:
+def _off_median(levels: Sequence[float]) -> float:
     """Return the sum of what levels are off their median [mm]."""
-    return float(np.sum(np.abs(levels - np.median(levels))))
+    middle = median(levels)
+    return sum(abs(level - middle) for level in levels)

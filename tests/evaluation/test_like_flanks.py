@@ -113,3 +113,24 @@ def test_flanks_are_not_read_across_a_break() -> None:
     for cycle in cycles:
         if cycle.complete and not 2.4 < cycle.start_s < 4.1:
             assert cycle.duration_s == pytest.approx(PERIOD_S, rel=1e-3)
+
+
+@pytest.mark.parametrize("rest_s", [0.0, 1.3])
+@pytest.mark.parametrize("other_mm", [15.0, 16.0])
+@pytest.mark.parametrize("other_s", [0.72, 0.5, 1.3])
+def test_the_last_turn_of_a_motion_is_where_its_own_flank_says(
+    other_s: float, other_mm: float, rest_s: float
+) -> None:
+    """Another frequency, of the same stroke or not, follows at once or after a rest at the mean stroke."""
+    ends = np.cumsum([6.25 * PERIOD_S, rest_s, 6.0 * other_s])
+    time = np.arange(round(ends[-1] * RATE_HZ)) / RATE_HZ
+    turns = np.minimum(time, ends[0]) / PERIOD_S + np.maximum(time - ends[1], 0.0) / other_s
+    stroke = 50.0 - np.where(time < ends[0], 15.0, other_mm) * np.cos(2.0 * np.pi * turns)
+    stroke = stroke + NOISE_MM * np.random.default_rng(5).standard_normal(time.size)
+    cycles = [c for c in find_cycles(make_record(time, stroke, stroke)) if c.complete]
+    first = [c.duration_s for c in cycles if c.end_s < ends[0] + 0.1 * PERIOD_S]
+    second = [c.duration_s for c in cycles if c.start_s > ends[1] + 0.5 * other_s]
+    assert len(first) >= 5
+    assert len(second) >= 4
+    assert first == pytest.approx([PERIOD_S] * len(first), rel=3e-3)
+    assert second == pytest.approx([other_s] * len(second), rel=2e-3)
