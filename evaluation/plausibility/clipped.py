@@ -31,7 +31,11 @@ BEYOND_SHARE, BEYOND_NOISE, BEYOND_STEPS = 0.003, 6.0, 4.0
 """Both flanks lead beyond the flat top by this share of the span, so many standard deviations and steps (a
 parabola that a converter cuts into steps: 1.5 of them)."""
 _BACK = 3.0
-"""It comes back by so many of its steps from sample to sample: more than a turn between two samples shows."""
+"""It comes back by so many of its steps from sample to sample: more than a turn between two samples shows,
+and than a force that comes some samples late makes of friction."""
+_TOGETHER, _COARSE, _BACK_TOGETHER, _NOISE_TOGETHER = 3, 0.01, 0.1, 3.0
+"""Where a step from sample to sample is more than this share of the span, no force comes as late as one
+sample. There it comes back by so much less of a step, and so many standard deviations, if in all of three."""
 NO_LOAD = 0.02
 """A force that stays at less than this share of its span is that of a specimen that is not touched."""
 _NEXT = 2.5
@@ -114,7 +118,10 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
         ]
         return runs if any(moving) else runs[:0]
     runs = level.runs[lengths >= LEAST_RUN * held]
-    cut = [_is_cut(channel, other, run, level.side) for run in runs.tolist()]
+    cut = [_is_cut(channel, other, run, level.side, _BACK) for run in runs.tolist()]
+    if not any(cut) and len(cut) >= _TOGETHER:
+        cut = [_is_cut(channel, other, run, level.side, _BACK_TOGETHER) for run in runs.tolist()]
+        cut = [all(cut)] * len(cut)
     return np.asarray(runs[np.array(cut, dtype=bool)])
 
 
@@ -133,8 +140,8 @@ def _least_move(other: Samples) -> float:
     return max(MOVED_SHARE * other.span, MOVED_NOISE * other.sigma, MOVED_STEPS * other.sampling.step)
 
 
-def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool:
-    """Say by the shape whether a flat stretch is cut off."""
+def _is_cut(channel: Samples, other: Samples, run: list[int], side: int, back: float) -> bool:
+    """Say by its shape whether a flat stretch is cut off; the other channel comes ``back`` so many steps."""
     first, last = run
     count = max(2, (last - first + 1) // 2)
     if first - count < 0 or last + count >= channel.value.size:
@@ -151,7 +158,10 @@ def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool
     furthest = float(np.max(moved))
     own_step = abs(float(moved[-1] - moved[0])) / (last - first)
     own_step = max(own_step, float(np.median(np.abs(np.diff(moved)))))
-    comes_back = max(MOVED_NOISE * other.sigma, MOVED_STEPS * other.sampling.step, _BACK * own_step)
+    if back < _BACK and own_step < _COARSE * other.span:
+        return False
+    noises = MOVED_NOISE if back == _BACK else _NOISE_TOGETHER
+    comes_back = max(noises * other.sigma, MOVED_STEPS * other.sampling.step, back * own_step)
     entered, left = furthest - float(moved[0]), furthest - float(moved[-1])
     return entered > _least_move(other) and left > comes_back
 
