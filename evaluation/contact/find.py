@@ -30,7 +30,8 @@ _FIRST_SHARE = 0.005
 _OFFSET_SHARE = 0.01
 """A rest level beyond this share of the largest force is no offset of a cell: the record begins loaded."""
 _UNLOADED_SHARE = 0.005
-"""Nor is one that lies above the lowest force of the record by more than this share (at least 2 kN)."""
+_LEAST_UNLOADED_KN = 2.0
+"""Nor is one above the lowest force of the record by more than this share, and by what guides rub."""
 _LEAST_SLOPE = 0.5
 """A spring is stiffer than this [kN/mm]; it bounds how much of the approach may lie behind the contact."""
 _FARTHEST_MM = 4.0
@@ -116,13 +117,16 @@ def find_first_contact(
             "the record has too few samples before its first upper turning point", stated_zero_mm
         )
     largest = float(np.max(force))
-    level, band, at = _rest(stroke, force, largest)
+    # Only a preload counts in a later stroke, and guides rub by less than most preloads.
+    rubs = largest if later_s is None else min(largest, _LEAST_UNLOADED_KN / _FIRST_SHARE)
+    level, band, at = _rest(stroke, force, rubs)
     if at is None:
         why = "the record begins loaded: it has no samples at a rest level before the force rises"
         return _not_shown(why, stated_zero_mm)
     low = record.force_kN.size // 50
     lowest = level if moves else float(np.partition(record.force_kN, low)[low])
-    loaded = abs(level) > _OFFSET_SHARE * largest or level - lowest > max(2.0, _UNLOADED_SHARE * largest)
+    above = max(_LEAST_UNLOADED_KN, _UNLOADED_SHARE * largest)
+    loaded = abs(level) > _OFFSET_SHARE * largest or level - lowest > above
     if loaded and not _approaches(stroke, force, at, level, band):
         return _not_shown(f"the record begins loaded, with {level:.1f} kN", stated_zero_mm)
     if at + 1 >= stroke.size or record.has_break(first + max(0, at - 1), first + at + 1):

@@ -99,8 +99,9 @@ def test_the_shipped_static_run_begins_at_its_zero() -> None:
     assert not run.first_contact.beyond
 
 
-def test_a_record_that_begins_with_the_motion_shows_it_in_the_next_stroke() -> None:
-    test = replace(GOOD, contact_mm=3.0, approach_mm=0.1)
+@pytest.mark.parametrize("preload_kN", [8.0, 20.0])
+def test_a_record_that_begins_with_the_motion_shows_it_in_the_next_stroke(preload_kN: float) -> None:
+    test = replace(GOOD, contact_mm=3.0, approach_mm=0.1, preload_kN=preload_kN)
     record = test.record()
     begun = record.time_s > 1.01
     rest = make_record(record.time_s[begun], record.stroke_mm[begun], record.force_kN[begun])
