@@ -34,6 +34,9 @@ EDGE_SAME = 0.003
 """A record that ends in motion, but so near to its other lower turn (share of the range), ends there."""
 EDGE_CLOSURE = 0.02
 """A cycle that begins or ends with the record returns within this share of its range."""
+SLIPPED = 6
+"""Two turning points that a jump of the stroke makes are no more samples apart: it takes up to four of them,
+and noise moves both."""
 _LEAST_SAMPLES = 8
 _LEAST_BRANCH = 3
 """Samples strictly between two turning points: of fewer nobody knows the force along that branch."""
@@ -57,14 +60,17 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
 
 
 def find_with_harmonics(
-    record: Record, reversals: NDArray[np.intp] | None = None
+    record: Record, reversals: NDArray[np.intp] | None = None, slips_s: Sequence[float] = ()
 ) -> tuple[tuple[Cycle, ...], NDArray[np.complex128]]:
     """Return the cycles of a run, and K* of the complete ones by the force as it is [kN/mm], (C,).
 
-    ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already.
+    ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already. At
+    ``slips_s`` the stroke jumps, against its motion or with it, which is no motion.
     """
     sampling = sampling_of(record.stroke_mm)
     index = find_reversals(record.stroke_mm, sampling) if reversals is None else reversals
+    if slips_s:
+        index = _without_slips(record.time_s, index, slips_s)
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
     turns = _with_edges(record, _fit_turns(record, index, sampling), sampling)
@@ -90,6 +96,18 @@ def find_with_harmonics(
         )
     ]
     return _judge_steady(cycles), found.first_harmonic()
+
+
+def _without_slips(time_s: FloatArray, index: NDArray[np.intp], slips_s: Sequence[float]) -> NDArray[np.intp]:
+    """Return reversals without the pairs that jumps of the stroke make."""
+    for at in np.searchsorted(time_s, slips_s).tolist():
+        apart = np.diff(index)[1:-1]  # the ends of the record are no turns
+        beside = (index[1:-2] <= at + SLIPPED) & (index[2:-1] >= at - SLIPPED)
+        near = np.flatnonzero((apart <= SLIPPED) & beside) + 1
+        if near.size:
+            first = int(near[0])
+            index = np.delete(index, (first, first + 1))
+    return index
 
 
 def _columns(turns: Sequence[TurningPoint], first: int, cycles: int) -> CycleColumns:

@@ -38,6 +38,11 @@ _CHUNK_SAMPLES = 65_536
 _SPARE = 0.9
 """Candidates are looked for with so much less than what they are thought to be larger than."""
 _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
+_STANDS_STILL = 0.05
+"""Of a channel that stands still to the last digit for this share of its samples and more, their differences,
+which are 0, would pass for a lack of noise: those of the others are looked at."""
+_WHITE = 0.4
+"""Noise makes third and fifth differences of one size: of a motion these are smaller by more than this."""
 _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
 
@@ -78,12 +83,24 @@ def sampling_of(values: FloatArray) -> Sampling:
         distinct = near[np.concatenate(([0], np.flatnonzero(np.diff(near) != 0.0) + 1))]
     if distinct.size < _LEAST_DIFFERENT:
         return Sampling(held, step, 0.0)
-    return Sampling(held, step, max(difference_sigma(distinct), step / float(np.sqrt(12.0))))
+    sigma = max(difference_sigma(distinct), step / float(np.sqrt(12.0)))
+    still = moves.size - np.count_nonzero(moves)
+    if held == 1 and step == 0.0 and still > _STANDS_STILL * moves.size:
+        sigma = max(sigma, _white_sigma(stretches[:, 1:][moves]))
+    return Sampling(held, step, sigma)
 
 
 def difference_sigma(values: FloatArray) -> float:
     """Return the standard deviation of white noise on values, by their third and fifth differences."""
     return min(_difference_sigma(values, weights) for weights in _DIFFERENCES)
+
+
+def _white_sigma(values: FloatArray) -> float:
+    """Return the standard deviation of white noise on values; 0 where they differ as a motion makes them."""
+    if values.size < _LEAST_DIFFERENT:
+        return 0.0
+    third, fifth = (_difference_sigma(values, weights) for weights in _DIFFERENCES)
+    return min(third, fifth) if fifth > _WHITE * third else 0.0
 
 
 def noise_sigma(values: FloatArray) -> float:

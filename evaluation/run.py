@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 
 from evaluation.across_runs.shared import Regression, SharedErrors
 from evaluation.condense import condensed_for
@@ -19,6 +20,7 @@ from evaluation.noise import Noise, record_noise
 from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.plausibility import Channels, Look, Spoiled, doubted, look_for_implausible, without_claims
 from evaluation.plausibility.codes import without_codes
+from evaluation.plausibility.jumps import slips_s
 from evaluation.plausibility.means import division_without, summed_without_claims, unfit_warnings
 from evaluation.plausibility.spikes import without_spikes
 from evaluation.record import FloatArray, Record
@@ -94,13 +96,16 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     samples = seen.record
     record, turns, coarse = condensed_for(_without_readings(calm), facts.kind)
     interval_s = limits.conditions.reading_interval_max_s
-    found = found_in(record, turns, (facts.moving_mass, options.moving_mass), interval_s)
-    found = with_settling(found, facts.stroke_events)
+
+    def look_at(found: Found) -> Look:
+        return Look(samples, found.record, found.results, facts, wires, seen, coded)
+
+    find = partial(found_in, record, turns, (facts.moving_mass, options.moving_mass), interval_s)
+    found = with_settling(_found_without_slips(find, look_at), facts.stroke_events)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
 
     draws = _drawn_errors(facts, options, found)
-    look = Look(samples, record, results, facts, wires, seen, coded)
-    spoiled = Spoiled(tuple(doubted_signals(look, look_for_implausible(look))))
+    spoiled = _spoiled(look_at(found))
     division = division_without(facts.kind, results, _numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
     tallies = [MeanOfDraws() for _ in stand_for]
@@ -130,7 +135,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     whole = summed_without_claims(whole, spoiled, [r.cycle.index for r in complete])
     warnings += unfit_warnings(whole)
     warnings += _off_plan(facts, whole)
-    contact = first_contact_of(record, facts, results)
+    contact = first_contact_of(record, facts, results, spoiled.findings)
     requirements: list[RequirementResult] = []
     inspection = inspection_of(facts, options.inspections)
     if unfit := why_not_judged(facts, limits):
@@ -191,6 +196,17 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         findings=spoiled.findings,
         unfit=whole.unfit,
     )
+
+
+def _found_without_slips(find: Callable[..., Found], look_at: Callable[[Found], Look]) -> Found:
+    """Find the cycles; where the stroke jumps against its motion, once more without the turns that makes."""
+    found = find()
+    slipped_s = slips_s(look_at(found))
+    return find(slips_s=slipped_s) if slipped_s else found
+
+
+def _spoiled(look: Look) -> Spoiled:
+    return Spoiled(tuple(doubted_signals(look, look_for_implausible(look))))
 
 
 def _looked_at(seen: Channels, facts: RunFacts) -> tuple[Channels, Record, RunFacts, DrawWires | None]:

@@ -30,7 +30,8 @@ _FIRST_SHARE = 0.005
 _OFFSET_SHARE = 0.01
 """A rest level beyond this share of the largest force is no offset of a cell: the record begins loaded."""
 _UNLOADED_SHARE = 0.005
-"""Nor is one that lies above the lowest force of the record by more than this share (at least 2 kN)."""
+_LEAST_UNLOADED_KN = 2.0
+"""Nor is one above the lowest force of the record by more than this share, and by what guides rub."""
 _LEAST_SLOPE = 0.5
 """A spring is stiffer than this [kN/mm]; it bounds how much of the approach may lie behind the contact."""
 _FARTHEST_MM = 4.0
@@ -39,6 +40,11 @@ _MOVED_MM = 0.1
 """The approach moves where it is so far from where it stood."""
 _CURVED = 0.15
 """A branch that is extrapolated may bend by this share of the way."""
+_PUSHES = 4.0
+"""Behind the contact the force rises so many times as far as it may before it: two branches in contact that
+follow each other are not so different."""
+_FLAT = 0.02
+"""Before it the force changes by less than this share of that, but for what noise makes of its slope."""
 _BRANCH_MM = 2.0
 """The branch that is extrapolated back: so far from where the force rises, without its first third."""
 
@@ -80,7 +86,14 @@ class FirstContact:
         return dict(self.__dict__)
 
 
-def find_first_contact(record: Record, top_s: float, stated_zero_mm: float = 0.0) -> FirstContact:
+def find_first_contact(
+    record: Record,
+    top_s: float,
+    stated_zero_mm: float = 0.0,
+    later_s: float | None = None,
+    *,
+    moves: bool = False,
+) -> FirstContact:
     """Return the first contact of a static run.
 
     Parameters
@@ -90,30 +103,64 @@ def find_first_contact(record: Record, top_s: float, stated_zero_mm: float = 0.0
         Moment of the first upper turning point [s].
     stated_zero_mm : float
         Limit of the error of the stroke's zero, as the channels state it.
+    later_s : float, optional
+        When the rest before a later stroke begins [s], to find it in that one: it is, if a preload is still
+        met there, which holds the specimen at its stop, where it was at first contact.
+    moves : bool
+        Whether the force's zero moves: then what it shows at rest later on tells nothing of how it begins.
     """
+    first = 0 if later_s is None else int(np.searchsorted(record.time_s, later_s))
     last = int(np.searchsorted(record.time_s, top_s)) + 1
-    stroke, force = record.stroke_mm[:last], record.force_kN[:last]
+    stroke, force = record.stroke_mm[first:last], record.force_kN[first:last]
     if stroke.size < _FEWEST:
         return _not_shown(
             "the record has too few samples before its first upper turning point", stated_zero_mm
         )
     largest = float(np.max(force))
-    level, band, at = _rest(stroke, force, largest)
+    # Only a preload counts in a later stroke, and guides rub by less than most preloads.
+    rubs = largest if later_s is None else min(largest, _LEAST_UNLOADED_KN / _FIRST_SHARE)
+    level, band, at = _rest(stroke, force, rubs)
     if at is None:
         why = "the record begins loaded: it has no samples at a rest level before the force rises"
         return _not_shown(why, stated_zero_mm)
     low = record.force_kN.size // 50
-    lowest = float(np.partition(record.force_kN, low)[low])
-    if abs(level) > _OFFSET_SHARE * largest or level - lowest > max(2.0, _UNLOADED_SHARE * largest):
+    lowest = level if moves else float(np.partition(record.force_kN, low)[low])
+    above = max(_LEAST_UNLOADED_KN, _UNLOADED_SHARE * largest)
+    loaded = abs(level) > _OFFSET_SHARE * largest or level - lowest > above
+    if loaded and not _approaches(stroke, force, at, level, band):
         return _not_shown(f"the record begins loaded, with {level:.1f} kN", stated_zero_mm)
-    if at + 1 >= stroke.size or record.has_break(max(0, at - 1), at + 1):
+    if at + 1 >= stroke.size or record.has_break(first + max(0, at - 1), first + at + 1):
         return _not_shown("the record has a hole where the force begins to rise", stated_zero_mm)
     low_mm, high_mm, how = _stretch(stroke, force, at, level, band)
+    if later_s is not None and how != "jump":
+        return _not_shown("no preload shows that it is where it was", stated_zero_mm)
     place = 0.5 * (low_mm + high_mm)
+    how = "jump" if how == "step" else how
     expanded = 0.5 * (high_mm - low_mm) + 2.0 * _noise_mm(stroke, at)
     beyond = abs(place) > expanded + stated_zero_mm
     why = f"first contact at {place:.2f} ± {expanded:.2f} mm of the recorded stroke"
     return FirstContact(place, expanded, -place, level, stated_zero_mm, beyond, how, why)
+
+
+def _approaches(
+    stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float, band_kN: float
+) -> bool:
+    """Say whether the stroke moves on freely up to sample ``at``, whatever the cell shows of nothing.
+
+    A specimen that is in contact pushes as soon as it is moved. One that does not on a way, and pushes by
+    many times the band of noise on as long a way behind it, was not in contact: the force's zero is off.
+    """
+    moved = max(_MOVED_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
+    stood = float(np.median(stroke_mm[:_FEWEST_REST]))
+    way = float(stroke_mm[at]) - stood
+    moving = np.flatnonzero(stroke_mm[: at + 1] > stood + moved)
+    if moving.size < _FEWEST_REST:
+        return False
+    far = int(np.argmax(stroke_mm[at:] > stroke_mm[at] + way)) + at
+    rise = float(force_kN[far]) - level_kN
+    slope, _ = np.polyfit(stroke_mm[moving], force_kN[moving], 1)
+    hidden = 0.5 * _SURE * _noise_kN(force_kN[moving]) * float(np.sqrt(12.0 / moving.size))
+    return rise > _PUSHES * band_kN and abs(float(slope)) * way < _FLAT * rise + hidden
 
 
 def _not_shown(why: str, stated_zero_mm: float) -> FirstContact:
@@ -173,7 +220,10 @@ def _noise_kN(force_kN: FloatArray) -> float:  # noqa: N802 - the unit's own let
 def _stretch(
     stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float, band_kN: float
 ) -> tuple[float, float, str]:
-    """Return between which strokes the contact lies, and whether the force jumps or rises there."""
+    """Return between which strokes the contact lies, and whether the force jumps or rises there.
+
+    A ``step`` is a jump of which too few samples show how it goes on.
+    """
     before, after = sorted((float(stroke_mm[at]), float(stroke_mm[at + 1])))
     beyond, pushed = stroke_mm[at + 1 :] - after, force_kN[at + 1 :]
     far = max(
@@ -182,13 +232,13 @@ def _stretch(
     near = (beyond > far / 3.0) & (beyond <= far)
     # A stroke whose samples are held stays at one value, through which there is no line.
     if np.count_nonzero(near) < _FEWEST_REST or np.ptp(beyond[near]) <= _ONE_PLACE * far:
-        return before, after, "jump"
+        return before, after, "step"
     slope, offset = np.polyfit(beyond[near], pushed[near], 1)
     left = pushed[near] - slope * beyond[near] - offset
     u_offset = float(np.std(left)) * 2.0 / float(np.sqrt(left.size - 2))
     jump = float(offset - slope * (after - before)) - level_kN
     if slope <= 0.0:
-        return before, after, "jump"
+        return before, after, "step"
     if jump <= 2.0 * band_kN + 3.0 * u_offset:
         # A spring without preload is seen to rise when it has left the band, which noise may delay.
         reach = (1.0 + _CURVED) * (float(offset) - level_kN) + 3.0 * u_offset

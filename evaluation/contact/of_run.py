@@ -4,19 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from evaluation.contact.find import FirstContact, find_first_contact
 from evaluation.contact.rows import COUNTED
+from evaluation.plausibility.finding import Finding
 from evaluation.record import Record
 from evaluation.results import CycleResult, RequirementResult, RunFacts
 
+_ZERO_MOVES = ("drift", "offset-jump", "gain-jump")
+_STROKES = 3
+"""A first contact that the first stroke does not show is looked for in so many."""
 
-def first_contact_of(record: Record, facts: RunFacts, results: Sequence[CycleResult]) -> FirstContact | None:
-    """Return the first contact of a static run; None of any other, and of one without a stroke."""
+
+def first_contact_of(
+    record: Record, facts: RunFacts, results: Sequence[CycleResult], findings: Sequence[Finding] = ()
+) -> FirstContact | None:
+    """Return the first contact of a static run; None of any other, and of one without a stroke.
+
+    A record that begins with the motion has no rest before its first stroke, but before the others.
+
+    Parameters
+    ----------
+    record : Record
+    facts : RunFacts
+    results : sequence of CycleResult
+    findings : sequence of Finding
+        What speaks against the run: behind a jump of the stroke nothing is looked for.
+    """
     if facts.kind != "static" or not results:
         return None
     wires = facts.stroke_uncertainty
     stated_mm = sum(wire.zero or 0.0 for wire in wires) / max(1, len(wires))
-    return find_first_contact(record, results[0].cycle.top.time_s, stated_mm)
+    moves = any(one.quantity == "force" and one.kind in _ZERO_MOVES for one in findings)
+    first = find_first_contact(record, results[0].cycle.top.time_s, stated_mm, moves=moves)
+    if first.stroke_mm is not None:
+        return first
+    jumped_s = min((one.start_s for one in findings if one.kind == "stroke-jump"), default=np.inf)
+    for cycle in (result.cycle for result in results[1:_STROKES]):
+        if cycle.top.time_s >= jumped_s:
+            break
+        again = find_first_contact(record, cycle.top.time_s, stated_mm, cycle.start.time_s, moves=moves)
+        if again.stroke_mm is not None:
+            return again
+    return first
 
 
 def contact_warnings(contact: FirstContact | None, requirements: Sequence[RequirementResult]) -> list[str]:

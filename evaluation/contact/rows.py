@@ -37,8 +37,10 @@ def _joined(one: RequirementResult, other: RequirementResult) -> RequirementResu
     why, uncertainty, probability = one.why, one.expanded_uncertainty, one.conformance_probability
     if one.measured is not None and other.measured is not None and one.measured != other.measured:
         why += f"; {other.measured:.4g} {one.unit}{COUNTED}"
-        if uncertainty is not None:
-            uncertainty += abs(other.measured - one.measured)
+        if uncertainty is None and not one.condition:
+            why += "; U is what the zero makes of it, and no more: the channels state none"
+        if uncertainty is not None or not one.condition:
+            uncertainty = (uncertainty or 0.0) + abs(other.measured - one.measured)
     verdict = _verdict(one.verdict, other.verdict)
     if verdict == "inconclusive":
         probability = None

@@ -62,6 +62,7 @@ def found_in(
     turns: NDArray[np.intp] | None,
     masses: tuple[MovingMass, MovingMass],
     interval_s: float,
+    slips_s: Sequence[float] = (),
 ) -> Found:
     """Find the cycles of a record and evaluate them.
 
@@ -75,6 +76,8 @@ def found_in(
         As the stand file and as the options state it.
     interval_s : float
         Longest time without a reading of the temperature.
+    slips_s : sequence of float, optional
+        When the stroke jumps, which is no motion [s].
 
     Raises
     ------
@@ -82,7 +85,7 @@ def found_in(
         If the moving mass is none.
     """
     bridge = bridged(record)
-    cycles, first = find_with_harmonics(bridge.record, turns if bridge.record is record else None)
+    cycles, first = find_with_harmonics(bridge.record, turns if bridge.record is record else None, slips_s)
     cycles = _with_clock(cycles, record.moment_error_s)
     record, inertia, added = correct_inertia(bridge.record, cycles, *masses)
     # With inertia, force and so its harmonics are others than those that the cycles were found with.

@@ -6,7 +6,7 @@ Each detector is a pure function from a :class:`Look` to findings, in a module o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
 from evaluation.plausibility.channels import Channels
@@ -15,7 +15,7 @@ from evaluation.plausibility.codes import codes
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
 from evaluation.plausibility.frozen import frozen
 from evaluation.plausibility.held import held
-from evaluation.plausibility.jumps import jumps
+from evaluation.plausibility.jumps import jumps, jumps_in_wrong_unit, stroke_jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
 from evaluation.plausibility.samples import Samples
@@ -53,8 +53,12 @@ DETECTORS: tuple[Detector, ...] = (
     unlike_cycles,
 )
 """Every detector, in the order in which their findings are told."""
-_RIGHT_SCALE = (jumps, unlike_cycles)
-"""These hold the force against the stroke: of another unit or sign they would find what is none."""
+_RIGHT_SCALE: Mapping[Detector, Mapping[FindingKind, Detector]] = {
+    jumps: {"unit": jumps_in_wrong_unit, "sign": stroke_jumps},
+    unlike_cycles: {},
+}
+"""These hold the force against the stroke: of another unit or sign they would find what is none. What of them
+such a finding does not matter for."""
 _LEAST_SAMPLES = 8
 
 
@@ -74,7 +78,15 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
         return ()
     found: list[Finding] = []
     for detector in DETECTORS:
-        if detector in _RIGHT_SCALE and any(finding.kind in ("unit", "sign") for finding in found):
-            continue
-        found += sorted(detector(look), key=lambda finding: finding.start_s)
+        own = _fit_for(detector, {finding.kind for finding in found})
+        if own is not None:
+            found += sorted(own(look), key=lambda finding: finding.start_s)
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)
+
+
+def _fit_for(detector: Detector, found: Collection[FindingKind]) -> Detector | None:
+    """Return what of a detector is looked for beside what was found; None: nothing."""
+    instead = _RIGHT_SCALE.get(detector)
+    if instead is None:
+        return detector
+    return next((instead.get(kind) for kind in ("sign", "unit") if kind in found), detector)

@@ -20,6 +20,8 @@ from evaluation.plausibility.samples import Samples
 
 LEAST_ROWS = 8
 """So many samples at the extreme …"""
+CHANCE = 1e-6
+"""… or fewer, if noise makes so many alike less often than this …"""
 LEAST_RUN = 4
 """… and of a record without noise so many in a row."""
 MOVED_SHARE, MOVED_NOISE, MOVED_STEPS = 0.005, 8.0, 2.0
@@ -29,7 +31,11 @@ BEYOND_SHARE, BEYOND_NOISE, BEYOND_STEPS = 0.003, 6.0, 4.0
 """Both flanks lead beyond the flat top by this share of the span, so many standard deviations and steps (a
 parabola that a converter cuts into steps: 1.5 of them)."""
 _BACK = 3.0
-"""It comes back by so many of its steps from sample to sample: more than a turn between two samples shows."""
+"""It comes back by so many of its steps from sample to sample: more than a turn between two samples shows,
+and than a force that comes some samples late makes of friction."""
+_TOGETHER, _COARSE, _BACK_TOGETHER, _NOISE_TOGETHER = 3, 0.01, 0.1, 3.0
+"""Where a step from sample to sample is more than this share of the span, no force comes as late as one
+sample. There it comes back by so much less of a step, and so many standard deviations, if in all of three."""
 NO_LOAD = 0.02
 """A force that stays at less than this share of its span is that of a specimen that is not touched."""
 _NEXT = 2.5
@@ -100,7 +106,8 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
     if channel.is_noisy:
         runs = level.runs[lengths >= 2]
         count = int(np.sum(lengths[lengths >= 2]))
-        if count < LEAST_ROWS * held or 2 * count < int(np.sum(lengths)):
+        few = count < LEAST_ROWS * held and not _beyond_chance(channel, count - runs.shape[0])
+        if few or 2 * count < int(np.sum(lengths)):
             return runs[:0]
         beside = np.abs(channel.value - level.value) <= _NEXT * channel.resolution
         if _FEWER_NEXT * (int(np.count_nonzero(beside)) - int(np.sum(lengths))) > count:
@@ -111,16 +118,30 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
         ]
         return runs if any(moving) else runs[:0]
     runs = level.runs[lengths >= LEAST_RUN * held]
-    cut = [_is_cut(channel, other, run, level.side) for run in runs.tolist()]
+    cut = [_is_cut(channel, other, run, level.side, _BACK) for run in runs.tolist()]
+    if not any(cut) and len(cut) >= _TOGETHER:
+        cut = [_is_cut(channel, other, run, level.side, _BACK_TOGETHER) for run in runs.tolist()]
+        cut = [all(cut)] * len(cut)
     return np.asarray(runs[np.array(cut, dtype=bool)])
+
+
+def _beyond_chance(channel: Samples, pairs: int) -> bool:
+    """Say whether noise does not make so many pairs of neighbours that are alike to the last digit.
+
+    Two values with noise s that is written in steps of r are alike with the probability r / (2 √π s).
+    """
+    if channel.sampling.held > 1:
+        return False
+    alike = channel.resolution / (2.0 * float(np.sqrt(np.pi)) * channel.noise)
+    return bool(alike**pairs < CHANCE)
 
 
 def _least_move(other: Samples) -> float:
     return max(MOVED_SHARE * other.span, MOVED_NOISE * other.sigma, MOVED_STEPS * other.sampling.step)
 
 
-def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool:
-    """Say by the shape whether a flat stretch is cut off."""
+def _is_cut(channel: Samples, other: Samples, run: list[int], side: int, back: float) -> bool:
+    """Say by its shape whether a flat stretch is cut off; the other channel comes ``back`` so many steps."""
     first, last = run
     count = max(2, (last - first + 1) // 2)
     if first - count < 0 or last + count >= channel.value.size:
@@ -137,7 +158,10 @@ def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool
     furthest = float(np.max(moved))
     own_step = abs(float(moved[-1] - moved[0])) / (last - first)
     own_step = max(own_step, float(np.median(np.abs(np.diff(moved)))))
-    comes_back = max(MOVED_NOISE * other.sigma, MOVED_STEPS * other.sampling.step, _BACK * own_step)
+    if back < _BACK and own_step < _COARSE * other.span:
+        return False
+    noises = MOVED_NOISE if back == _BACK else _NOISE_TOGETHER
+    comes_back = max(noises * other.sigma, MOVED_STEPS * other.sampling.step, back * own_step)
     entered, left = furthest - float(moved[0]), furthest - float(moved[-1])
     return entered > _least_move(other) and left > comes_back
 

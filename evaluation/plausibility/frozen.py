@@ -48,6 +48,9 @@ def frozen(look: Look) -> list[Finding]:
     for channel in look.channels:
         if not np.any(channel.scan.same):
             continue
+        if channel.quantity == "stroke" and _stands(channel, look.other(channel)):
+            found.append(_standing(look, channel, look.other(channel)))
+            continue
         hold = hold_of(channel)
         least = max(LEAST_ROWS, 0 if hold is None else int(_HELD * hold.rows))
         other = look.other(channel)
@@ -60,6 +63,32 @@ def frozen(look: Look) -> list[Finding]:
                 own.append(_finding(look, channel, other, first, last, moved))
         found += own[:_MOST]
     return found
+
+
+def _stands(channel: Samples, other: Samples) -> bool:
+    """Say whether a stroke shows one value all along, and the force moves.
+
+    Of a force :mod:`evaluation.wiring` says so.
+    """
+    if channel.value.size < LEAST_ROWS or channel.span > 0.0:
+        return False
+    largest = max(abs(end) for end in other.ends)
+    return other.usual_span > max(
+        MOVED * largest, MOVED_SIGMAS * other.sigma, MOVED_STEPS * other.sampling.step
+    )
+
+
+def _standing(look: Look, channel: Samples, other: Samples) -> Finding:
+    start_s, end_s = float(channel.time_s[0]), float(channel.time_s[-1])
+    text = (
+        f"{channel.name} stands still at {channel.value[0]:.6g} {channel.unit} to the last digit all along, "
+        f"frozen or clipped at the end of its range, while the {other.name} moves by {other.usual_span:.3g} "
+        f"{other.unit}; look for a stuck wire, a device that does not answer, or a range that is too small"
+    )
+    cycles, moved = look.all_cycles, other.usual_span
+    return Finding(
+        "frozen", channel.name, start_s, end_s, cycles, moved, other.unit, text, "spoils", whole_record=True
+    )
 
 
 def _long_enough(channel: Samples, other: Samples, runs: NDArray[np.intp]) -> NDArray[np.intp]:

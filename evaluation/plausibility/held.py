@@ -21,6 +21,10 @@ LEAST_CHANGES = 20
 """So many changes tell how far they are apart."""
 REGULAR = 0.85
 """This share of them lies a whole number of rows apart that is the same, or one of two that follow."""
+_LOOK = 0.02
+"""Nearly the shortest step (this quantile) of a log by event is how often its logger looks."""
+_SIZES, _UNLIKE = (0.25, 0.75), 1.5
+"""The larger ones of its changes are so many times the smaller ones, or they are those of events."""
 _RESTS = 3.0
 """Changes further apart than so many times the median are rests."""
 SINGLE_STEPS = 0.5
@@ -34,6 +38,8 @@ class _Hold:
     rows: float
     """For how many rows each value stays."""
     step_s: float
+    of: str = "rows"
+    """What is counted: rows, or in a log by event looks of the logger."""
 
     @property
     def late_s(self) -> float:
@@ -52,9 +58,8 @@ def held(look: Look) -> list[Finding]:
     list of Finding
         ``size`` is by how much the channel is late on average [s].
     """
-    if look.samples.by_event:
-        return []  # a value stays until it has changed enough: that is how such a log is written
-    holds = {channel.name: hold for channel in look.channels if (hold := hold_of(channel)) is not None}
+    hold_in = hold_by_event if look.samples.by_event else hold_of
+    holds = {channel.name: hold for channel in look.channels if (hold := hold_in(channel)) is not None}
     found = []
     for channel in look.channels:
         if channel.name not in holds:
@@ -89,6 +94,31 @@ def hold_of(channel: Samples) -> _Hold | None:
     return _Hold(float(whole) if exact else mean, float(np.median(np.diff(channel.time_s))))
 
 
+def hold_by_event(channel: Samples) -> _Hold | None:
+    """Return for how long a channel of a log by event holds its values, if it does so regularly.
+
+    In such a log a value stays until it has changed enough: by about as much every time, and the sooner the
+    faster it changes. A held one changes at even times, by whatever it has moved meanwhile.
+    """
+    if channel.sampling.held < 2:
+        return None
+    changes = _changes(channel)
+    if changes.size < LEAST_CHANGES:
+        return None
+    looks_s = float(np.quantile(np.diff(channel.time_s), _LOOK))
+    apart = np.diff(channel.time_s[changes]) / looks_s
+    usual = float(np.median(apart))
+    apart = apart[apart <= _RESTS * usual]
+    mean = float(np.mean(apart))
+    sizes = np.abs(channel.value[changes] - channel.value[changes - 1])
+    small, large = np.quantile(sizes, _SIZES)
+    if mean < 2.5 or large < _UNLIKE * small:
+        return None
+    if np.count_nonzero(np.abs(apart - mean) < 1.5) < REGULAR * apart.size:
+        return None
+    return _Hold(mean, looks_s, "looks of the logger")
+
+
 def _changes(channel: Samples) -> NDArray[np.intp]:
     """Return the rows at which a channel changes."""
     return np.flatnonzero(np.diff(channel.value) != 0.0) + 1
@@ -107,7 +137,7 @@ def _finding(look: Look, channel: Samples, hold: _Hold, *, together: bool) -> Fi
         if share <= BY_LATENESS or hold.late_s <= _stated_s(look):
             effect = "noted"
     text = (
-        f"{channel.name} held: each value is repeated in {hold.rows:.3g} rows (true rate "
+        f"{channel.name} held: each value is repeated in {hold.rows:.3g} {hold.of} (true rate "
         f"{1.0 / (hold.rows * hold.step_s):.4g} Hz), so that it is late by {1e3 * hold.late_s:.3g} ms on "
         f"average; {what}; record it at its own rate, each value once"
     )

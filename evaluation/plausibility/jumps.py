@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
+from evaluation.cycles import SLIPPED
 from evaluation.plausibility.drift import drift_of_loops
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.force_jumps import force_jumps
@@ -11,7 +14,7 @@ from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
 from evaluation.plausibility.levels import level_jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
-from evaluation.plausibility.zero import zero_of_force
+from evaluation.plausibility.zero import zero_in_wrong_unit, zero_of_force
 
 SHARE = 0.01
 """A jump of the stroke is at least this share of its range …"""
@@ -22,6 +25,7 @@ ALONE = 3.0
 COARSE = 0.06
 """Where the record's own speed makes more than this share of the range from sample to sample (fewer than 50
 samples a cycle), nothing is looked for."""
+_BESIDE_JUMPS = ("zero", "drift")
 _MOST = 3
 _LOOKED_AT = _MOST + 3
 _STEPS_LOOKED_AT = 20_000
@@ -31,8 +35,8 @@ def jumps(look: Look) -> list[Finding]:
     """Return jumps of the stroke and of the force, and a force whose zero is off or moves.
 
     One fault shows in several ways, of which the most direct is told: the instant of a jump, else the force
-    at rests, else what changes from cycle to cycle. The force is held against the stroke, and that of other
-    cycles, which a stroke that jumped is not fit for.
+    at rests (beside a jump, a zero that is off or drifts), else what changes from cycle to cycle. The force
+    is held against the stroke, and that of other cycles, which a stroke that jumped is not fit for.
 
     Parameters
     ----------
@@ -43,10 +47,46 @@ def jumps(look: Look) -> list[Finding]:
     list of Finding
         ``size`` is in mm or kN, of a gain that changed between cycles its ratio.
     """
-    found = [
+    found = stroke_jumps(look)
+    zero = zero_of_force(look, found)
+    if found:
+        return [*found, *(one for one in zero if one.kind in _BESIDE_JUMPS)]
+    found = force_jumps(look)
+    if found:  # a force that drifts meets a preload at another force every time: one may come of the other
+        return [*found, *(one for one in zero if one.kind == "drift")]
+    return zero or level_jumps(look) or drift_of_loops(look)
+
+
+def jumps_in_wrong_unit(look: Look) -> list[Finding]:
+    """Return those of these that no unit matters for: jumps of the stroke, and the force at rests."""
+    return stroke_jumps(look) or zero_in_wrong_unit(look)
+
+
+def stroke_jumps(look: Look) -> list[Finding]:
+    """Return the jumps of the stroke, of each draw wire by itself."""
+    return [
         _of_stroke(look, channel, leap) for channel in look.strokes for leap in _stroke_leaps(look, channel)
     ]
-    return found or force_jumps(look) or zero_of_force(look) or level_jumps(look) or drift_of_loops(look)
+
+
+def slips_s(look: Look) -> tuple[float, ...]:
+    """Return when the stroke jumps [s], where a jump makes strokes that are none.
+
+    It does where it goes against the motion: then two turning points lie next to each other.
+
+    Parameters
+    ----------
+    look : Look
+        With its cycles as they were found before.
+    """
+    cut_short = (
+        after.index - before.index <= SLIPPED
+        for cycle in (result.cycle for result in look.results if not result.cycle.complete)
+        for before, after in pairwise((cycle.start, cycle.top, cycle.end))
+    )
+    if not any(cut_short):
+        return ()
+    return tuple(finding.start_s for finding in stroke_jumps(look))
 
 
 def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 
 _FEWEST = 5
@@ -26,8 +28,15 @@ class Rest(NamedTuple):
     u_kN: float
 
 
-def rests_of(look: Look) -> list[Rest]:
-    """Return the rests at the lowest place at which the stroke rests, in order of time."""
+def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
+    """Return the rests at the lowest place at which the stroke rests, in order of time.
+
+    Parameters
+    ----------
+    look : Look
+    jumps : sequence of Finding
+        Jumps of the stroke: a place behind one is taken for what it was before.
+    """
     turns = {turn.time_s: turn for r in look.results for turn in (r.cycle.start, r.cycle.end)}
     force, found = look.force, []
     for turn in sorted(turns.values(), key=lambda turn: turn.time_s):
@@ -41,6 +50,7 @@ def rests_of(look: Look) -> list[Rest]:
             tuple(float(np.median(column[part])) for part in parts) for column in (force.time_s, force.value)
         )
         at_mm = float(np.median(look.stroke.at(force.time_s[rows])))
+        at_mm -= sum((jump.size or 0.0) for jump in jumps if jump.start_s < times_s[0]) / len(look.strokes)
         u_kN = 1.25 * force.sampling.sigma / float(np.sqrt(third))
         found.append(Rest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))
     lowest_mm = min((rest.stroke_mm for rest in found), default=0.0)

@@ -13,7 +13,13 @@ from evaluation.requirements.block import block_contact
 from evaluation.requirements.limit_set import known
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
 from evaluation.requirements.speed import branch_speed
-from evaluation.requirements.strokes import bridged_why, cycle_count, judged_strokes, not_evaluated
+from evaluation.requirements.strokes import (
+    begins_another,
+    bridged_why,
+    cycle_count,
+    judged_strokes,
+    not_evaluated,
+)
 from evaluation.requirements.temperature import temperature_range
 from evaluation.results import CycleResult, RequirementResult, Verdict
 
@@ -47,7 +53,8 @@ def static_conditions(case: Case) -> list[RequirementResult]:
         if position > 0:
             judged.append(_pause(case, needed[position - 1], result))
         judged.append(_immediate_unloading(case, result))
-        judged.append(_full_release(case, result, last=position == len(needed) - 1))
+        last = position == len(needed) - 1 and not begins_another(case)
+        judged.append(_full_release(case, result, last=last))
         judged.append(full_stroke(case, result))
     return [condition for condition in judged if condition is not None]
 

@@ -6,8 +6,13 @@ the second.
 
 from __future__ import annotations
 
+import numpy as np
+
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
 from evaluation.results import CycleResult, RequirementResult, Verdict
+
+ROSE = 0.05
+"""A stroke has begun where it rose by this share of the last one's range: what rises less is no stroke."""
 
 
 def judged_strokes(case: Case) -> tuple[CycleResult, ...]:
@@ -42,6 +47,19 @@ def _is_cut(stroke: CycleResult) -> bool:
     cycle = stroke.cycle
     ends = {cycle.start.method, cycle.end.method}
     return cycle.bounded and not cycle.complete and bool(ends & {"cut", "edge"})
+
+
+def begins_another(case: Case) -> bool:
+    """Say whether the record ends within a stroke that is to be judged, behind the last one that is found.
+
+    Then the stroke found last is not the last one, and what is left of it is the next one's to answer for.
+    """
+    wanted = case.limits.conditions.cycles
+    if not case.strokes or (not isinstance(wanted, str) and len(case.strokes) >= wanted):
+        return False
+    last = case.strokes[-1].cycle
+    behind = case.record.stroke_mm[case.record.time_s > last.end.leave_s]
+    return bool(behind.size) and float(np.max(behind)) - last.end.leave_mm > ROSE * last.range_mm
 
 
 def cycle_count(case: Case) -> RequirementResult | None:

@@ -11,8 +11,9 @@ import pytest
 from evaluation.contact import beside, find_first_contact
 from evaluation.document import evaluate_file
 from evaluation.record import make_record
-from evaluation.results import Options, RequirementResult, RunEvaluation, Verdict
-from tests.evaluation.contacts import Approach
+from evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts, Verdict
+from evaluation.run import evaluate_run
+from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import StaticTest
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_runs" / "runs" / "001-static-5mm_s.h5"
@@ -98,6 +99,48 @@ def test_the_shipped_static_run_begins_at_its_zero() -> None:
     assert not run.first_contact.beyond
 
 
+@pytest.mark.parametrize("preload_kN", [8.0, 20.0])
+def test_a_record_that_begins_with_the_motion_shows_it_in_the_next_stroke(preload_kN: float) -> None:
+    test = replace(GOOD, contact_mm=3.0, approach_mm=0.1, preload_kN=preload_kN)
+    record = test.record()
+    begun = record.time_s > 1.01
+    rest = make_record(record.time_s[begun], record.stroke_mm[begun], record.force_kN[begun])
+    assert find_first_contact(rest, 22.0).stroke_mm is None
+    run = evaluate_run(rest, RunFacts("static-1", "static", **TIGHT), Options(draws=0))  # type: ignore[arg-type]
+    assert run.first_contact is not None
+    assert run.first_contact.stroke_mm == pytest.approx(3.0, abs=0.1)
+
+
+@pytest.mark.parametrize("preload_kN", [20.0, 0.0])
+def test_a_later_stroke_shows_it_by_a_preload_only(preload_kN: float) -> None:
+    """A specimen without one may not have come back to where it was."""
+    test = replace(GOOD, contact_mm=3.0, preload_kN=preload_kN)
+    turn_s = 1.0 + 2.0 * (102.0 + test.approach_mm) / test.speed_mm_per_s
+    found = find_first_contact(test.record(), turn_s + 23.6, 0.05, turn_s + 0.1)
+    assert (found.stroke_mm is not None) == (preload_kN > 0.0)
+
+
+def test_a_drift_does_not_hide_the_contact() -> None:
+    """The force falls far below the level of the first rest."""
+    test = replace(GOOD, contact_mm=3.0, approach_mm=0.05, offset_kN=0.0)
+    time, stroke, force = test.columns()
+    drifting = make_record(time, stroke, force - 40.0 * time / time[-1])
+    run = evaluate_run(drifting, RunFacts("static-1", "static", **TIGHT), Options(draws=0))  # type: ignore[arg-type]
+    assert any(finding.kind == "drift" for finding in run.findings)
+    assert run.first_contact is not None
+    assert run.first_contact.beyond
+
+
+@pytest.mark.parametrize(("offset_kN", "drift_kN"), [(12.0, 0.0), (-12.0, 0.0), (0.0, -40.0)])
+def test_a_force_that_is_off_does_not_hide_the_contact(offset_kN: float, drift_kN: float) -> None:
+    """It moves up to the contact at one force, whatever the cell makes of nothing."""
+    time, stroke, force = replace(GOOD, contact_mm=3.0).columns()
+    record = make_record(time, stroke, force + offset_kN + drift_kN * time / time[-1])
+    found = find_first_contact(record, 22.6, 0.05)
+    assert found.stroke_mm == pytest.approx(3.0, abs=0.1)
+    assert found.beyond
+
+
 def row(run: RunEvaluation, identity: str, cycle: int = 1) -> RequirementResult:
     return next(r for r in run.requirements if (r.id, r.cycle) == (identity, cycle))
 
@@ -128,6 +171,18 @@ def test_a_wrong_zero_is_named_and_in_u() -> None:
         "first contact at 1.52 ± 0.05 mm of the recorded stroke: the stroke zero lies 1.52"
     )
     assert "preload reads 15.92 instead of 19.85 kN" in said
+
+
+def test_without_stated_errors_u_is_what_the_zero_makes() -> None:
+    right, run = GOOD.evaluate(), replace(GOOD, contact_mm=3.0).evaluate(stated=False)
+    read, true = row(run, "force-at-60mm"), row(right, "force-at-60mm")
+    assert read.measured is not None
+    assert true.measured is not None
+    assert read.expanded_uncertainty is not None
+    assert abs(read.measured - true.measured) < 1.1 * read.expanded_uncertainty
+    assert "U is what the zero makes of it, and no more" in read.why
+    assert row(run, "absorbed-energy-ratio").expanded_uncertainty is None
+    assert row(run, "full-release").expanded_uncertainty is None
 
 
 # From the recorded zero the verdict would be a false one.

@@ -40,6 +40,16 @@ def test_held_samples_count_once() -> None:
     assert sampling_of(SINE).held == held_samples(SINE) == 1
 
 
+@pytest.mark.parametrize("share", [0.06, 0.16, 0.5])
+def test_a_channel_that_stands_still_for_a_while_has_its_noise(share: float) -> None:
+    noisy = SINE + 0.1 * RANDOM.standard_normal(TIME.size)
+    noisy[3000 : 3000 + round(share * TIME.size)] = noisy[3000]
+    assert sampling_of(noisy).sigma == pytest.approx(0.1, rel=0.25)
+    clean = SINE.copy()
+    clean[3000:4600] = clean[3000]
+    assert sampling_of(clean).sigma < 1e-9
+
+
 @pytest.mark.parametrize("samples", [0, 1, 2, 15])
 def test_too_few_samples_tell_nothing(samples: int) -> None:
     assert sampling_of(SINE[:samples]) == Sampling(held=1, step=0.0, sigma=0.0)

@@ -10,6 +10,7 @@ import pytest
 from . import world
 from .chain import Scene
 from .imperfections import KINDS
+from .kinds import rows
 
 
 def _made(name: str) -> Scene:
@@ -57,6 +58,16 @@ def test_a_fault_acts_when_it_says(name: str) -> None:
     fault = scene.applied[0]
     assert fault.start_s - 1e-9 <= touched.min()
     assert touched.max() <= fault.end_s + 1e-9
+
+
+def test_rows_that_are_lost_at_the_end_leave_no_gap_to_be_named() -> None:
+    scene = world.make(1, "clean")
+    keep = np.ones(len(scene.time_s), dtype=bool)
+    keep[-40:] = False
+    assert rows._lost(scene, "lost-turn", "40 rows", keep).words is None
+    keep = np.ones(len(scene.time_s), dtype=bool)
+    keep[40:80] = False
+    assert rows._lost(scene, "lost-burst", "40 rows", keep).words == rows.GAP
 
 
 def test_what_a_channel_does_not_go_into_is_not_falsified() -> None:

@@ -159,3 +159,12 @@ def test_a_record_that_ends_within_the_last_stroke_has_not_broken_the_count() ->
     assert verdicts["absorbed-energy-ratio", 3] == "inconclusive"
     two = MadeTest((OneCycle(),) * 2).record()
     assert table(judged(two))["cycle-count", None] == "fail"
+
+
+def test_a_stroke_before_one_that_the_record_ends_in_is_not_the_last() -> None:
+    """It is left 3 mm compressed: that breaks the next one's condition, of which nothing is on record."""
+    record = MadeTest((OneCycle(residual_mm=3.0),) * 2).record()
+    run = judged(record)
+    assert table(run)["full-release", 2] == "fail"
+    cut_s = run.cycles[1].cycle.top.time_s
+    assert table(judged(without(record, record.time_s > cut_s)))["full-release", 1] == "pass"

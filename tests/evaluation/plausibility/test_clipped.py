@@ -40,6 +40,28 @@ def test_clipped_harmonic(column: int, noise: float) -> None:
     assert len(of_kind(run, "clipped")) == 1
 
 
+@pytest.mark.parametrize("noise", [0.0, 5e-4])
+def test_clipped_where_a_cycle_has_24_samples_and_the_force_falls_as_it_turns(noise: float) -> None:
+    def falls(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        down = np.gradient(stroke) < 0.0
+        lost = np.where(down, 0.75 * (1.0 - np.exp(-(np.max(stroke) - stroke) / 4.0)), 0.0)
+        return time_s, stroke, np.minimum(4.0 * stroke * (1.0 - lost), 180.0)
+
+    run = harmonic(falls, cycles=8.2, rate_Hz=24.3, noise=noise)
+    assert len(of_kind(run, "clipped")) == 1
+
+
+def test_few_samples_at_the_end_of_the_range_are_enough_where_noise_tells() -> None:
+    """Six samples in three strokes: noise makes two neighbours alike once in 350 times."""
+
+    def cut(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        level = np.sort(force)[-7]
+        return time_s, stroke, np.round(np.minimum(force, level), 3)
+
+    (finding,) = of_kind(static(cut, rate_Hz=50.0, speed_mm_per_s=25.0), "clipped")
+    assert finding.channel == "force"
+
+
 @pytest.mark.parametrize("steps", [30, 100, 1000])
 def test_converter_steps_at_slow_turns_are_none(steps: int) -> None:
     def coarse(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
@@ -70,7 +92,8 @@ def test_friction_limits_a_force_without_clipping_it() -> None:
     def friction(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
         return time_s, stroke, 40.0 * np.sign(np.gradient(stroke, time_s))
 
-    assert not of_kind(harmonic(friction, noise=0.0), "clipped")
+    for rate_Hz in (24.0, 37.0, 500.0):
+        assert not of_kind(harmonic(friction, noise=0.0, rate_Hz=rate_Hz), "clipped")
 
 
 def test_a_specimen_that_leaves_its_plate_has_no_force() -> None:

@@ -72,3 +72,13 @@ def test_converter_steps_are_none(steps: int) -> None:
 
     for noisy in (True, False):
         assert not of_kind(static(coarse, noisy=noisy), "frozen")
+
+
+def test_a_stroke_that_stands_still_all_along() -> None:
+    def stood(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        return time_s, np.full_like(stroke, 66.2653), force
+
+    (found,) = of_kind(harmonic(stood), "frozen")
+    assert (found.channel, found.whole_record) == ("stroke", True)
+    assert "clipped at the end of its range" in found.text
+    assert not of_kind(harmonic(lambda t, x, f: stood(t, x, np.full_like(f, 3.0))), "frozen")

@@ -68,6 +68,29 @@ def test_converter_steps_are_no_hold(shape: str, speed: float) -> None:
         assert hold_of(Samples("stroke", time, np.round(read / 0.1) * 0.1)) is None
 
 
+def by_event(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the rows that are written when stroke or force changed by 0.2 mm or 1 kN, or after 1 s."""
+    rows = [0]
+    for row in range(1, time_s.size):
+        last = rows[-1]
+        changed = abs(stroke[row] - stroke[last]) > 0.2 or abs(force[row] - force[last]) > 1.0
+        if changed or time_s[row] - time_s[last] >= 1.0:
+            rows.append(row)
+    return time_s[rows], stroke[rows], force[rows]
+
+
+def test_a_held_force_in_a_log_by_event() -> None:
+    made = {"rate_Hz": 35.0, "preload_kN": 40.0}
+    run = static(lambda *columns: by_event(*holding(2, 11)(*columns)), **made)
+    assert run.record.by_event
+    (finding,) = of_kind(run, "held")
+    assert (finding.channel, finding.effect) == ("force", "spoils")
+    assert finding.size == pytest.approx(5.0 / 35.0, rel=0.1)
+    plain = static(by_event, **made)
+    assert plain.record.by_event
+    assert not of_kind(plain, "held")
+
+
 def test_clean_records_are_not_held() -> None:
     for run in (static(), static(noisy=False), harmonic(), harmonic(noise=0.0)):
         assert not of_kind(run, "held")

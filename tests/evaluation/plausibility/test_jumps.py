@@ -42,6 +42,7 @@ def test_a_wire_that_slips(at_s: float, share: float) -> None:
     assert found.start_s == pytest.approx(at_s, abs=0.05)
     assert found.size == pytest.approx(share * 102.0, rel=0.05)
     assert 1 not in found.cycles
+    assert [cycle.cycle.index for cycle in run.cycles] == [1, 2, 3]  # a jump is no turn of the motion
     read = [row.verdict for row in run.requirements if row.cycle == 3 and "stroke" in read_from(row.id)]
     assert read
     assert set(read) == {"inconclusive"}
@@ -52,6 +53,17 @@ def test_a_wire_that_slips(at_s: float, share: float) -> None:
 def test_a_wire_that_slips_while_it_swings(rate_Hz: float, share: float) -> None:
     run = harmonic(from_on(3.3, 1, offset=share), rate_Hz=rate_Hz)  # type: ignore[arg-type]
     assert jumps(run) == [("stroke-jump", "stroke")]
+    assert len(run.cycles) == len(harmonic(rate_Hz=rate_Hz).cycles)
+
+
+@pytest.mark.parametrize(
+    ("column", "gain", "kind"), [(1, 0.001, "unit"), (1, -1.0, "sign"), (2, -1.0, "sign")]
+)
+def test_a_wire_that_slips_is_named_beside_a_wrong_unit_or_sign(column: int, gain: float, kind: str) -> None:
+    slips, wrong = from_on(60.3, 1, offset=0.08), from_on(0.0, column, gain=gain)
+    run = static(lambda *columns: wrong(*slips(*columns)))  # type: ignore[misc]
+    assert ("stroke-jump", "stroke") in jumps(run)
+    assert kind in {found.kind for found in run.findings}
 
 
 @pytest.mark.parametrize("gain", [0.95, 1.05])

@@ -48,6 +48,30 @@ def test_units_of_a_static_test(force: float, stroke: float, channel: str) -> No
     assert not {row.verdict for row in run.requirements} & {"pass", "fail", "invalid"} - {"pass"}
 
 
+def few(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return six samples a cycle in metres: no cycle has figures."""
+    return t[::33], 0.001 * x[::33], f[::33]
+
+
+def test_metres_where_no_cycle_has_figures() -> None:
+    run = swings(Ellipse(), few)
+    assert not any(result.cycle.complete for result in run.cycles)
+    assert [(found.kind, found.channel) for found in run.findings] == [("unit", "stroke")]
+
+
+def test_a_force_that_relaxes_at_rest_is_no_unit() -> None:
+    """The stroke hums by 10 µm, which makes cycles of it."""
+
+    def held(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        hum = 0.01 * np.sin(2.0 * np.pi * t)
+        return few(t, 1e3 * (60.0 + hum), 500.0 - 40.0 * np.log1p(t))
+
+    run = swings(Ellipse(), held)
+    assert len(run.cycles) > 4
+    assert not any(result.cycle.complete for result in run.cycles)
+    assert not of_kind(run, "unit")
+
+
 @pytest.mark.parametrize("preload_kN", [0.0, 50.0])
 @pytest.mark.parametrize(("soft", "cubic"), [(0.4, 0.0), (1.0, 1.2e-5)])
 def test_any_static_spring_is_none(preload_kN: float, soft: float, cubic: float) -> None:

@@ -19,9 +19,11 @@ BLANK = (
 def _lost(s: Scene, name: str, size: str, keep: np.ndarray, *, harmless: bool = False) -> Applied:
     gone = s.true_time_s[~keep]
     start, end = float(gone.min()), float(gone.max())
+    # a loss that reaches the end leaves no gap: a record that ends, or begins, where rows are left
+    words = GAP if keep[0] and keep[-1] else None
     s.keep(keep)
     return Applied(
-        name, size, words=GAP, channel="time", start_s=start, end_s=end, harmless=harmless, may=("unlike",)
+        name, size, words=words, channel="time", start_s=start, end_s=end, harmless=harmless, may=("unlike",)
     )
 
 
