@@ -63,7 +63,7 @@ def find_with_harmonics(
 
     ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already.
     """
-    sampling = sampling_of(record.stroke_mm)
+    sampling = sampling_of(record.as_read(record.stroke_mm))
     index = find_reversals(record.stroke_mm, sampling) if reversals is None else reversals
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
@@ -143,6 +143,7 @@ def _fit_turns(record: Record, index: NDArray[np.intp], sampling: Sampling) -> l
         sampling.sigma,
         held=sampling.held,
         averaged=record.averaged,
+        read=record.read if record.filled_s else None,
     )
 
 
