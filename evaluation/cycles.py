@@ -67,7 +67,7 @@ def find_with_harmonics(
     ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already. At
     ``slips_s`` the stroke jumps, against its motion or with it, which is no motion.
     """
-    sampling = sampling_of(record.stroke_mm)
+    sampling = sampling_of(record.as_read(record.stroke_mm))
     index = find_reversals(record.stroke_mm, sampling) if reversals is None else reversals
     if slips_s:
         index = _without_slips(record.time_s, index, slips_s)
@@ -161,6 +161,7 @@ def _fit_turns(record: Record, index: NDArray[np.intp], sampling: Sampling) -> l
         sampling.sigma,
         held=sampling.held,
         averaged=record.averaged,
+        read=record.read if record.filled_s else None,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evaluation.corners import corner_moment
 from evaluation.record import FloatArray
@@ -27,9 +28,13 @@ CUT_OFF_RATIO = 1.5
 """The same where the record ends within nine bands: of a parabola cut off beyond its top 2 is left."""
 _LEAST_LEVELLED = 16
 _EASED = 0.03
+_EASED_S = 0.2
+"""No stand is taken to ease into a rest, or to swing, for longer [s]: so long it needs to reverse at most."""
 _PARTS = 8
 _ONE_LEVEL = 4.0
 """Eight means of noise span 4 of their standard deviations or less in 90 of 100 dwells."""
+_OF_MEDIAN = float(np.sqrt(0.5 * np.pi))
+"""Standard deviation of the median of normal noise over that of its mean."""
 _LEAST_LINE = 6
 _ANOTHER = 3.0
 
@@ -115,9 +120,11 @@ def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) ->
     rise_s = float(time[0] - side.time_s[outer.start])
     fall_s = float(side.time_s[outer.stop - 1] - time[-1])
     climb = (PLATEAU_WIDER - 1.0) * band
-    arrive_s, arrive = _corner(time, value, level - band, rise_s / climb)
-    leave_s, leave = _corner(-time[::-1], value[::-1], level - band, fall_s / climb)
-    u = float(np.std(np.diff(value))) / float(np.sqrt(2.0 * value.size))
+    read = np.ones(value.size, dtype=bool) if side.read is None else side.read[inner]
+    arrive_s, arrive, arriving = _corner(time, value, read, level - band, rise_s / climb)
+    leave_s, leave, leaving = _corner(-time[::-1], value[::-1], read[::-1], level - band, fall_s / climb)
+    scatter = max(side.sigma, float(np.std(np.diff(value[read]))) / float(np.sqrt(2.0)))
+    u = _OF_MEDIAN * scatter / float(np.sqrt(min(arriving, leaving)))
     u_arrive_s = u_leave_s = side.step_s
     if (at := corner_moment(side.time_s, side.value, inner.start, arrive, band, side.sigma)) is not None:
         arrive_s, u_arrive_s = at
@@ -142,15 +149,19 @@ def _levels(side: Side, arrive_s: float, leave_s: float) -> tuple[float, float, 
     creeps, and lines say where it is at either end.
     """
     # A stand eases into a rest and out of it, so that the corners are no part of it.
-    inset_s = _EASED * (-leave_s - arrive_s)
-    first, last = np.searchsorted(side.time_s, (arrive_s + inset_s, -leave_s - inset_s))
+    rest_s = -leave_s - arrive_s
+    inset_s = max(_EASED * rest_s, min(_EASED_S, rest_s / _PARTS))
+    time, value = side.time_s, side.value
+    if side.read is not None:
+        time, value = time[side.read], value[side.read]
+    first, last = np.searchsorted(time, (arrive_s + inset_s, -leave_s - inset_s))
     samples = int(last - first)
     if samples < _LEAST_LEVELLED:
         return None
     edges = first + np.round(np.arange(_PARTS + 1) * samples / _PARTS).astype(int)
-    means = np.add.reduceat(side.value, edges[:-1])[: _PARTS - 1] / np.diff(edges)[:-1]
-    means = np.append(means, np.mean(side.value[edges[-2] : edges[-1]]))
-    scatter = max(side.sigma, float(np.std(np.diff(side.value[first:last]))) / float(np.sqrt(2.0)))
+    means = np.add.reduceat(value, edges[:-1])[: _PARTS - 1] / np.diff(edges)[:-1]
+    means = np.append(means, np.mean(value[edges[-2] : edges[-1]]))
+    scatter = max(side.sigma, float(np.std(np.diff(value[first:last]))) / float(np.sqrt(2.0)))
     u = scatter / float(np.sqrt(samples / _PARTS))
     middle = means[_PARTS // 4 : -(_PARTS // 4)]
     least = _middle(middle) - 3.0 * u - 3.0 * float(np.ptp(middle))
@@ -159,7 +170,7 @@ def _levels(side: Side, arrive_s: float, leave_s: float) -> tuple[float, float, 
     if np.ptp(kept) <= _ONE_LEVEL * u:
         level = float(np.mean(kept))
         return level, level, u / float(np.sqrt(kept.size))
-    creeping = side.value[edges[inside[0]] : edges[inside[-1] + 1]]
+    creeping = value[edges[inside[0]] : edges[inside[-1] + 1]]
     (arrive, u_arrive), (leave, u_leave) = (_end_level(own, scatter) for own in (creeping[::-1], creeping))
     return arrive, leave, max(u_arrive, u_leave)
 
@@ -192,8 +203,11 @@ def _line_end(value: FloatArray, scatter: float) -> tuple[float, float]:
     return mean + reach * slope, float(np.hypot(u_mean, reach * u_slope))
 
 
-def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float) -> tuple[float, float]:
-    """Return time and value where a flank, which enters the band at ``time[0]``, meets the dwell.
+def _corner(
+    time: FloatArray, value: FloatArray, read: NDArray[np.bool_], entered: float, slowness: float
+) -> tuple[float, float, int]:
+    """Return time and value where a flank, which enters the band at ``time[0]``, meets the dwell; of how many
+    samples that were read the value is the median.
 
     ``slowness`` is the flank's time per value. The value is the median just behind the corner, so that
     creep during the dwell does not shift it.
@@ -206,4 +220,4 @@ def _corner(time: FloatArray, value: FloatArray, entered: float, slowness: float
         span = max(2.0 * abs(level - entered) * slowness, 0.02 * float(time[-1] - time[0]))
         last = max(int(np.searchsorted(time, corner + span)), first + LEAST_SAMPLES)
         level = _middle(value[first:last])
-    return corner, level
+    return corner, level, max(1, int(np.count_nonzero(read[first:last])))

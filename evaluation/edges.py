@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -26,7 +26,10 @@ CONSISTENT = 1.3
 
 @dataclass(frozen=True)
 class EdgeFit:
-    """A turn seen from one side: ``edge`` where it belongs to the record, ``cut`` where it does not."""
+    """A turn seen from one side: ``edge`` where it belongs to the record, ``cut`` where it does not.
+
+    ``at_end``: value at the record's end, where the fit has no maximum on record.
+    """
 
     method: Literal["edge", "cut"]
     time_s: float
@@ -34,6 +37,7 @@ class EdgeFit:
     residual: float
     u: float
     u_s: float = 0.0
+    at_end: float | None = None
 
 
 def _grouped(time_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray, int]:
@@ -62,10 +66,35 @@ def edge_fits(sides: Sequence[Side]) -> list[EdgeFit]:
 
 def _surest(side: Side, fits: Sequence[EdgeFit]) -> EdgeFit:
     if not fits:
-        end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
-        return EdgeFit("edge", end_s, end, side.sigma, side.sigma)
+        return _last_sample(side, side.sigma)
     noise = max(side.sigma, min(fit.residual for fit in fits), 1e-6 * side.height)
-    return min((fit for fit in fits if fit.residual <= CONSISTENT * noise), key=lambda fit: fit.u)
+    known = [fit for fit in fits if fit.residual <= CONSISTENT * noise]
+    surest = min(known, key=lambda fit: fit.u)
+    if surest.method == "cut" or surest.at_end is None:
+        return surest
+    ends = [fit for fit in known if fit.method == "edge" and fit.at_end is not None]
+    surest = min(_doubted([_last_sample(side, noise), *ends]), key=lambda fit: fit.u)
+    # The turn may lie anywhere from the record's end to the fit's maximum beyond it.
+    beyond = surest.value - (surest.at_end or surest.value)
+    return replace(surest, u=float(np.hypot(surest.u, beyond / np.sqrt(3.0))))
+
+
+def _last_sample(side: Side, noise: float) -> EdgeFit:
+    end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
+    return EdgeFit("edge", end_s, end, noise, noise, at_end=end)
+
+
+def _doubted(fits: Sequence[EdgeFit]) -> list[EdgeFit]:
+    """Return turns without a maximum on record, each with what those of narrower windows say against it.
+
+    A stand eases out of its rest within a few samples, which hides in the residual of a wide window: how far
+    a less sure fit, or the last sample itself, lies from it beyond its own noise is a standard uncertainty.
+    """
+    value, u = (np.array([getattr(fit, name) for fit in fits], dtype=np.float64) for name in ("at_end", "u"))
+    beyond_noise = (value - value[:, None]) ** 2 - (u**2 - u[:, None] ** 2)
+    doubt = np.max(np.where(u > u[:, None], beyond_noise, 0.0), axis=1, initial=0.0)
+    total = np.sqrt(u**2 + doubt)
+    return [replace(fit, u=own) for fit, own in zip(fits, total.tolist(), strict=True)]
 
 
 class _Window(NamedTuple):
@@ -150,7 +179,7 @@ class _Polynomial:
         if np.isnan(self.vertex):
             u_bend = self.residual * float(np.sqrt(self.inverse[2, 2]))
             turning = bend < -max(3.0 * u_bend, _STRAIGHT * abs(steep))
-            return EdgeFit("cut" if turning else "edge", end_s, at_end, residual, u)
+            return EdgeFit("cut" if turning else "edge", end_s, at_end, residual, u, at_end=at_end)
         vertex_s = end_s + self.span_s * self.vertex
         on_record = self.ends[0] <= self.vertex <= self.ends[1]
         doubt = min(3.0 * u, _MOST_DOUBT * side.height)
@@ -160,4 +189,4 @@ class _Polynomial:
         row = np.arange(degree + 1.0) * self.vertex ** np.maximum(np.arange(degree + 1) - 1, 0)
         scatter = max(residual, side.sigma) / root
         u_s = self.span_s * scatter * float(np.sqrt(row @ self.inverse @ row)) / self.bend
-        return EdgeFit("edge", vertex_s, self.top, residual, u, u_s)
+        return EdgeFit("edge", vertex_s, self.top, residual, u, u_s, None if on_record else at_end)

@@ -129,7 +129,7 @@ def acceleration_noise_mm_per_s2(record: Record, window_s: float) -> float:
 
     step_s = float(np.median(np.diff(record.time_s)))
     weights = savgol_coeffs(_odd_window(window_s, step_s), _DEGREE, deriv=2, delta=step_s)
-    return noise_sigma(record.stroke_mm) * float(np.linalg.norm(weights))
+    return noise_sigma(record.as_read(record.stroke_mm)) * float(np.linalg.norm(weights))
 
 
 def _odd_window(window_s: float, step_s: float) -> int:

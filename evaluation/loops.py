@@ -135,7 +135,8 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
     start, top, end = turns
     up = Stretches.between(record.time_s, start.leave_s, top.time_s)
     down = Stretches.between(record.time_s, top.leave_s, end.time_s)
-    noise = noise_sigma(record.force_kN), noise_sigma(record.stroke_mm)
+    force_kN, stroke_mm = record.as_read(record.force_kN), record.as_read(record.stroke_mm)
+    noise = noise_sigma(force_kN), noise_sigma(stroke_mm)
     samples = np.maximum(np.maximum(up.last - up.first, down.last - down.first), 1)
     first = 0
     while first < len(cycles):

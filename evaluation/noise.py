@@ -164,10 +164,11 @@ def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Se
     cycles : sequence of Cycle
         Complete ones, in order. Without them the noise is taken for white.
     """
-    force_kN, stroke_mm = noise_sigma(record.force_kN), noise_sigma(record.stroke_mm)
+    time_s, forces, strokes = map(record.as_read, (record.time_s, record.force_kN, record.stroke_mm))
+    force_kN, stroke_mm = noise_sigma(forces), noise_sigma(strokes)
     force, stroke = (
-        _spectrum(record.time_s, values, sigma, cycles)
-        for values, sigma in ((record.force_kN, force_kN), (record.stroke_mm, stroke_mm))
+        _spectrum(time_s, values, sigma, cycles)
+        for values, sigma in ((forces, force_kN), (strokes, stroke_mm))
     )
     if inertia is not None:
         added = inertia.noise_kN

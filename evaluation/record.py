@@ -100,6 +100,9 @@ class Record:
         recorded, by channel (``force``, ``stroke``, ``speed``; of two draw wires also ``stroke_1`` …).
     by_event : bool
         A sample was written whenever something had changed: in a long step nothing did but at its end.
+    filled_s : tuple of (float, float)
+        Between which samples were put into a rest that was not logged: they show that it is one, and nothing
+        of the noise.
     drift_kN : float
         Limit of the change of the force's zero over the record, where stated.
     as_recorded : mapping of str to (array, array)
@@ -124,9 +127,21 @@ class Record:
     ends: Mapping[str, Ends] = field(default_factory=dict)
     between: Between | None = None
     by_event: bool = False
+    filled_s: tuple[tuple[float, float], ...] = ()
     drift_kN: float = 0.0
     as_recorded: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
     signals: Signals | None = None
+
+    @property
+    def read(self) -> NDArray[np.bool_]:
+        """Which samples were read, shape (N,): not those that were put into rests."""
+        begin_s, end_s = np.array(self.filled_s or [(np.inf, np.inf)]).T
+        span = np.searchsorted(begin_s, self.time_s) - 1  # the last one that begins before the sample
+        return np.asarray((span < 0) | (self.time_s >= end_s[span]))
+
+    def as_read(self, values: FloatArray) -> FloatArray:
+        """Return those of a channel's samples, shape (N,), that were read."""
+        return values[self.read] if self.filled_s else values
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""

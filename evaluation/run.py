@@ -192,7 +192,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         shared_errors=_with_judged(whole.shared_errors, requirements),
         extremes=extremes,
         preload=_preload(requirements),
-        history=history_of(record, facts, results, steps),
+        history=history_of(record, facts, results, steps, tallies),
         findings=spoiled.findings,
         unfit=whole.unfit,
     )

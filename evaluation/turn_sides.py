@@ -60,6 +60,7 @@ class Side:
 
     ``height`` is that of the lower side, ``wide_height`` that of the higher one, at most twice that.
     ``open_left``, ``open_right``: that side is not on record. ``least_samples``: so many make a dwell.
+    ``read``: which samples were read, where others were put into rests.
     """
 
     time_s: FloatArray
@@ -72,6 +73,7 @@ class Side:
     open_right: bool
     sigma: float
     least_samples: int
+    read: NDArray[np.bool_] | None = None
 
     @cached_property
     def _fallen(self) -> tuple[FloatArray, FloatArray]:
@@ -109,7 +111,12 @@ def least_height(sigma_mm: float) -> float:
 
 
 def side_of(
-    time_s: FloatArray, stroke_mm: FloatArray, reversal: Reversal, sigma_mm: float, least_samples: int
+    time_s: FloatArray,
+    stroke_mm: FloatArray,
+    reversal: Reversal,
+    sigma_mm: float,
+    least_samples: int,
+    read: NDArray[np.bool_] | None = None,
 ) -> Side:
     """Return the neighbourhood of a reversal; ``sigma_mm`` is the noise of the stroke."""
     first, last = reversal.limits
@@ -134,4 +141,5 @@ def side_of(
         open_right=open_right,
         sigma=sigma_mm,
         least_samples=least_samples,
+        read=None if read is None else read[first : last + 1],
     )

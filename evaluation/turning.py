@@ -66,6 +66,7 @@ def fit_turning_points(
     *,
     held: int = 1,
     averaged: int = 1,
+    read: BoolArray | None = None,
 ) -> list[TurningPoint]:
     """Fit reversals of the stroke.
 
@@ -79,6 +80,8 @@ def fit_turning_points(
         Samples for which a value is held (:func:`evaluation.reversals.held_samples`).
     averaged : int
         Samples as recorded that each sample is the mean of.
+    read : array of bool, shape (N,), optional
+        Which samples were read, where others were put into rests (:class:`evaluation.record.Record`).
 
     Returns
     -------
@@ -95,7 +98,7 @@ def fit_turning_points(
     least_samples = LEAST_SAMPLES * held
 
     def side(row: int) -> Side:
-        return side_of(time_s, stroke_mm, reversals.row(row), sigma_mm, least_samples)
+        return side_of(time_s, stroke_mm, reversals.row(row), sigma_mm, least_samples, read)
 
     sides = {i: side(i) for i in alone}
     dwells = {i: dwell for i, own in sides.items() if (dwell := plateau(own)) is not None}

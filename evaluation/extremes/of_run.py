@@ -292,7 +292,8 @@ def _speeds(recorded: Recorded, results: Sequence[CycleResult], draws: Draws | N
         if ends is not None:
             return _measured_speeds(ends, recorded, draws)
     peaks = greatest_speeds(recorded.evaluated, results)
-    sigma_mm = 0.0 if draws is None else noise_sigma(recorded.evaluated.stroke_mm)
+    evaluated = recorded.evaluated
+    sigma_mm = 0.0 if draws is None else noise_sigma(evaluated.as_read(evaluated.stroke_mm))
     both = [_of_slope(peak, draws, sigma_mm) for peak in peaks]
     return _three(*both)
 

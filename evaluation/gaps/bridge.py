@@ -147,7 +147,13 @@ def _held(record: Record) -> Record:
         speed_mm_per_s=column(record.speed_mm_per_s),
         wire_difference_mm=column(record.wire_difference_mm),
         breaks=tuple(b + int(np.searchsorted(at, b - 1)) for b in record.breaks),
+        filled_s=_spans(record.time_s, long),
     )
+
+
+def _spans(time_s: FloatArray, steps: IndexArray) -> tuple[tuple[float, float], ...]:
+    """Return from when to when some steps last."""
+    return tuple(zip(time_s[steps].tolist(), time_s[steps + 1].tolist(), strict=True))
 
 
 def _is_long(time_s: FloatArray, breaks: IndexArray) -> NDArray[np.bool_]:
@@ -333,6 +339,7 @@ def _filled(
             force_kN=column(record.force_kN),
             speed_mm_per_s=None if speed is None else column(speed),
             wire_difference_mm=None if difference is None else column(difference),
+            filled_s=tuple(sorted((*record.filled_s, *_spans(record.time_s, breaks[more > 0] - 1)))),
         ),
         places,
     )

@@ -68,8 +68,8 @@ class Settling:
     relative_change : float or None
         Last less first over first; None where that is 0.
     expanded_uncertainty : float or None
-        Of the difference, by what neighbouring cycles scatter: errors of the channels are common to all. None
-        below four cycles.
+        Of the difference, by what noise makes of two cycles: errors of the channels are common to all. Where
+        nothing was drawn, by what neighbouring cycles scatter; None below four of them.
     rate_per_cycle : float
         Slope over the last half of the cycles.
     settled_at_cycle : int or None

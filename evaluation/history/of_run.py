@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from evaluation.history.facts import (
 from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult, Quantities, RunFacts, StepResult
+from evaluation.summary import MeanOfDraws
 from evaluation.uncertainty import COVERAGE
 from foundation.channel import ChannelUncertainty
 
@@ -41,10 +43,16 @@ _LAG = 0.01
 _LEAST_CYCLES = 3
 _LEAST_SCATTER = 4
 _MOST_CORRELATED = 0.98
+_CONFIDENCE = 0.9545
+"""That of two standard deviations of a normal distribution."""
 
 
 def history_of(
-    record: Record, facts: RunFacts, results: Sequence[CycleResult], steps: Sequence[StepResult]
+    record: Record,
+    facts: RunFacts,
+    results: Sequence[CycleResult],
+    steps: Sequence[StepResult],
+    tallies: Sequence[MeanOfDraws] = (),
 ) -> RunHistory:
     """Return what a run holds besides the figures of its cycles.
 
@@ -57,17 +65,24 @@ def history_of(
         In order of time.
     steps : sequence of StepResult
         Of a run with several: each settles by itself.
+    tallies : sequence of MeanOfDraws
+        The draws of the cycles of the run, or of each of its steps.
     """
     complete = [r for r in results if r.cycle.complete]
     parts: list[tuple[int | None, list[CycleResult]]] = [(None, complete)]
     if steps:
         parts = [(s.index, _of_cycles(complete, s.cycles)) for s in steps]
+    drawn = tallies if len(tallies) == len(parts) else [MeanOfDraws()] * len(parts)
     cycles = [r.cycle for r in complete]
     holds = [_hold(record, facts, cycle) for cycle in cycles if cycle.top.dwell_s >= LEAST_HOLD_S]
     return RunHistory(
         holds=tuple(found for found in holds if found is not None),
         residual_strokes=tuple(_residual(cycle) for cycle in cycles if cycle.end.dwell_s >= LEAST_HOLD_S),
-        settling=tuple(change for part, own in parts for change in _settling(part, own)),
+        settling=tuple(
+            change
+            for (part, own), tally in zip(parts, drawn, strict=True)
+            for change in _settling(part, own, tally)
+        ),
         cumulated=_cumulated(results),
     )
 
@@ -188,7 +203,7 @@ def _residual(cycle: Cycle) -> ResidualStroke:
     )
 
 
-def _settling(part: int | None, results: Sequence[CycleResult]) -> list[Settling]:
+def _settling(part: int | None, results: Sequence[CycleResult], drawn: MeanOfDraws) -> list[Settling]:
     number = np.array([r.cycle.index for r in results], dtype=np.float64)
     columns = dict(zip(Quantities._fields, zip(*(r.quantities for r in results), strict=True), strict=False))
     found = []
@@ -196,11 +211,12 @@ def _settling(part: int | None, results: Sequence[CycleResult]) -> list[Settling
         values = np.array(columns[name], dtype=np.float64)  # None becomes NaN
         known = ~np.isnan(values)
         if np.count_nonzero(known) >= _LEAST_CYCLES:
-            found.append(_settled(name, part, number[known], values[known]))
+            noise = drawn.noise_variance(name) if drawn.known(name) else 0.0
+            found.append(_settled(name, part, number[known], values[known], noise))
     return found
 
 
-def _settled(name: str, part: int | None, number: FloatArray, values: FloatArray) -> Settling:
+def _settled(name: str, part: int | None, number: FloatArray, values: FloatArray, noise: float) -> Settling:
     first, last = float(values[0]), float(values[-1])
     half = slice(min(values.size // 2, values.size - 2), None)
     apart = number[half] - np.mean(number[half])
@@ -215,7 +231,7 @@ def _settled(name: str, part: int | None, number: FloatArray, values: FloatArray
         first=first,
         last=last,
         relative_change=(last - first) / abs(first) if first else None,
-        expanded_uncertainty=_of_difference(values),
+        expanded_uncertainty=COVERAGE * float(np.sqrt(2.0 * noise)) if noise else _of_difference(values),
         rate_per_cycle=float(np.sum(apart * values[half]) / np.sum(apart**2)),
         settled_at_cycle=int(number[settled]) if settled < number.size else None,
     )
@@ -224,12 +240,26 @@ def _settled(name: str, part: int | None, number: FloatArray, values: FloatArray
 def _of_difference(values: FloatArray) -> float | None:
     """Return U of the difference of two values, by what second differences say of their scatter.
 
-    Second differences of white noise have six times its variance, and a steady drift leaves them.
+    Second differences of white noise have six times its variance, and a steady drift leaves them. So few of
+    them are a poor estimate: the coverage factor is Student's (JCGM 100, G.6.4).
     """
     if values.size < _LEAST_SCATTER:
         return None
     variance = float(np.mean(np.diff(values, 2) ** 2)) / 6.0
-    return COVERAGE * float(np.sqrt(2.0 * variance))
+    return _student(values.size - 2) * float(np.sqrt(2.0 * variance))
+
+
+@lru_cache(maxsize=64)
+def _student(differences: int) -> float:
+    """Return the coverage factor for 95.45 % of a variance by so many second differences of white noise.
+
+    Neighbouring ones are correlated by -2/3, the next but one by 1/6, so that they count as fewer.
+    """
+    from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
+    pairs = (differences - 1) * (2.0 / 3.0) ** 2 + (differences - 2) * (1.0 / 6.0) ** 2
+    freedom = differences**2 / (differences + 2.0 * pairs)
+    return float(stdtrit(freedom, 0.5 * (1.0 + _CONFIDENCE)))
 
 
 def _cumulated(results: Sequence[CycleResult]) -> CumulatedEnergy | None:

@@ -168,3 +168,19 @@ def test_proof_loads_of_a_specimen_are_added_over_runs() -> None:
     assert totals[1]["load_cycles"] == complete[0] + complete[1] > 4
     assert [one["run"] for one in totals[1]["runs"]] == ["run-1", "run-2"]
     assert what_runs_say_together([keep(run).light() for run in runs])["proof_load_totals"] == totals
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_what_settles_is_as_sure_as_it_says(stated: bool) -> None:
+    """Nothing changes but by noise: four cycles say little of it themselves."""
+    facts = replace(HARMONIC, **(STATED if stated else {"force_uncertainty": None, "stroke_uncertainty": ()}))
+    inside = []
+    for seed in range(12):
+        columns = Ellipse().columns(1.0, 200.0, 5.5, noise=5e-4, seed=seed)
+        run = evaluate_run(make_record(*columns), facts, Options(draws=200))
+        for found in run.history.settling:
+            change = found.last - found.first
+            inside.append(abs(change) <= (found.expanded_uncertainty or 0.0))
+    assert len(inside) == 48
+    # Four figures of a run are partly one error: 95 % of 24 independent ones, less 2.5 standard deviations.
+    assert np.mean(inside) > 0.84

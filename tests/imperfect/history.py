@@ -33,8 +33,10 @@ def hold_history(
         true, u = strokes.get(entry["cycle"]), entry.get("expanded_uncertainty")
         if true is None or not true.whole or entry["residual_mm"] is None or not u:
             continue
-        after = next((c.residual_mm for c in scene.cycles if c.number == true.number + 1), true.left_mm)
-        # a stand that dips below its rest ends the stroke at the dip or at the rest
+        # a stand that dips below its rest ends the stroke at the dip or at the rest; after the last stroke it
+        # rests until the record's end
+        rest_mm = float(scene.true_stroke()[-1])
+        after = next((c.residual_mm for c in scene.cycles if c.number == true.number + 1), rest_mm)
         stays = sorted((true.left_mm - true.residual_mm, after - true.residual_mm))
         truth = (stays[0], stays[1])
         _hold(j, scene, "residual_mm", entry["residual_mm"], u, truth, (true.start_s, true.end_s))
