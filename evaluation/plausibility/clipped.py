@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
+from foundation.ranks import median
 
 LEAST_ROWS = 8
 """So many samples at the extreme …"""
@@ -136,7 +137,7 @@ def _is_cut(channel: Samples, other: Samples, run: list[int], side: int) -> bool
     moved = side * other.within(float(time_s[first]), float(time_s[last]))
     furthest = float(np.max(moved))
     own_step = abs(float(moved[-1] - moved[0])) / (last - first)
-    own_step = max(own_step, float(np.median(np.abs(np.diff(moved)))))
+    own_step = max(own_step, median(np.abs(np.diff(moved))))
     comes_back = max(MOVED_NOISE * other.sigma, MOVED_STEPS * other.sampling.step, _BACK * own_step)
     entered, left = furthest - float(moved[0]), furthest - float(moved[-1])
     return entered > _least_move(other) and left > comes_back

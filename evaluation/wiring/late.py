@@ -16,6 +16,7 @@ from evaluation.record import Record
 from evaluation.results import CycleResult
 from evaluation.wiring.fit import fitted, lateness
 from evaluation.wiring.words import SETTING, doubt
+from foundation.ranks import median
 
 KINDS = ("static", "harmonic")
 """An impact has a mass behind it, whose force is not the specimen's alone."""
@@ -43,11 +44,11 @@ def late_force(look: Look) -> list[Finding]:
     record = look.record
     if look.facts.kind not in KINDS or record.time_s.size < _FEWEST:
         return []
-    least_s = max(LEAST_LATE_S, LEAST_STEPS * float(np.median(np.diff(record.time_s))))
+    least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(record.time_s)))
     complete = [result for result in look.results if result.cycle.complete]
     turns = [turn for result in complete if (turn := _after_turn(record, result)) is not None]
     late = [turn.late_s for turn in turns if turn.rise > RISE and turn.late_s > least_s]
-    size_s = float(np.median(late)) if late and len(late) >= MOST * len(turns) else _by_shift(record, least_s)
+    size_s = median(late) if late and len(late) >= MOST * len(turns) else _by_shift(record, least_s)
     if size_s is None:
         return []
     text = (
