@@ -19,6 +19,7 @@ from evaluation.record import FloatArray, Record
 from evaluation.reversals import Sampling, find_reversals, held_samples, sampling_of
 from evaluation.spectra import HARMONICS
 from foundation.kind import Kind
+from foundation.ranks import median
 
 POINTS_OF_KIND: Mapping[Kind, int | None] = {
     "harmonic": 1000,
@@ -86,7 +87,7 @@ def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] 
 def _coarse_event(record: Record) -> tuple[str, ...]:
     if record.averaged == 1:
         return ()
-    lasts_s = float(np.median(np.diff(record.time_s)))
+    lasts_s = median(np.diff(record.time_s))
     lower = f"a peak shorter than {10.0 * lasts_s:.2g} s is lower in force_max_kN and speeds than it was"
     return (f"coarse: {_averaged(record)}; {lower}",)
 
@@ -96,7 +97,7 @@ def _coarse_cycles(record: Record, points: int, turns: NDArray[np.intp] | None) 
     if record.averaged == 1:
         return ()
     if turns is None or turns.size < 3:
-        step_s = float(np.median(np.diff(record.time_s)))
+        step_s = median(np.diff(record.time_s))
         return (f"coarse: {_averaged(record)}; cycles shorter than {8.0 * step_s:.2g} s are not found",)
     there = 2 * _shortest_branch(turns)
     if there >= points:

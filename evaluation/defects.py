@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from foundation.ranks import quantile
+
 FloatArray = NDArray[np.float64]
 
 DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan", "doubled", "spike"]
@@ -292,8 +294,7 @@ def _longest_usual_step_s(time_s: FloatArray, shortest_s: float, longest_s: floa
     step = step[step > 0.0]
     if step.size == 0:
         return float("inf")
-    median, high = np.quantile(step, USUAL_SHARES)
-    return usual_limit_s(float(median), float(high))
+    return usual_limit_s(*(quantile(step, share) for share in USUAL_SHARES))
 
 
 def step_limits(time_s: FloatArray) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evaluation.record import FloatArray
+from foundation.ranks import median
 
 _MOST_LINES = 3
 _FASTER = 12
@@ -96,7 +97,7 @@ def _level(power: FloatArray) -> FloatArray:
     whole = max(1, power.size // size)
     blocks = np.array_split(power, whole)
     middles = np.cumsum([block.size for block in blocks]) - 0.5 * np.array([block.size for block in blocks])
-    return np.interp(np.arange(power.size), middles, [float(np.median(block)) for block in blocks])
+    return np.interp(np.arange(power.size), middles, [median(block) for block in blocks])
 
 
 def _stands_out(power: FloatArray, at: int, away: Sequence[int]) -> bool:

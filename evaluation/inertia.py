@@ -20,6 +20,7 @@ from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
+from foundation.ranks import median
 from foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
 
 WINDOW = 0.2
@@ -127,7 +128,7 @@ def acceleration_noise_mm_per_s2(record: Record, window_s: float) -> float:
         return 0.0
     from scipy.signal import savgol_coeffs  # noqa: PLC0415 - half a second, for runs with a moving mass only
 
-    step_s = float(np.median(np.diff(record.time_s)))
+    step_s = median(np.diff(record.time_s))
     weights = savgol_coeffs(_odd_window(window_s, step_s), _DEGREE, deriv=2, delta=step_s)
     return noise_sigma(record.as_read(record.stroke_mm)) * float(np.linalg.norm(weights))
 

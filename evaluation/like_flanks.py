@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from evaluation.motion import TurningPoint
 from evaluation.record import FloatArray, Record
 from evaluation.turn_fits import Points, derivative, points_of, powers, solved, value_at
+from foundation.ranks import median
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -115,7 +116,7 @@ def like_flanks(
         room = _INSIDE * (tops - low)
         # The middle of all may be that of no motion: then that of the first one.
         for of in (slice(None), slice(1)):
-            level, half_width = float(np.median(middle[of])), _HALF_WIDTH * float(np.median(height[of]))
+            level, half_width = median(middle[of]), _HALF_WIDTH * median(height[of])
             suits = level - half_width >= low + np.max(room, axis=0)
             suits &= np.all(level + half_width <= tops - room, axis=0)
             if suits.any():

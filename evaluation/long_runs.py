@@ -23,6 +23,7 @@ from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
 from evaluation.extremes.peaks import joined, peaks_of
 from evaluation.record import Ends, Record, check_usable, with_own_steps
 from evaluation.splines import moved, moved_evenly
+from foundation.ranks import median
 from foundation.units import to_inside
 from recording.run import Run, Series, mean_stroke
 
@@ -292,7 +293,7 @@ def on_time(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray, edges: Se
         ):
             brought[first:last] = moved(at, known, wanted)
             continue
-        usual_s = float(np.median(steps))
+        usual_s = median(steps)
         near = (wanted >= at[0] - 2.0 * usual_s) & (wanted <= at[-1] + 2.0 * usual_s)
         near &= ~_within_holes(at, blank, wanted, _NEAR_SAMPLE * usual_s)
         near &= ~_within_holes(at, long, wanted, 2.0 * usual_s)

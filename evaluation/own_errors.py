@@ -13,6 +13,7 @@ import numpy as np
 
 from evaluation.hum import Line
 from evaluation.record import FloatArray
+from foundation.ranks import median
 
 _OWN = 5
 """Of the generators by which errors are drawn (:mod:`evaluation.error_model`)."""
@@ -98,5 +99,5 @@ def own_errors(lines: Sequence[Line], drift_kN: float, time_s: FloatArray) -> Ow
     """
     if time_s.size < 2:
         return OwnErrors()
-    sample_s = float(np.median(np.diff(time_s[:65_536])))
+    sample_s = median(np.diff(time_s[:65_536]))
     return OwnErrors(tuple(lines), drift_kN, float(time_s[0]), float(time_s[-1]), sample_s)

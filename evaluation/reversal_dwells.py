@@ -26,6 +26,7 @@ import numpy as np
 from evaluation.like_flanks import LikeFlanks, crossings, like_flanks
 from evaluation.motion import TurningPoint
 from evaluation.record import FloatArray, Record
+from foundation.ranks import median
 
 LONGEST_S = 0.2
 """No stand is taken to need longer to reverse [s] …"""
@@ -112,10 +113,10 @@ def _moments(turns: Sequence[TurningPoint], flanks: LikeFlanks) -> dict[int, _Fl
     if np.count_nonzero(next_to) >= _LEAST_PERIODS:
         surer = uneven[1] < uneven[0]
     else:
-        surer = bool(np.median(flanks.u_s) < np.median(own_u_s))
+        surer = median(flanks.u_s) < median(own_u_s)
     if not surer:
         return {}
-    later_s = float(np.median(own_s - flanks.middle_s))
+    later_s = median(own_s - flanks.middle_s)
     window_mm = (flanks.level_mm, flanks.half_width_mm)
     columns = (flanks.place, flanks.middle_s, flanks.half_s, flanks.u_s, flanks.samples)
     return {
@@ -126,7 +127,7 @@ def _moments(turns: Sequence[TurningPoint], flanks: LikeFlanks) -> dict[int, _Fl
 
 def _uneven(periods_s: FloatArray) -> float:
     """Return by how much periods differ from most of them [s]."""
-    return float(np.median(np.abs(periods_s - np.median(periods_s)))) if periods_s.size else 0.0
+    return median(np.abs(periods_s - median(periods_s))) if periods_s.size else 0.0
 
 
 def _is_reversal(before: TurningPoint, turn: TurningPoint, after: TurningPoint) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray
+from foundation.ranks import quantile
 
 IndexArray = NDArray[np.intp]
 
@@ -135,9 +136,9 @@ def _quantum(stretches: FloatArray, changes: FloatArray, moves: NDArray[np.bool_
         return 0.0
     moving = np.abs(changes[moves])
     # A low quantile, not the least: rounding of the input's decimals makes steps near zero.
-    least = float(np.quantile(moving, 0.02))
+    least = quantile(moving, 0.02)
     multiples = moving / least
-    off = float(np.quantile(np.abs(multiples - np.round(multiples)), 0.9))
+    off = quantile(np.abs(multiples - np.round(multiples)), 0.9)
     several = np.count_nonzero(multiples > 1.5) > _SEVERAL_SHARE * moving.size
     if (
         off > 0.1

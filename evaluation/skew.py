@@ -25,6 +25,7 @@ from evaluation.quantities import absorbed_energy_J, first_harmonic
 from evaluation.record import Record
 from evaluation.results import RunFacts
 from foundation.errors import BadInput
+from foundation.ranks import median
 
 SAME_FREQUENCY = 0.05
 """Cycles whose frequencies agree within this share are one point."""
@@ -234,7 +235,7 @@ def _combined(
     phase = np.array([point.by_phase_s for point in points])
     # A few cycles that agree by chance must not outweigh all others.
     own = np.array([point.standard_uncertainty_s for point in points])
-    u = np.maximum(own, max(_SUREST * float(np.median(own)), 1e-9))
+    u = np.maximum(own, max(_SUREST * median(own), 1e-9))
     dof = float(sum(point.cycles - 1 for point in points))
     several = omega[-1] >= SEVERAL_FREQUENCIES * omega[0]
     # δ = ω τ - η for every point; without several frequencies η is not fitted but bounded.

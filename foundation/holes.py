@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from foundation.ranks import median
+
 HOLE_S, HOLE_PERIODS = 0.1, 4.0
 """A signal without a sample for so long [s], and so many of its own periods, has a hole."""
 
@@ -17,4 +19,4 @@ def hole_from_s(time_s: NDArray[np.float64]) -> float:
     time_s : NDArray[float64]
         Two instants of samples at least, rising, shape (n,) [s].
     """
-    return max(HOLE_S, HOLE_PERIODS * float(np.median(np.diff(time_s))))
+    return max(HOLE_S, HOLE_PERIODS * median(np.diff(time_s)))

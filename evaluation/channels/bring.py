@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.splines import moved
+from foundation.ranks import median
 
 FloatArray = NDArray[np.float64]
 
@@ -102,7 +103,7 @@ def holes(at_s: FloatArray) -> NDArray[np.intp]:
 
 def usual_step_s(at_s: FloatArray) -> float:
     """Return the median step of instants [s]; infinity for a single one."""
-    return float(np.median(np.diff(at_s))) if at_s.size > 1 else float("inf")
+    return median(np.diff(at_s)) if at_s.size > 1 else float("inf")
 
 
 def too_coarse(slow_s: FloatArray, fast_s: FloatArray, fast: FloatArray, limit: float) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from evaluation.channels.joined import channels_of
 from evaluation.channels.rates import Rates, Readings, Seen, within
 from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
+from foundation.ranks import median
 from foundation.units import to_inside
 from recording.run import Run
 
@@ -162,7 +163,7 @@ class Pieces:
             unit = self._run.stream_of(name).channels[name].unit
             quantity = name.split("_", maxsplit=1)[0]
             values.append(to_inside(np.append(some, extremes), quantity, unit))
-            steps.append(float(np.median(own_steps)) if own_steps else np.inf)
+            steps.append(median(own_steps) if own_steps else np.inf)
         self._force_step_s, self._force_noise_kN = steps[1], noise_sigma(values[1][:-2])
         return Rates.of(steps[0], steps[1], values[0], values[1])
 

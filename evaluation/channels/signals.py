@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from foundation.errors import BadInput
 from foundation.holes import hole_from_s
+from foundation.ranks import median
 from foundation.units import to_inside
 from recording.run import STROKES, Run
 
@@ -93,7 +94,7 @@ def signals_of(run: Run, wires: Sequence[str], whole_rows: int, piece_rows: int)
 def _wander_s(own_s: FloatArray) -> float:
     """Return by how much stamps wander about an even rate, lost samples left out: from least to most [s]."""
     steps = np.diff(own_s)
-    period_s = float(np.median(steps)) if steps.size else 0.0
+    period_s = median(steps) if steps.size else 0.0
     if period_s <= 0.0 or steps.size < 3:
         return 0.0
     index = np.concatenate(([0.0], np.cumsum(np.maximum(1.0, np.rint(steps / period_s)))))

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evaluation.record import Ends, FloatArray, Peak
+from foundation.ranks import median
 
 NEAR = 16
 """So many samples to each side are kept with an extreme one."""
@@ -114,4 +115,4 @@ def stands_alone(peak: Peak, quantity: str, range_: float) -> float | None:
 def _noise_about(near: FloatArray, at: int) -> float:
     """Return the standard deviation of the noise about a sample, without itself."""
     others = np.delete(near, at)
-    return float(np.median(np.abs(np.diff(others, 3)))) * float(_DIFFERENCE_GAIN) if others.size > 3 else 0.0
+    return median(np.abs(np.diff(others, 3))) * float(_DIFFERENCE_GAIN) if others.size > 3 else 0.0

@@ -19,6 +19,7 @@ from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
 from evaluation.smoothing import moving_slopes
 from evaluation.uncertainty import NEAR_LARGEST
+from foundation.ranks import median
 
 _LEAST_WINDOW = 5
 _LOOKED_AT = 100
@@ -122,7 +123,7 @@ def _usual_branch_s(record: Record, cycles: Sequence[Cycle]) -> float:
     if not cycles:
         return float(record.time_s[-1] - record.time_s[0])
     some = cycles[:: -(-len(cycles) // _LOOKED_AT)]
-    return float(np.median([(c.top.time_s - c.start_s, c.end_s - c.top.leave_s) for c in some]))
+    return median([s for c in some for s in (c.top.time_s - c.start_s, c.end_s - c.top.leave_s)])
 
 
 def _outside(record: Record, complete: Sequence[Cycle], window_s: float) -> Iterator[slice]:
@@ -152,7 +153,7 @@ def _in_stretch(record: Record, part: slice, window_s: float) -> Both:
     if count < _LEAST_WINDOW:
         return None, None
     whole_s = float(time_s[-1] - time_s[0])
-    step_s = min(float(np.median(np.diff(time_s))), window_s / _STEPS_A_WINDOW)
+    step_s = min(median(np.diff(time_s)), window_s / _STEPS_A_WINDOW)
     points = int(np.clip(round(whole_s / step_s) + 1, count, _MOST_POINTS * count))
     step_s = whole_s / (points - 1)
     window = max(_LEAST_WINDOW, 2 * int(0.5 * window_s / step_s) + 1)

@@ -17,6 +17,7 @@ from evaluation.defects import Defect
 from evaluation.gaps.steps import LONGER
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import Sampling, find_reversals, sampling_of
+from foundation.ranks import median
 
 IndexArray = NDArray[np.intp]
 
@@ -128,7 +129,7 @@ def _held(record: Record) -> Record:
     The stroke stays within an event of where it was until about the usual step before the next sample.
     """
     step_s = np.diff(record.time_s)
-    usual_s = float(np.median(step_s))
+    usual_s = median(step_s)
     long = np.flatnonzero(step_s > _HELD * usual_s)
     long = np.setdiff1d(long, np.array(record.breaks, dtype=np.intp) - 1)
     count = np.minimum(np.round(step_s[long] / usual_s).astype(np.intp) - 1, _HELD_SAMPLES)
@@ -170,7 +171,7 @@ def _is_long(time_s: FloatArray, breaks: IndexArray) -> NDArray[np.bool_]:
 
 def _of_unknown_length(record: Record, breaks: IndexArray) -> NDArray[np.bool_]:
     """Say at which breaks more samples left than time passed by their stamps: the clock was set."""
-    usual_s = float(np.median(np.diff(record.time_s))) / record.averaged
+    usual_s = median(np.diff(record.time_s)) / record.averaged
     inside_s = [
         0.5 * (d.start_s + d.end_s)
         for d in record.defects
@@ -249,7 +250,7 @@ def _sides(record: Record, at: int, sigma_mm: float, range_mm: float) -> _Sides:
         enough = side.stop - side.start >= _LEAST_NEAR
         still.append(enough and led_mm <= max(0.75 * length_s * u, SAME_SHARE * range_mm))
         if enough and not still[-1]:
-            step_mm = max(step_mm, abs(speed) * float(np.median(np.diff(record.time_s[side]))))
+            step_mm = max(step_mm, abs(speed) * median(np.diff(record.time_s[side])))
     return _Sides(speeds[0], speeds[1], (still[0], still[1]), step_mm)
 
 
@@ -305,7 +306,7 @@ def _filled(
     noise of one sample is not the level of a rest. Of a side that moves, nothing reaches into the rest.
     """
     length_s = record.time_s[breaks] - record.time_s[breaks - 1]
-    usual_s = float(np.median(np.diff(record.time_s)))
+    usual_s = median(np.diff(record.time_s))
     wanted = np.clip(np.round(length_s / usual_s).astype(np.intp) - 1, 0, _REST_SAMPLES)
     more = np.where(rest, wanted, 0)
     places = breaks + np.cumsum(more)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.defects import UNKNOWN
+from foundation.ranks import median
 from recording.foreign.instants import shared_stamps, spread_stamps
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +59,7 @@ def _set_back(time_s: FloatArray) -> Understood | None:
     if not np.isfinite(steps).all():
         return None
     places = np.flatnonzero(steps < 0.0)
-    usual_s = float(np.median(steps))
+    usual_s = median(steps)
     if not places.size or usual_s <= 0.0:
         return None
     ends = np.append(places[1:], steps.size)

@@ -20,6 +20,7 @@ from evaluation.motion import Cycle
 from evaluation.record import Record
 from evaluation.results import CycleResult
 from evaluation.reversals import noise_sigma
+from foundation.ranks import median
 
 FEW_SAMPLES = 250
 """Cycles of fewer samples are looked at: in others a step is too short to matter."""
@@ -62,7 +63,7 @@ def is_resolved(record: Record, cycles: Sequence[Cycle]) -> bool:
     step = np.diff(record.time_s[inside])
     if step.size < _LEAST_STEPS or np.max(step) > _EVEN * np.min(step):
         return False
-    if min(cycle.duration_s for cycle in cycles) < _SINE_SAMPLES * float(np.median(step)):
+    if min(cycle.duration_s for cycle in cycles) < _SINE_SAMPLES * median(step):
         return False
     return all(
         float(np.max(np.abs(np.diff(values[inside], 4))))
@@ -91,7 +92,7 @@ def no_less_than_usual(
     found = {}
     for cycles in alike.values():
         names = set.intersection(*(set(bounds[index]) for index in cycles))
-        usual = {name: float(np.median([abs(bounds[index][name]) for index in cycles])) for name in names}
+        usual = {name: median([abs(bounds[index][name]) for index in cycles]) for name in names}
         for index in cycles:
             found[index] = {
                 name: float(np.copysign(max(abs(bound), usual.get(name, 0.0)), bound))

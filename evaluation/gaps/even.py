@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from foundation.ranks import median
+
 FloatArray = NDArray[np.float64]
 
 _LEAST_SAMPLES = 64
@@ -106,5 +108,5 @@ def _third_differences(
     speed = (stroke_mm[2 * _AROUND :] - stroke_mm[: -2 * _AROUND]) / (2.0 * _AROUND * (line_s[1] - line_s[0]))
     expected = 0.5 * (speed[1:-2] + speed[2:-1]) * np.diff(off_s[reach], 3)
     shown = np.diff(stroke_mm[reach], 3)
-    usual = np.abs(shown) <= _CORNER * float(np.median(np.abs(shown)))
+    usual = np.abs(shown) <= _CORNER * median(np.abs(shown))
     return expected[usual], shown[usual]

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foundation.ranks import median, quantile
+
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
@@ -55,7 +57,7 @@ def event_changes(time_s: FloatArray, stroke_mm: FloatArray, force_kN: FloatArra
         return None
     step = np.diff(time_s)
     beat = step >= _BEAT * float(np.max(step))
-    looks_s = float(np.quantile(step, _SHORTEST))
+    looks_s = quantile(step, _SHORTEST)
     waited = step > _WAITED * looks_s
     own = waited & ~beat
     if not own.any() or np.count_nonzero(step > _LONG_WAIT * looks_s) < _LEAST_WAITS or waited.all():
@@ -63,11 +65,11 @@ def event_changes(time_s: FloatArray, stroke_mm: FloatArray, force_kN: FloatArra
     shares = []
     for values in (stroke_mm, force_kN):
         change = np.abs(np.diff(values))
-        most = float(np.quantile(change[own], _ALIKE[1]))
+        most = quantile(change[own], _ALIKE[1])
         shares.append(change / most if most > 0.0 else np.zeros_like(change))
     change = np.maximum(*shares)
-    alike = float(np.quantile(change[~beat], _ALIKE[0])) >= _NARROW_CHANGE
-    no_more = float(np.median(change[own])) <= _NO_MORE * float(np.median(change[~waited]))
+    alike = quantile(change[~beat], _ALIKE[0]) >= _NARROW_CHANGE
+    no_more = median(change[own]) <= _NO_MORE * median(change[~waited])
     return EventChanges(change, waited) if alike and no_more else None
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from evaluation.gaps.bridge import Hole
 from evaluation.motion import Cycle
 from evaluation.record import Record
+from foundation.ranks import median
 
 _FEW_SAMPLES = 64
 """Fewer samples than this in all may be too few to tell strokes from noise."""
@@ -107,7 +108,7 @@ def _unseen(record: Record) -> tuple[Doubt, ...]:
     """Return that strokes may be hidden where none is found: between samples that are few and far apart."""
     if not 2 <= record.time_s.size < _FEW_SAMPLES:
         return ()
-    step_s = float(np.median(np.diff(record.time_s)))
+    step_s = median(np.diff(record.time_s))
     why = f"the record has {record.time_s.size} samples, {step_s:.3g} s apart: strokes between are not seen"
     return (Doubt(1, why, float(record.time_s[0])),)
 

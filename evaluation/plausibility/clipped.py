@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
+from foundation.ranks import median
 
 LEAST_ROWS = 8
 """So many samples at the extreme …"""
@@ -157,7 +158,7 @@ def _is_cut(channel: Samples, other: Samples, run: list[int], side: int, back: f
     moved = side * other.within(float(time_s[first]), float(time_s[last]))
     furthest = float(np.max(moved))
     own_step = abs(float(moved[-1] - moved[0])) / (last - first)
-    own_step = max(own_step, float(np.median(np.abs(np.diff(moved)))))
+    own_step = max(own_step, median(np.abs(np.diff(moved))))
     if back < _BACK and own_step < _COARSE * other.span:
         return False
     noises = MOVED_NOISE if back == _BACK else _NOISE_TOGETHER

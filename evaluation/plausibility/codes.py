@@ -18,6 +18,7 @@ from evaluation.plausibility.leave_out import left_out
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
 from evaluation.record import FloatArray, Record
+from foundation.ranks import median
 
 _NEAREST = 0.75
 
@@ -74,7 +75,7 @@ def _near(record: Record, channel: Samples, rows: NDArray[np.intp]) -> list[int]
     """Return the rows of the record that are not true because of some of a channel's."""
     if channel.time_s.size == record.time_s.size and channel.name not in record.as_recorded:
         return [int(row) for row in rows]
-    step_s = float(np.median(np.diff(channel.time_s)))
+    step_s = median(np.diff(channel.time_s))
     reach_s = 4.5 * step_s if channel.quantity == "force" else _NEAREST * step_s
     at_s = channel.time_s[rows]
     after = np.clip(np.searchsorted(at_s, record.time_s), 0, at_s.size - 1)

@@ -14,6 +14,7 @@ import numpy as np
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.series import Series, series_of
+from foundation.ranks import median
 
 SHARE = 0.03
 """Share of the range of the force over the whole record, from which on a drift is told."""
@@ -91,7 +92,7 @@ def _pace(series: Series) -> _Pace:
     )
     left = even - np.polyval(np.polyfit(time, even, 1), time)
     # Standard deviation of a movement over the whole by what the cycles scatter about the line.
-    u_kN = _LEAST * float(np.median(series.force_range)) + float(
+    u_kN = _LEAST * median(series.force_range) + float(
         np.sqrt(12.0 * np.dot(left, left) / (time.size - 2) / time.size)
     )
     slower = min(one / whole, two / whole) if whole else 0.0

@@ -15,6 +15,7 @@ from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
+from foundation.ranks import median
 
 SHARE = 0.006
 """A jump is at least this share of the range of the force …"""
@@ -123,7 +124,7 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
         return False
     own = pass_of(look, way)
     below_kN = float(force.value[leap.first if way.way > 0 else leap.last])
-    if not own.force_kN.size or abs(below_kN - float(np.median(own.force_kN[:3]))) < UNLOADED * force.span:
+    if not own.force_kN.size or abs(below_kN - median(own.force_kN[:3])) < UNLOADED * force.span:
         return False
     others = others_of(look, ways, way, own)
     if others:
@@ -184,7 +185,7 @@ def _at_rest(look: Look, leap: Leap) -> bool:
         return False
     noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
     third = _STILL_SAMPLES // 3
-    moved_mm = abs(float(np.median(after_mm[-third:]) - np.median(before_mm[:third])))
+    moved_mm = abs(median(after_mm[-third:]) - median(before_mm[:third]))
     if moved_mm > noise_mm or max(float(np.ptp(before_mm)), float(np.ptp(after_mm))) > 8.0 * noise_mm:
         return False
     return max(float(np.ptp(force.value[side])) for side in sides) < _STEADY * abs(leap.size)

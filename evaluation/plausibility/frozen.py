@@ -15,6 +15,7 @@ from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.held import hold_of
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
+from foundation.ranks import quantile
 
 LEAST_ROWS = 10
 """So many samples stay, and three times as many as the channel holds each of its values."""
@@ -98,7 +99,7 @@ def _long_enough(channel: Samples, other: Samples, runs: NDArray[np.intp]) -> ND
     every = max(1, other.value.size // 100_000)
     time_s, value = other.time_s[::every], other.value[::every]
     speed = np.abs(np.diff(value)) / np.diff(time_s)
-    fastest = float(np.quantile(speed, _FASTEST))
+    fastest = quantile(speed, _FASTEST)
     if fastest <= 0.0:
         return runs[:0]
     lasts_s = channel.time_s[runs[:, 1]] - channel.time_s[runs[:, 0]]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from evaluation.plausibility.finding import Effect, Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
+from foundation.ranks import median
 
 LEAST_CHANGES = 20
 """So many changes tell how far they are apart."""
@@ -79,7 +80,7 @@ def hold_of(channel: Samples) -> _Hold | None:
     if changes.size < LEAST_CHANGES:
         return None
     apart = np.diff(changes)
-    usual = float(np.median(apart))
+    usual = median(apart)
     apart = apart[apart <= _RESTS * usual]
     mean = float(np.mean(apart))
     if mean < 1.5 or np.count_nonzero(np.abs(apart - mean) < 1.0) < REGULAR * apart.size:
@@ -91,7 +92,7 @@ def hold_of(channel: Samples) -> _Hold | None:
             return None
     whole = round(mean)
     exact = np.count_nonzero(apart == whole) >= REGULAR * apart.size
-    return _Hold(float(whole) if exact else mean, float(np.median(np.diff(channel.time_s))))
+    return _Hold(float(whole) if exact else mean, median(np.diff(channel.time_s)))
 
 
 def hold_by_event(channel: Samples) -> _Hold | None:

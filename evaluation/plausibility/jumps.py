@@ -15,6 +15,7 @@ from evaluation.plausibility.levels import level_jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
 from evaluation.plausibility.zero import zero_in_wrong_unit, zero_of_force
+from foundation.ranks import quantile
 
 SHARE = 0.01
 """A jump of the stroke is at least this share of its range …"""
@@ -112,7 +113,7 @@ def _fast(channel: Samples) -> float:
     every = -(-channel.value.size // _STEPS_LOOKED_AT)
     moved = np.abs(channel.value[1::every] - channel.value[:-1:every])
     lasts_s = channel.time_s[1::every] - channel.time_s[:-1:every]
-    return float(np.quantile(moved[lasts_s > 0.0] / lasts_s[lasts_s > 0.0], 0.95))
+    return quantile(moved[lasts_s > 0.0] / lasts_s[lasts_s > 0.0], 0.95)
 
 
 def _of_stroke(look: Look, channel: Samples, leap: Leap) -> Finding:

@@ -18,6 +18,7 @@ from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import pass_of, ways_of
 from evaluation.plausibility.series import Series, series_of
 from evaluation.record import FloatArray
+from foundation.ranks import median
 
 HARDER = 0.03
 """A loop that grows by this share from one cycle to the next, force and area alike, has another gain …"""
@@ -153,7 +154,7 @@ def _least_of_single(series: Series, step: Step) -> float:
 def _offset_step(series: Series) -> Step | None:
     """Return the clearest step of both ends of the loop by the same [kN], the area left as it is."""
     middle, area = series.middle, np.abs(series.absorbed_J)
-    scale = float(np.median(series.force_range))
+    scale = median(series.force_range)
     best = None
     for step, wander in _candidates(middle, OFFSET * scale):
         ends = [float(end[step.first] - end[step.last]) for end in (series.lower_kN, series.upper_kN)]

@@ -9,6 +9,7 @@ import numpy as np
 
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
+from foundation.ranks import median
 
 _FEWEST = 5
 """A rest of fewer samples shows no level."""
@@ -47,9 +48,9 @@ def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
         third = max(1, count // 3)
         parts = slice(rows.start + third, rows.start + 2 * third), slice(rows.stop - third, rows.stop)
         times_s, levels_kN = (
-            tuple(float(np.median(column[part])) for part in parts) for column in (force.time_s, force.value)
+            tuple(median(column[part]) for part in parts) for column in (force.time_s, force.value)
         )
-        at_mm = float(np.median(look.stroke.at(force.time_s[rows])))
+        at_mm = median(look.stroke.at(force.time_s[rows]))
         at_mm -= sum((jump.size or 0.0) for jump in jumps if jump.start_s < times_s[0]) / len(look.strokes)
         u_kN = 1.25 * force.sampling.sigma / float(np.sqrt(third))
         found.append(Rest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))

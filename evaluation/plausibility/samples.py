@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from evaluation.plausibility.lone import least_apart, lone_rows
 from evaluation.record import FloatArray
 from evaluation.reversals import Sampling, sampling_of
+from foundation.ranks import median, quantile
 
 UNITS: Mapping[str, str] = {"force": "kN", "stroke": "mm", "temperature": "°C", "speed": "mm/s"}
 _CHUNK = 32_768
@@ -106,7 +107,7 @@ class Samples:
         if not np.any(far):
             return np.zeros(0, dtype=np.intp)
         size = np.abs(self.value)
-        usual = float(np.median(size[:: -(-size.size // _LOOKED_AT)]))
+        usual = median(size[:: -(-size.size // _LOOKED_AT)])
         sure = size >= _NO_READING
         maybe = (np.isin(size, _CODES) | (size >= _FAR_BEYOND)) & (size > _ABOVE_OTHERS * usual)
         return np.flatnonzero(sure | (maybe & _apart(size, maybe)))
@@ -115,8 +116,8 @@ class Samples:
     def usual_span(self) -> float:
         """What all but the least and the greatest hundredth of the samples span."""
         every = -(-self.value.size // _LOOKED_AT)
-        low, high = np.quantile(self.value[::every], (0.01, 0.99))
-        return float(high - low)
+        some = self.value[::every]
+        return quantile(some, 0.99) - quantile(some, 0.01)
 
     @cached_property
     def resolution(self) -> float:
@@ -146,7 +147,7 @@ class Samples:
             if sizes.size < _LEAST_DIFFERENT:
                 return 0.0
             gain = float(np.sqrt(comb(2 * order, order)))
-            spreads.append(float(np.quantile(sizes, 0.2)) / _NORMAL_LOWER_FIFTH / gain)
+            spreads.append(quantile(sizes, 0.2) / _NORMAL_LOWER_FIFTH / gain)
         return spreads[1] if spreads[1] > _WHITE * spreads[0] else 0.0
 
     @cached_property
@@ -158,13 +159,13 @@ class Samples:
     def usual_step(self) -> float:
         """Median change from sample to sample, of those that are not 0."""
         steps = self._steps
-        return float(np.median(steps)) if steps.size else 0.0
+        return median(steps) if steps.size else 0.0
 
     @cached_property
     def fast_step(self) -> float:
         """What 98 % of the changes from sample to sample stay below."""
         steps = self._steps
-        return float(np.quantile(steps, 0.98)) if steps.size else 0.0
+        return quantile(steps, 0.98) if steps.size else 0.0
 
     @cached_property
     def _changing(self) -> list[FloatArray]:

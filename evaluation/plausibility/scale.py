@@ -14,6 +14,7 @@ from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import pass_of, ways_of
 from evaluation.plausibility.samples import Samples
+from foundation.ranks import median, quantile
 
 FORCE_KN, STROKE_MM = 5000.0, 1000.0
 """No stand of the field has more: impacts reach 3000 kN, proof loads F1 and F4 of EN 15551 2500 kN, strokes
@@ -68,8 +69,8 @@ def implausible_units(look: Look) -> list[Finding]:
 
 def _ends(channel: Samples) -> tuple[float, float]:
     every = -(-channel.value.size // _LOOKED_AT)
-    low, high = np.quantile(channel.value[::every], (0.005, 0.995))
-    return float(low), float(high)
+    some = channel.value[::every]
+    return quantile(some, 0.005), quantile(some, 0.995)
 
 
 def _absolute(look: Look) -> Iterator[_Suspect]:
@@ -138,7 +139,7 @@ def _of_plan(look: Look) -> Iterator[_Suspect]:
     found = [0.5 * result.cycle.range_mm for result in look.results if result.cycle.complete]
     if not found:
         return
-    amplitude_mm = float(np.median(found))
+    amplitude_mm = median(found)
     if not planned / PLAN < amplitude_mm < planned * PLAN:
         why = f"an amplitude of {amplitude_mm:.3g} mm, planned were {planned:.4g} mm"
         yield _Suspect("stroke", amplitude_mm, "mm", why)
@@ -151,8 +152,8 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
     if length_mm is None or not table.size:
         return
     ranges_mm = table[:, 8]
-    range_mm = float(np.median(ranges_mm))
-    stiffness = float(np.median((table[:, 4] - table[:, 3])[ranges_mm > 0.0] / ranges_mm[ranges_mm > 0.0]))
+    range_mm = median(ranges_mm)
+    stiffness = median((table[:, 4] - table[:, 3])[ranges_mm > 0.0] / ranges_mm[ranges_mm > 0.0])
     limit = STIFFEST_STATIC if look.facts.kind == "static" else STIFFEST
     if stiffness > limit:
         channel = "stroke" if range_mm < 0.1 * length_mm else "force"

@@ -7,6 +7,7 @@ import numpy as np
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
+from foundation.ranks import quantile
 
 MOSTLY = 2.0
 """A channel is mostly negative where it reaches so many times as far below zero as above."""
@@ -52,8 +53,9 @@ def turned_signs(look: Look) -> list[Finding]:
 
 def _is_negative(channel: Samples) -> bool:
     every = -(-channel.value.size // _LOOKED_AT)
-    low, high = np.quantile(channel.value[::every], _MOST)
-    return bool(low < 0.0 and -low > MOSTLY * max(float(high), 0.0))
+    some = channel.value[::every]
+    low, high = (quantile(some, share) for share in _MOST)
+    return low < 0.0 and -low > MOSTLY * max(high, 0.0)
 
 
 def _falls(look: Look) -> bool:

@@ -16,6 +16,7 @@ from evaluation.plausibility.leave_out import left_out
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
 from evaluation.record import Record
+from foundation.ranks import median
 
 IndexArray = NDArray[np.intp]
 
@@ -171,4 +172,4 @@ def _finding(channel: Samples, cycles: tuple[int, ...], rows: list[int], *, left
 def _apart(channel: Samples, row: int) -> float:
     """Return how far a sample is from the middle of those two before and two behind it."""
     near = np.append(channel.value[row - 2 : row], channel.value[row + 1 : row + 3])
-    return float(channel.value[row] - np.median(near))
+    return float(channel.value[row]) - median(near)

@@ -8,6 +8,7 @@ from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.series import Series, series_of
 from evaluation.record import FloatArray
+from foundation.ranks import median
 
 SHARE = 0.05
 """Area or force range of a cycle is off those beside it, before and after, by this share …"""
@@ -39,7 +40,7 @@ def unlike_cycles(look: Look) -> list[Finding]:
 
 def _outliers(series: Series, level: FloatArray) -> list[tuple[int, float]]:
     """Return (row, share by which it is off) of cycles that differ from two on either side."""
-    scale = float(np.median(np.abs(level)))
+    scale = median(np.abs(level))
     rows = np.arange(_BESIDE, level.size - _BESIDE)
     if not scale > 0.0 or not rows.size:
         return []
@@ -51,7 +52,7 @@ def _outliers(series: Series, level: FloatArray) -> list[tuple[int, float]]:
         [series.temperature_C[rows + k] for k in (-2, -1, 1, 2)], axis=0
     )
     suspect &= ~(np.abs(heat_K) > _WARMER_K)
-    suspect &= series.pause_s[rows] <= max(_PAUSE_S, 2.0 * float(np.median(series.pause_s)))
+    suspect &= series.pause_s[rows] <= max(_PAUSE_S, 2.0 * median(series.pause_s))
     return [(row, float(off[row - _BESIDE]) / scale) for row in rows[suspect].tolist()]
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.rests import Rest, rests_of
+from foundation.ranks import median
 
 LEAST = 0.003
 """A zero that is off by less than this share of the range of the force is none, whatever is stated: a cell
@@ -54,7 +55,7 @@ def zero_of_force(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
     moving = _moving(look, rests if pulls or _free(look, rests) else unloaded)
     if moving is not None:
         return [moving]
-    level = float(np.median([rest.levels_kN for rest in rests]))
+    level = median([level for rest in rests for level in rest.levels_kN])
     sure = SURE * max(rest.u_kN for rest in rests)
     # At first contact a preload may rest on the cell; a specimen never pulls at it.
     if abs(level) <= _limit(look, UNSTATED) + sure or not (_free(look, rests) or level < 0.0):

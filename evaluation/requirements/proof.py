@@ -18,6 +18,7 @@ from evaluation.requirements.rows import Case, Limits, judged, row, shown, spoil
 from evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
 from evaluation.requirements.strokes import why_not
 from evaluation.results import RequirementResult
+from foundation.ranks import median
 
 PEAK_SAMPLES = 5
 """The force reached is the largest mean of so many samples in a row: never a single one."""
@@ -101,7 +102,7 @@ def _rest_mm(time_s: FloatArray, stroke_mm: FloatArray) -> float | None:
     if time_s.size == 0:
         return None
     late = stroke_mm[time_s >= time_s[-1] - REST_S]
-    return float(np.median(late)) if late.size >= PEAK_SAMPLES else None
+    return median(late) if late.size >= PEAK_SAMPLES else None
 
 
 def _force(case: Case, load: ProofLoad) -> RequirementResult:

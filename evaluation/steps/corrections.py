@@ -14,6 +14,7 @@ import numpy as np
 
 from evaluation.motion import Cycle
 from evaluation.results import CycleResult
+from foundation.ranks import median
 
 if TYPE_CHECKING:
     from evaluation.gaps.found import Found
@@ -121,8 +122,8 @@ def _settling(cycles: Sequence[Cycle], sine: _Sine) -> list[int]:
     own = [cycle for cycle in cycles if sine.from_s <= cycle.start_s < sine.until_s]
     if not own:
         return []
-    over_s = OVER * float(np.median([cycle.duration_s for cycle in own]))
-    amplitude_mm = float(np.median([0.5 * cycle.range_mm for cycle in own]))
+    over_s = OVER * median([cycle.duration_s for cycle in own])
+    amplitude_mm = median([0.5 * cycle.range_mm for cycle in own])
     begins = [command.at_s for command in sine.commands]
     ends = [*(begin + over_s for begin in begins[1:]), np.inf]  # until then its predecessor is felt
     felt = [

@@ -18,6 +18,7 @@ from evaluation.motion import TurningPoint
 from evaluation.record import FloatArray
 from evaluation.results import CycleResult
 from foundation.kind import Kind
+from foundation.ranks import median
 
 ENDS = 0.05
 """Ends of neighbouring cycles of a harmonic step agree within this share of their range …"""
@@ -181,7 +182,7 @@ def _cuts(shape: FloatArray, kind: Kind) -> NDArray[np.intp]:
         cut |= speed > np.log1p(SPEED)
     if kind not in _SINGLE:
         cut |= np.minimum(rest, with_rest) > np.log1p(RATE)
-        widest = float(np.median(span))
+        widest = median(span)
         for level in (low / widest, (low + span) / widest, logs[0]):
             cut |= _levels_change(level)
     return np.flatnonzero(cut) + 1
@@ -200,7 +201,7 @@ def _levels_change(level: FloatArray) -> NDArray[np.bool_]:
         if before.size < 2 or after.size < 2:
             continue
         before, after = before[: max(2, before.size - 1)], after[min(1, after.size - 2) :]
-        apart = abs(float(np.median(after)) - float(np.median(before)))
+        apart = abs(median(after) - median(before))
         wander = max(float(np.ptp(before)), float(np.ptp(after)))
         near = slice(max(0, row - 1), row + 2)
         found[row] = apart >= max(SMALLEST, STANDS_OUT * wander) and change[row] >= np.max(change[near])

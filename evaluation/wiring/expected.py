@@ -17,6 +17,7 @@ from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.wiring.fit import shown
 from evaluation.wiring.words import SETTING, doubt
+from foundation.ranks import quantile
 
 LEAST, MOST = 0.45, 2.2
 """Of a specimen that is what it is said to be the force is this many times the expected one, at least and at
@@ -66,9 +67,9 @@ def outlook_of(look: Look) -> Outlook | None:
     force, stroke = look.record.force_kN, look.record.stroke_mm
     if force.size < 2:
         return None
-    low, high = (float(end) for end in np.quantile(force, (0.001, 0.999)))
+    low, high = quantile(force, 0.001), quantile(force, 0.999)
     peak_kN = high if high >= -low else low
-    return Outlook(peak_kN / expected_kN, float(np.quantile(stroke, 0.999)), expected_mm)
+    return Outlook(peak_kN / expected_kN, quantile(stroke, 0.999), expected_mm)
 
 
 def force_and_plan(look: Look, outlook: Outlook | None) -> list[Finding]:

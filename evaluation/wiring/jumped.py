@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evaluation.record import FloatArray
+from foundation.ranks import median, quantile
 
 LEAST_KN = 3.0
 """A smaller jump is none: twice what right zeros are stated within, and many times their noise."""
@@ -59,7 +60,7 @@ def jumped(time_s: FloatArray, one: FloatArray, two: FloatArray, stroke: FloatAr
     stroke : array, shape (N,), optional
         [mm]. Where it breaks, too, the specimen or its wire has moved: which force is wrong is not told.
     """
-    step_s = float(np.median(np.diff(time_s)))
+    step_s = median(np.diff(time_s))
     wide, lasts = _native(time_s, two, step_s), max(5, round(LASTS_S / step_s))
     width = wide + 1
     if time_s.size < 2 * lasts + 8 * width:
@@ -70,7 +71,7 @@ def jumped(time_s: FloatArray, one: FloatArray, two: FloatArray, stroke: FloatAr
     at = int(np.argmax(np.abs(breaks)))
     size_kN = _lasting(apart, at, width, lasts)
     elsewhere = np.delete(np.abs(breaks), np.arange(max(0, at - 3 * width), at + 3 * width))
-    if abs(size_kN) < max(LEAST_KN, STANDS_OUT * float(np.quantile(elsewhere, 0.99))):
+    if abs(size_kN) < max(LEAST_KN, STANDS_OUT * quantile(elsewhere, 0.99)):
         return None
     about = slice(at - 2 * width, at + 3 * width)
     if abs(float(breaks[at]) - size_kN) > OF_SIZE * abs(size_kN):
@@ -93,7 +94,7 @@ def _native(time_s: FloatArray, value: FloatArray, step_s: float) -> int:
     kinks = np.flatnonzero(np.abs(np.diff(value, 2)) > 1e-9 * max(1.0, float(np.ptp(value))))
     if kinks.size < 3:
         return 1
-    return max(1, round(float(np.median(np.diff(time_s[kinks]))) / step_s))
+    return max(1, round(median(np.diff(time_s[kinks])) / step_s))
 
 
 def _breaks(value: FloatArray, width: int) -> FloatArray:
@@ -106,7 +107,7 @@ def _breaks(value: FloatArray, width: int) -> FloatArray:
 
 def _lasting(apart: FloatArray, at: int, width: int, lasts: int) -> float:
     before, behind = apart[at - lasts : at], apart[at + width + 1 : at + width + 1 + lasts]
-    return float(np.median(behind) - np.median(before))
+    return median(behind) - median(before)
 
 
 def _name(forces: Mapping[str, tuple[FloatArray, float]], at: int, wide: int) -> str:
@@ -118,7 +119,7 @@ def _name(forces: Mapping[str, tuple[FloatArray, float]], at: int, wide: int) ->
         for name, (value, size_kN) in forces.items():
             breaks = _breaks(value, width)
             own = breaks[near]
-            scatter = 1.4826 * float(np.median(np.abs(breaks)))
+            scatter = 1.4826 * median(np.abs(breaks))
             most[name] = float(np.max(np.abs(own)))
             greatest = float(own[int(np.argmax(np.abs(own)))])
             if abs(greatest - size_kN) < OF_SIZE * abs(size_kN) and abs(greatest) > SIGMAS * scatter:
@@ -132,5 +133,5 @@ def _name(forces: Mapping[str, tuple[FloatArray, float]], at: int, wide: int) ->
 
 def _breaks_too(stroke: FloatArray, at: int, width: int) -> bool:
     breaks = np.abs(_breaks(stroke, width))
-    scatter = 1.4826 * float(np.median(breaks))
+    scatter = 1.4826 * median(breaks)
     return float(np.max(breaks[at - width : at + width + 1])) > max(1.0, SIGMAS * scatter)

@@ -18,6 +18,7 @@ from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
 from evaluation.wiring.fit import fitted, lateness
 from evaluation.wiring.words import SETTING, doubt
+from foundation.ranks import median
 
 KINDS = ("static", "harmonic")
 """An impact has a mass behind it, whose force is not the specimen's alone."""
@@ -51,7 +52,7 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     record = look.record
     if look.facts.kind not in KINDS or record.time_s.size < _FEWEST:
         return []
-    least_s = max(LEAST_LATE_S, LEAST_STEPS * float(np.median(np.diff(record.time_s))))
+    least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(record.time_s)))
     cut = {number for one in known if one.kind == "clipped" for number in one.cycles}
     complete = [r for r in look.results if r.cycle.complete and r.cycle.index not in cut]
     turns = [
@@ -59,7 +60,7 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     ]
     late = [turn.late_s for turn in turns if turn.rise > RISE and turn.behind_s > least_s]
     if late and len(late) >= MOST * len(turns):
-        size_s: float | None = float(np.median(late))
+        size_s: float | None = median(late)
     else:
         size_s = None if cut else _by_shift(record, least_s)
     if size_s is None:

@@ -19,6 +19,7 @@ from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray
 from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
 from evaluation.wiring.words import SETTING, doubt
+from foundation import ranks
 
 STIFFNESS = 150.0
 """Of a machine that states none [kN/mm]."""
@@ -262,9 +263,7 @@ def _zeros(look: Look, signals: Signals) -> list[Finding]:
     if isinstance(length_mm, int | float):
         limit_mm = max(FREE_MM, FREE_OF_LENGTH * float(length_mm))
     read = {
-        name: float(np.median(signals.by_name[name][:first]))
-        for name in signals.strokes
-        if name not in look.out
+        name: ranks.median(signals.by_name[name][:first]) for name in signals.strokes if name not in look.out
     }
     off = {name: mm for name, mm in read.items() if mm > limit_mm}
     if len(read) == 2 and len(off) < 2:
@@ -306,7 +305,7 @@ def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: Fl
 def _step(time_s: FloatArray, left_mm: FloatArray) -> tuple[float, float]:
     """Return the largest lasting step of what a wire is off the piston [mm], and when [s]."""
     parts = np.array_split(np.arange(time_s.size), _STRETCHES)
-    levels = [float(np.median(left_mm[part[0] : part[-1] + 1])) for part in parts]
+    levels = [ranks.median(left_mm[part[0] : part[-1] + 1]) for part in parts]
     cuts = range(2, _STRETCHES - 1)
     left = [_off_median(levels[:cut]) + _off_median(levels[cut:]) for cut in cuts]
     cut = cuts[left.index(min(left))]  # two levels fit best there; their medians alone hardly move with it

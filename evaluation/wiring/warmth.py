@@ -14,6 +14,7 @@ from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.look import Look
 from evaluation.record import FloatArray, Temperature
 from evaluation.wiring.words import SENSOR, doubt
+from foundation.ranks import median
 
 FALL_S = 45.0
 """A sensor that falls off comes down in so long …"""
@@ -51,7 +52,7 @@ def _falls(look: Look, sensor: Temperature, in_air: Sequence[Temperature]) -> Fi
     time_s, shown_C = _smoothed(sensor)
     if time_s.size < _FEWEST:
         return None
-    air_C = float(np.median(np.concatenate([s.temperature_C for s in in_air]))) if in_air else float("-inf")
+    air_C = median(np.concatenate([s.temperature_C for s in in_air])) if in_air else float("-inf")
     after = np.clip(np.searchsorted(time_s, time_s + FALL_S, side="right") - 1, 0, time_s.size - 1)
     falls = shown_C - shown_C[after]
     above_K = shown_C - air_C if in_air else np.full(falls.size, ALONE_K / FALL_SHARE)
@@ -75,8 +76,9 @@ def _smoothed(sensor: Temperature) -> tuple[FloatArray, FloatArray]:
     time_s, shown_C = sensor.time_s[there], sensor.temperature_C[there]
     if shown_C.size < 3:
         return time_s, shown_C
-    three = np.stack((shown_C[:-2], shown_C[1:-1], shown_C[2:]))
-    return time_s[1:-1], np.asarray(np.median(three, axis=0))
+    before, here, after = shown_C[:-2], shown_C[1:-1], shown_C[2:]
+    low, high = np.minimum(before, here), np.maximum(before, here)
+    return time_s[1:-1], np.asarray(np.maximum(low, np.minimum(high, after)))
 
 
 def _does_not_follow(
@@ -125,7 +127,7 @@ def _rise_K(sensor: Temperature) -> float:  # noqa: N802 - the unit keeps its ca
     """Return by how much a sensor rises, from its first readings to its warmest."""
     _, shown_C = _smoothed(sensor)
     few = max(1, shown_C.size // 20)
-    return float(np.max(shown_C) - np.median(shown_C[:few]))
+    return float(np.max(shown_C)) - median(shown_C[:few])
 
 
 def _planned_K(look: Look) -> float:  # noqa: N802
