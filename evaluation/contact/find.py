@@ -160,8 +160,8 @@ def _approaches(
         return False
     far = int(np.argmax(stroke_mm[at:] > stroke_mm[at] + way)) + at
     rise = float(force_kN[far]) - level_kN
-    slope, _ = np.polyfit(stroke_mm[moving], force_kN[moving], 1)
-    noise = _noise_kN(force_kN[moving])
+    slope, offset = np.polyfit(stroke_mm[moving], force_kN[moving], 1)
+    noise = _noise_kN(force_kN[moving] - slope * stroke_mm[moving] - offset)
     if noise <= _FROZEN * abs(rise):
         return False
     hidden = 0.5 * _SURE * noise * float(np.sqrt(12.0 / moving.size))
