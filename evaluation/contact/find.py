@@ -45,6 +45,8 @@ _PUSHES = 4.0
 follow each other are not so different."""
 _FLAT = 0.02
 """Before it the force changes by less than this share of that, but for what noise makes of its slope."""
+_FROZEN = 1e-5
+"""A force that has less noise than this share of that is frozen: it shows nothing of a contact."""
 _BRANCH_MM = 2.0
 """The branch that is extrapolated back: so far from where the force rises, without its first third."""
 
@@ -158,8 +160,11 @@ def _approaches(
         return False
     far = int(np.argmax(stroke_mm[at:] > stroke_mm[at] + way)) + at
     rise = float(force_kN[far]) - level_kN
-    slope, _ = np.polyfit(stroke_mm[moving], force_kN[moving], 1)
-    hidden = 0.5 * _SURE * _noise_kN(force_kN[moving]) * float(np.sqrt(12.0 / moving.size))
+    slope, offset = np.polyfit(stroke_mm[moving], force_kN[moving], 1)
+    noise = _noise_kN(force_kN[moving] - slope * stroke_mm[moving] - offset)
+    if noise <= _FROZEN * abs(rise):
+        return False
+    hidden = 0.5 * _SURE * noise * float(np.sqrt(12.0 / moving.size))
     return rise > _PUSHES * band_kN and abs(float(slope)) * way < _FLAT * rise + hidden
 
 

@@ -38,7 +38,7 @@ def first_contact_of(
     stated_mm = sum(wire.zero or 0.0 for wire in wires) / max(1, len(wires))
     moves = any(one.quantity == "force" and one.kind in _ZERO_MOVES for one in findings)
     first = find_first_contact(record, results[0].cycle.top.time_s, stated_mm, moves=moves)
-    if first.stroke_mm is not None:
+    if first.stroke_mm is not None or record.between is not None:  # a force that is read rarely blurs it
         return first
     jumped_s = min((one.start_s for one in findings if one.kind == "stroke-jump"), default=np.inf)
     for cycle in (result.cycle for result in results[1:_STROKES]):

@@ -15,7 +15,7 @@ from evaluation.plausibility.codes import codes
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
 from evaluation.plausibility.frozen import frozen
 from evaluation.plausibility.held import held
-from evaluation.plausibility.jumps import jumps, jumps_in_wrong_unit, stroke_jumps
+from evaluation.plausibility.jumps import jumps, jumps_in_metres, jumps_in_newtons, stroke_jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
 from evaluation.plausibility.samples import Samples
@@ -53,12 +53,13 @@ DETECTORS: tuple[Detector, ...] = (
     unlike_cycles,
 )
 """Every detector, in the order in which their findings are told."""
-_RIGHT_SCALE: Mapping[Detector, Mapping[FindingKind, Detector]] = {
-    jumps: {"unit": jumps_in_wrong_unit, "sign": stroke_jumps},
+_WRONG = (("sign", "force"), ("sign", "stroke"), ("unit", "stroke"), ("unit", "force"))
+_RIGHT_SCALE: Mapping[Detector, Mapping[tuple[str, str], Detector]] = {
+    jumps: dict(zip(_WRONG, (stroke_jumps, stroke_jumps, jumps_in_metres, jumps_in_newtons), strict=True)),
     unlike_cycles: {},
 }
 """These hold the force against the stroke: of another unit or sign they would find what is none. What of them
-such a finding does not matter for."""
+is left by each (kind and quantity of its finding)."""
 _LEAST_SAMPLES = 8
 
 
@@ -78,15 +79,15 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
         return ()
     found: list[Finding] = []
     for detector in DETECTORS:
-        own = _fit_for(detector, {finding.kind for finding in found})
+        own = _fit_for(detector, {(finding.kind, finding.quantity) for finding in found})
         if own is not None:
             found += sorted(own(look), key=lambda finding: finding.start_s)
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)
 
 
-def _fit_for(detector: Detector, found: Collection[FindingKind]) -> Detector | None:
+def _fit_for(detector: Detector, found: Collection[tuple[str, str]]) -> Detector | None:
     """Return what of a detector is looked for beside what was found; None: nothing."""
     instead = _RIGHT_SCALE.get(detector)
     if instead is None:
         return detector
-    return next((instead.get(kind) for kind in ("sign", "unit") if kind in found), detector)
+    return next((instead.get(wrong) for wrong in _WRONG if wrong in found), detector)

@@ -22,6 +22,13 @@ LEAST_CHANGES = 20
 """So many changes tell how far they are apart."""
 REGULAR = 0.85
 """This share of them lies a whole number of rows apart that is the same, or one of two that follow."""
+LEAST_SAME = 0.3
+"""A held channel repeats the value before in half of its rows; less where a logger is slow at rest."""
+_SLOWER = 1.5
+"""There its rows are so many times further apart."""
+_STEP = 1.5
+_ON_GRID = 0.98
+"""Nearly all changes, of which enough are more than one step, lie whole multiples of some rows apart."""
 _LOOK = 0.02
 """Nearly the shortest step (this quantile) of a log by event is how often its logger looks."""
 _SIZES, _UNLIKE = (0.25, 0.75), 1.5
@@ -74,25 +81,38 @@ def held(look: Look) -> list[Finding]:
 
 def hold_of(channel: Samples) -> _Hold | None:
     """Return for how long a channel holds its values, if it does so regularly."""
-    if channel.sampling.held < 2:
+    changes = _changes(channel) if _repeats(channel) else np.zeros(0, dtype=np.intp)
+    step_s = median(np.diff(channel.time_s))
+    apart, lasts_s = np.diff(changes), np.diff(channel.time_s[changes])
+    apart = apart[lasts_s < _SLOWER * step_s * apart]  # a logger that is slower at rest repeats less there
+    if apart.size < LEAST_CHANGES:
         return None
-    changes = _changes(channel)
-    if changes.size < LEAST_CHANGES:
+    sizes = np.abs(channel.value[changes] - channel.value[changes - 1])
+    large = np.count_nonzero(sizes >= _STEP * channel.sampling.step)
+    if large < sizes.size and (rows := _grid(apart)) and large >= LEAST_CHANGES:
+        return _Hold(float(rows), step_s)
+    if sizes.size - large > SINGLE_STEPS * sizes.size:
         return None
-    apart = np.diff(changes)
-    usual = median(apart)
-    apart = apart[apart <= _RESTS * usual]
+    apart = apart[apart <= _RESTS * median(apart)]
     mean = float(np.mean(apart))
     if mean < 1.5 or np.count_nonzero(np.abs(apart - mean) < 1.0) < REGULAR * apart.size:
         return None
-    step = channel.sampling.step
-    if step > 0.0:
-        sizes = np.abs(channel.value[changes] - channel.value[changes - 1])
-        if np.count_nonzero(sizes < 1.5 * step) > SINGLE_STEPS * sizes.size:
-            return None
     whole = round(mean)
     exact = np.count_nonzero(apart == whole) >= REGULAR * apart.size
-    return _Hold(float(whole) if exact else mean, median(np.diff(channel.time_s)))
+    return _Hold(float(whole) if exact else mean, step_s)
+
+
+def _repeats(channel: Samples) -> bool:
+    return int(np.sum(channel.scan.same)) >= LEAST_SAME * channel.value.size
+
+
+def _grid(apart: NDArray[np.intp]) -> int:
+    """Return the number of rows of which nearly all changes are whole multiples apart; 0: of none.
+
+    So are those of a held channel of coarse steps, which at rest changes now and then.
+    """
+    rows = int(np.quantile(apart, 1.0 - _ON_GRID))
+    return rows if rows > 1 and np.count_nonzero(apart % rows == 0) >= _ON_GRID * apart.size else 0
 
 
 def hold_by_event(channel: Samples) -> _Hold | None:
@@ -101,13 +121,13 @@ def hold_by_event(channel: Samples) -> _Hold | None:
     In such a log a value stays until it has changed enough: by about as much every time, and the sooner the
     faster it changes. A held one changes at even times, by whatever it has moved meanwhile.
     """
-    if channel.sampling.held < 2:
-        return None
-    changes = _changes(channel)
+    changes = _changes(channel) if _repeats(channel) else np.zeros(0, dtype=np.intp)
     if changes.size < LEAST_CHANGES:
         return None
     looks_s = float(np.quantile(np.diff(channel.time_s), _LOOK))
-    apart = np.diff(channel.time_s[changes]) / looks_s
+    apart = np.diff(channel.time_s[changes])[np.diff(changes) > 1] / looks_s
+    if apart.size < LEAST_CHANGES:
+        return None
     usual = float(np.median(apart))
     apart = apart[apart <= _RESTS * usual]
     mean = float(np.mean(apart))

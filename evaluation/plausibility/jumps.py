@@ -58,9 +58,14 @@ def jumps(look: Look) -> list[Finding]:
     return zero or level_jumps(look) or drift_of_loops(look)
 
 
-def jumps_in_wrong_unit(look: Look) -> list[Finding]:
-    """Return those of these that no unit matters for: jumps of the stroke, and the force at rests."""
+def jumps_in_newtons(look: Look) -> list[Finding]:
+    """Return those that a wrong unit of the force leaves: jumps of the stroke, and the force at rests."""
     return stroke_jumps(look) or zero_in_wrong_unit(look)
+
+
+def jumps_in_metres(look: Look) -> list[Finding]:
+    """Return those that a wrong unit of the stroke leaves: where contact begins nobody knows then."""
+    return stroke_jumps(look) or [one for one in zero_in_wrong_unit(look) if one.kind == "drift"]
 
 
 def stroke_jumps(look: Look) -> list[Finding]:

@@ -111,6 +111,13 @@ def test_a_record_that_begins_with_the_motion_shows_it_in_the_next_stroke(preloa
     assert run.first_contact.stroke_mm == pytest.approx(3.0, abs=0.1)
 
 
+def test_a_record_that_begins_in_contact_and_motion_does_not_show_it() -> None:
+    time, stroke, force = replace(GOOD, preload_kN=20.0, slope=14.0, speed_mm_per_s=28.0).columns()
+    begun = time > 1.0 + 6.5 / 28.0
+    found = find_first_contact(make_record(time[begun], stroke[begun], force[begun]), 4.8, 0.05)
+    assert found.stroke_mm is None
+
+
 @pytest.mark.parametrize("preload_kN", [20.0, 0.0])
 def test_a_later_stroke_shows_it_by_a_preload_only(preload_kN: float) -> None:
     """A specimen without one may not have come back to where it was."""

@@ -91,6 +91,32 @@ def test_a_held_force_in_a_log_by_event() -> None:
     assert not of_kind(plain, "held")
 
 
+def test_a_held_force_of_coarse_steps() -> None:
+    """At rest it changes now and then by a step of its converter, always a whole number of holds later."""
+
+    def coarse(*columns: Floats) -> tuple[Floats, Floats, Floats]:
+        time_s, stroke, force = holding(2, 6)(*columns)
+        return time_s, stroke, np.round(force / 1.26) * 1.26
+
+    made = {"rate_Hz": 200.0, "speed_mm_per_s": 40.0, "noise_kN": 0.5, "pause_s": 8.0}
+    (finding,) = of_kind(static(coarse, **made), "held")
+    assert "repeated in 6 rows" in finding.text
+    plain = static(lambda t, x, f: (t, x, np.round(f / 1.26) * 1.26), **made)
+    assert not of_kind(plain, "held")
+
+
+def test_a_held_force_of_a_logger_that_is_slow_at_rest() -> None:
+    def slow(*columns: Floats) -> tuple[Floats, Floats, Floats]:
+        time_s, stroke, force = holding(2, 6)(*columns)
+        moves = np.abs(np.gradient(columns[1])) > 0.1
+        kept = moves | (np.arange(time_s.size) % 10 == 0)
+        return time_s[kept], stroke[kept], force[kept]
+
+    made = {"rate_Hz": 25.0, "speed_mm_per_s": 12.0, "pause_s": 120.0}
+    (finding,) = of_kind(static(slow, **made), "held")
+    assert finding.channel == "force"
+
+
 def test_clean_records_are_not_held() -> None:
     for run in (static(), static(noisy=False), harmonic(), harmonic(noise=0.0)):
         assert not of_kind(run, "held")
