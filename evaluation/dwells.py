@@ -123,7 +123,8 @@ def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) ->
     read = np.ones(value.size, dtype=bool) if side.read is None else side.read[inner]
     arrive_s, arrive, arriving = _corner(time, value, read, level - band, rise_s / climb)
     leave_s, leave, leaving = _corner(-time[::-1], value[::-1], read[::-1], level - band, fall_s / climb)
-    scatter = max(side.sigma, float(np.std(np.diff(value[read]))) / float(np.sqrt(2.0)))
+    steps = np.diff(value[read])
+    scatter = max(side.sigma, float(np.std(steps)) / float(np.sqrt(2.0))) if steps.size else side.sigma
     u = _OF_MEDIAN * scatter / float(np.sqrt(min(arriving, leaving)))
     u_arrive_s = u_leave_s = side.step_s
     if (at := corner_moment(side.time_s, side.value, inner.start, arrive, band, side.sigma)) is not None:
