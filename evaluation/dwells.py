@@ -28,7 +28,7 @@ CUT_OFF_RATIO = 1.5
 """The same where the record ends within nine bands: of a parabola cut off beyond its top 2 is left."""
 _LEAST_LEVELLED = 16
 _EASED = 0.03
-_EASED_S = 0.2
+EASED_S = 0.2
 """No stand is taken to ease into a rest, or to swing, for longer [s]: so long it needs to reverse at most."""
 _PARTS = 8
 _ONE_LEVEL = 4.0
@@ -151,7 +151,7 @@ def _levels(side: Side, arrive_s: float, leave_s: float) -> tuple[float, float, 
     """
     # A stand eases into a rest and out of it, so that the corners are no part of it.
     rest_s = -leave_s - arrive_s
-    inset_s = max(_EASED * rest_s, min(_EASED_S, rest_s / _PARTS))
+    inset_s = max(_EASED * rest_s, min(EASED_S, rest_s / _PARTS))
     time, value = side.time_s, side.value
     if side.read is not None:
         time, value = time[side.read], value[side.read]
