@@ -28,7 +28,7 @@ CUT_OFF_RATIO = 1.5
 """The same where the record ends within nine bands: of a parabola cut off beyond its top 2 is left."""
 _LEAST_LEVELLED = 16
 _EASED = 0.03
-_EASED_S = 0.2
+EASED_S = 0.2
 """No stand is taken to ease into a rest, or to swing, for longer [s]: so long it needs to reverse at most."""
 _PARTS = 8
 _ONE_LEVEL = 4.0
@@ -123,7 +123,8 @@ def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) ->
     read = np.ones(value.size, dtype=bool) if side.read is None else side.read[inner]
     arrive_s, arrive, arriving = _corner(time, value, read, level - band, rise_s / climb)
     leave_s, leave, leaving = _corner(-time[::-1], value[::-1], read[::-1], level - band, fall_s / climb)
-    scatter = max(side.sigma, float(np.std(np.diff(value[read]))) / float(np.sqrt(2.0)))
+    steps = np.diff(value[read])
+    scatter = max(side.sigma, float(np.std(steps)) / float(np.sqrt(2.0))) if steps.size else side.sigma
     u = _OF_MEDIAN * scatter / float(np.sqrt(min(arriving, leaving)))
     u_arrive_s = u_leave_s = side.step_s
     if (at := corner_moment(side.time_s, side.value, inner.start, arrive, band, side.sigma)) is not None:
@@ -150,7 +151,7 @@ def _levels(side: Side, arrive_s: float, leave_s: float) -> tuple[float, float, 
     """
     # A stand eases into a rest and out of it, so that the corners are no part of it.
     rest_s = -leave_s - arrive_s
-    inset_s = max(_EASED * rest_s, min(_EASED_S, rest_s / _PARTS))
+    inset_s = max(_EASED * rest_s, min(EASED_S, rest_s / _PARTS))
     time, value = side.time_s, side.value
     if side.read is not None:
         time, value = time[side.read], value[side.read]

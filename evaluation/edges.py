@@ -20,6 +20,8 @@ _EDGE_MISSING = 0.003
 """A turn belongs to the record when no more than this share of the stroke is missing at its end."""
 _MOST_DOUBT = 0.003
 """… and what the fit does not know for sure, but no more than this share: a poor fit is no turning point."""
+_CONTRADICTS = 3.0
+"""So many standard deviations apart are no noise."""
 CONSISTENT = 1.3
 """A fit is consistent when its residual is within this factor of the noise."""
 
@@ -73,7 +75,7 @@ def _surest(side: Side, fits: Sequence[EdgeFit]) -> EdgeFit:
     if surest.method == "cut" or surest.at_end is None:
         return surest
     ends = [fit for fit in known if fit.method == "edge" and fit.at_end is not None]
-    surest = min(_doubted([_last_sample(side, noise), *ends]), key=lambda fit: fit.u)
+    surest = _not_contradicted([_last_sample(side, noise), *ends])
     # The turn may lie anywhere from the record's end to the fit's maximum beyond it.
     beyond = surest.value - (surest.at_end or surest.value)
     return replace(surest, u=float(np.hypot(surest.u, beyond / np.sqrt(3.0))))
@@ -84,17 +86,20 @@ def _last_sample(side: Side, noise: float) -> EdgeFit:
     return EdgeFit("edge", end_s, end, noise, noise, at_end=end)
 
 
-def _doubted(fits: Sequence[EdgeFit]) -> list[EdgeFit]:
-    """Return turns without a maximum on record, each with what those of narrower windows say against it.
+def _not_contradicted(fits: Sequence[EdgeFit]) -> EdgeFit:
+    """Return the surest of some turns without a maximum on record that no narrower window contradicts.
 
-    A stand eases out of its rest within a few samples, which hides in the residual of a wide window: how far
-    a less sure fit, or the last sample itself, lies from it beyond its own noise is a standard uncertainty.
+    A stand eases out of its rest within a few samples, which hides in the residual of a wide window. A less
+    sure fit, or the last sample itself, has other noise, too: beyond three times that it contradicts. How far
+    it lies away beyond that noise is a standard uncertainty of the turn, in any case.
     """
     value, u = (np.array([getattr(fit, name) for fit in fits], dtype=np.float64) for name in ("at_end", "u"))
-    beyond_noise = (value - value[:, None]) ** 2 - (u**2 - u[:, None] ** 2)
-    doubt = np.max(np.where(u > u[:, None], beyond_noise, 0.0), axis=1, initial=0.0)
-    total = np.sqrt(u**2 + doubt)
-    return [replace(fit, u=own) for fit, own in zip(fits, total.tolist(), strict=True)]
+    less_sure = u > u[:, None]
+    apart, noise = (value - value[:, None]) ** 2, np.where(less_sure, u**2 - u[:, None] ** 2, np.inf)
+    contradicted = np.any(apart > _CONTRADICTS**2 * noise, axis=1)
+    surest = int(np.argmin(np.where(contradicted, np.inf, u)))
+    doubt = max(0.0, float(np.max(apart[surest] - noise[surest])))
+    return replace(fits[surest], u=float(np.hypot(u[surest], np.sqrt(doubt))))
 
 
 class _Window(NamedTuple):

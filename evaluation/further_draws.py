@@ -46,7 +46,8 @@ def further_draws(
     ):
         speed = getattr(figures, name)
         if speed is not None:
-            lean = speed_lean(propagation.loop, branch, propagation.samples, propagation.stroke_spectrum)
+            spectrum = propagation.stroke_spectrum
+            lean = speed_lean(propagation.loop, branch, propagation.samples, spectrum, cycle.index)
             too_fast = speed * _stretch(draws, propagation.loop, branch) + lean.mean
             by_noise = lean.scatter * draws.generator.standard_normal(noise.size)
             drawn[name] = speed * (1.0 + draws.time_base) + too_fast * draws.overreach + by_noise

@@ -6,7 +6,8 @@ White noise of N samples averages out with √N. Mains hum and noise whose neigh
 
 The density comes from what motion does not explain. Differences of high order of means over 1, 2, 4 … samples
 see all that is faster than some 25 harmonics of a cycle; below that, what cycles that follow each other
-differ by shows it. Below the slowest that is seen it is taken to go on as it is.
+differ by shows it, or what the readings of a rest between strokes do. Below the slowest that is seen it is
+taken to go on as it is.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from evaluation.dwells import EASED_S
 from evaluation.hum import Line, lines_of, without_lines
 from evaluation.inertia import InertiaForce
 from evaluation.motion import Cycle
@@ -46,6 +48,13 @@ _MOST_SAMPLES = 2**16
 _ROWS, _ROW = 4, 2**14
 """Of a longer record so many stretches of so many samples are looked at."""
 
+
+_LEAST_REST, _MOST_REST, _LEAST_PIECES = 64, 2048, 4
+"""Samples of a piece of a rest in which slow noise is looked for, and pieces that there shall be."""
+_EVEN = 1.02
+"""A piece lacks no samples that takes no longer than so much of their usual step."""
+_SLOWER = 1.5
+"""Noise that is by so much denser than where it was seen last is slower: a mean of 16 is not so by chance."""
 
 Point = tuple[float, float]
 """Frequency and density."""
@@ -199,6 +208,9 @@ def _spectrum(
     slow = _by_cycles(time_s, values, cycles, lines)
     lowest = fast[0][0] if slow else np.inf
     both = [point for point in slow if point[0] < lowest] + fast
+    rests = [] if slow else _by_rests(time_s, values, cycles, lines, step_s)
+    if any(f < fast[0][0] and density > _SLOWER * fast[0][1] for f, density in rests):
+        both = rests + [point for point in fast if point[0] > rests[-1][0]]
     frequency, density = np.array(both).T
     return Spectrum(frequency, density, step_s, lines)
 
@@ -244,6 +256,43 @@ def _by_cycles(
         return []
     power = np.stack([_difference_power(time_s, values, threes[i], points, lines) for i in chosen])
     return _in_bands(power, float(np.mean([threes[i][1].duration_s for i in chosen])))
+
+
+def _by_rests(
+    time_s: FloatArray, values: FloatArray, cycles: Sequence[Cycle], lines: Sequence[Line], step_s: float
+) -> list[Point]:
+    """Return frequencies and densities by the readings of rests between cycles, slowest first.
+
+    A parabola takes out what relaxes and drifts; without what a stand eases at either end of the rest.
+    """
+    turns = {
+        (turn.time_s, turn.leave_s) for c in cycles for turn in (c.start, c.end) if turn.dwell_s > EASED_S
+    }
+    ends_s = np.array(sorted(turns)).reshape(-1, 2) + np.array((EASED_S, -EASED_S))
+    ends = np.searchsorted(time_s, ends_s)
+    length = np.maximum(ends[:, 1] - ends[:, 0], 0)
+    most = min(int(np.max(length, initial=0)), int(np.sum(length)) // _LEAST_PIECES, _MOST_REST)
+    if most < _LEAST_REST:
+        return []
+    size = 1 << (most.bit_length() - 1)
+    starts = [at for first, last in ends.tolist() for at in range(first, last - size + 1, size)]
+    pieces = [slice(at, at + size) for at in starts]
+    even = [p for p in pieces if time_s[p.stop - 1] - time_s[p.start] <= _EVEN * (size - 1) * step_s]
+    if not even:
+        return []
+    return _in_bands(np.stack([_power(time_s[p], values[p], lines, step_s) for p in even]), size * step_s)
+
+
+def _power(time_s: FloatArray, values: FloatArray, lines: Sequence[Line], step_s: float) -> FloatArray:
+    """Return the density of what a parabola and hum leave of even samples, shape (N // 2 + 1,)."""
+    phase = np.arange(values.size) / values.size
+    waves = [2.0 * np.pi * line.frequency_Hz * time_s for line in lines]
+    known = [np.ones(values.size), phase, phase**2, *map(np.cos, waves), *map(np.sin, waves)]
+    matrix = np.stack(known, axis=1)
+    found, *_ = np.linalg.lstsq(matrix, values, rcond=None)
+    window = 1.0 - np.cos(2.0 * np.pi * phase)
+    power = np.abs(np.fft.rfft((values - matrix @ found) * window)) ** 2
+    return np.asarray(power * step_s / np.sum(window**2))
 
 
 def _repeats(cycle: Cycle) -> bool:

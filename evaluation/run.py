@@ -192,7 +192,9 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         shared_errors=_with_judged(whole.shared_errors, requirements),
         extremes=extremes,
         preload=_preload(requirements),
-        history=history_of(record, facts, results, steps, tallies),
+        history=history_of(
+            record, facts, results, steps, tallies, None if draws is None else found.prepared.noise
+        ),
         findings=spoiled.findings,
         unfit=whole.unfit,
     )

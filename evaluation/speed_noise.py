@@ -24,6 +24,10 @@ _SMOOTH_SAMPLES = 9.0
 _MOST_SMOOTH = 0.3
 """The noise of a speed is smoothed away over so many samples, and twice the window that it is read from, but
 over no more of the branch than this share."""
+_BY_NOISE, _AT_ENDS = 4.0, 12.0
+"""The largest of some hundred readings is so many standard deviations too large at most: a speed that is no
+larger than the same one smoothed over all of that share is even, but for noise. At its end a parabola's slope
+has four times the noise."""
 _LEAST_WINDOW = 5
 _BENT_OVER = 0.1
 """How a speed bends at its peak is read over this share of the branch to both sides."""
@@ -54,7 +58,7 @@ def _made(noise: Spectrum, loop: Loop, part: slice, generator: np.random.Generat
     return made[:, :-1] + share * np.diff(made, axis=1)
 
 
-def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum) -> Lean:
+def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum, number: int = 0) -> Lean:
     """Return what noise and the window make of the largest speed of a branch [mm/s].
 
     Over h points to both sides a parabola reads v + v″ (3 h² + 3 h - 1) / 30, which is too little at a peak.
@@ -68,6 +72,8 @@ def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum) -> Lean
         Samples of the cycle.
     noise : Spectrum
         Of the stroke.
+    number : int
+        Of the cycle: each is tried with noise of its own, lest the chance of a few trials be common to all.
     """
     time_s, stroke = loop.time_s[part], loop.stroke_mm[part]
     window = _window(SPEED_WINDOW, stroke.size)
@@ -79,9 +85,19 @@ def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum) -> Lean
     points = max(2.0 * window, _SMOOTH_SAMPLES * loop.time_s.size / samples)
     wide = max(window, _odd(min(points, _MOST_SMOOTH * stroke.size), stroke.size))
     speed = sign * moving_slopes(stroke[None], count, wide)[0] / step_s
-    generator = np.random.default_rng(_SEED + 1)
+    generator = np.random.default_rng((_SEED, number))
     made = _made(noise, loop, part, generator)
-    noisy = speed + moving_slopes(made, np.full(TRIALS, stroke.size), window) / step_s
+    slopes = moving_slopes(made, np.full(TRIALS, stroke.size), window) / step_s
+    widest = _odd(_MOST_SMOOTH * stroke.size, stroke.size)
+    if widest > wide:
+        even = sign * moving_slopes(stroke[None], count, widest)[0] / step_s
+        # What noise is left in the speed has peaks of its own, beside which that of a trial leans too little.
+        half = window // 2
+        noise_left = float(np.std(slopes[:, half:-half])) * (window / wide) ** 1.5
+        inner, whole = float(np.max(speed[wide // 2 : -(wide // 2)])), float(np.max(speed))
+        if max(inner, whole - _AT_ENDS * noise_left) - np.max(even) <= _BY_NOISE * noise_left:
+            speed, wide = even, widest
+    noisy = speed + slopes
     over = np.max(noisy, axis=1) - np.max(speed)
     blunted = _bend(speed, wide) * _spread(window, loop.averaged)
     return Lean(float(np.mean(over)) - blunted, float(np.std(over)))

@@ -225,15 +225,8 @@ class CyclePropagation:
         return self.noise.stroke or white(self.noise.stroke_mm, self.cycle.duration_s / self.samples)
 
     def turn_share(self, turn: TurningPoint) -> float:
-        """Return by how much coloured noise makes a turning point less sure than its residual says.
-
-        A parabola's summit over n samples has the variance 9 σ² / 4 n of white noise. Noise that hangs
-        together averages out less over them.
-        """
-        spectrum, u_mm = self.noise.stroke, turn.u_stroke_mm
-        if spectrum is None or not 0.0 < u_mm < spectrum.sigma:
-            return 1.0
-        return _coloured(spectrum, 2.25 * (spectrum.sigma / u_mm) ** 2)
+        """Return by how much coloured noise makes a turning point less sure (:func:`turn_share`)."""
+        return turn_share(self.noise, turn)
 
     def moment_share(self, turn: TurningPoint) -> float:
         """Return the same for its moment, which may be that of other samples."""
@@ -317,6 +310,21 @@ class CyclePropagation:
             value_gain=float(noise_kN[0]),
             slope_gain=float(noise_kN[1]) / scale,
         )
+
+
+def turn_share(noise: Noise, turn: TurningPoint) -> float:
+    """Return by how much coloured noise makes a turning point less sure than its residual says.
+
+    A parabola's summit over n samples has the variance 9 σ² / 4 n of white noise, the level of a rest σ² / n,
+    where σ is by differences of neighbours. Noise that hangs together averages out less over them.
+    """
+    spectrum, u_mm = noise.stroke, turn.u_stroke_mm
+    if spectrum is None or not 0.0 < u_mm < spectrum.sigma:
+        return 1.0
+    if turn.method not in ("plateau", "reversal"):
+        return _coloured(spectrum, 2.25 * (spectrum.sigma / u_mm) ** 2)
+    samples = max(1.0, (noise.stroke_mm / u_mm) ** 2)
+    return max(1.0, float(np.sqrt(spectrum.mean_variance(samples))) / u_mm)
 
 
 def _coloured(spectrum: Spectrum, samples: float) -> float:

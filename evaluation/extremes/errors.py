@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from math import erfc, log, sqrt
 
 import numpy as np
 
@@ -10,9 +12,13 @@ from evaluation.error_model import Draws, stroke_term_slopes
 from evaluation.extremes.speeds import SpeedPeak
 from evaluation.record import FloatArray
 from evaluation.turns import overreach
-from evaluation.uncertainty import NEAR_LARGEST, expanded, half_width_95, stroke_error_mm
+from evaluation.uncertainty import expanded, half_width_95, stroke_error_mm
 from foundation.channel import ChannelUncertainty
 
+_SCATTER, _ROUNDS = 1.5, 2
+"""A reading at the extreme is below its mean by so many standard deviations or less in 93 of 100; rounds."""
+_FARTHEST = 8.0
+"""Standard deviations beyond which no deviate of 10^14 lies."""
 INERTIA = 5
 """Place of the moving mass among the force terms (:func:`evaluation.error_model.force_terms`)."""
 
@@ -39,11 +45,24 @@ class Reading:
 
 
 def rivals_of(values: FloatArray, extreme: float, sigma: float, averaged: int = 1) -> float:
-    """Return how many samples, shape (N,), lie within three standard deviations of an extreme one."""
-    reach = NEAR_LARGEST * sigma
-    # One of the two finds all of them: an extreme has neighbours on one side only.
-    near = np.count_nonzero(np.abs(values - extreme) <= reach) if sigma > 0.0 else 1
-    return float(max(1, int(near) * averaged))
+    """Return how many samples, shape (N,), might have been the extreme one by their noise.
+
+    They are as far from it as it overreaches, and :data:`_SCATTER` more: of a long rest, which overreaches by
+    3 to 4 standard deviations, nearly all. How many these are says how far it overreaches.
+    """
+    if sigma <= 0.0:
+        return float(averaged)
+    apart = np.abs(values - extreme)  # an extreme has neighbours on one side only
+    apart = apart[apart <= (_overreach(float(values.size * averaged)) + _SCATTER) * sigma]
+    rivals = float(apart.size * averaged)
+    for _ in range(_ROUNDS):
+        near = np.count_nonzero(apart <= (_overreach(rivals) + _SCATTER) * sigma)
+        rivals = float(max(1, near) * averaged)
+    return rivals
+
+
+def _overreach(rivals: float) -> float:
+    return overreach(rivals) if rivals > 1.0 else 0.0
 
 
 def force_errors(draws: Draws, reading: Reading, falls_from_kN: float, inertia_kN: float) -> FloatArray:
@@ -106,10 +125,25 @@ def _noise(draws: Draws, reading: Reading, stream: int) -> FloatArray:
     """Return what noise makes of an extreme: how far it overreaches, with either sign, and its scatter."""
     count = draws.overreach.size
     generator = np.random.default_rng((count, stream))  # its own: other figures' draws stay what they are
-    scatter = reading.sigma / float(np.sqrt(1.0 + np.log(reading.rivals)))
-    most = overreach(reading.rivals) if reading.rivals > 1.0 else 0.0
-    leans = most * reading.sigma + reading.hum
-    return np.asarray(leans * draws.overreach + scatter * generator.standard_normal(count))
+    too_far = reading.sigma * _largest_of(reading.rivals, generator.random(count)) + reading.hum
+    return np.asarray(too_far * draws.overreach)
+
+
+def _largest_of(number: float, random: FloatArray) -> FloatArray:
+    """Return draws of the largest of so many standard normal deviates, by draws between 0 and 1.
+
+    A share of r^(1/n) of the deviates lies below it, and so a share of -expm1(ln r / n) above it.
+    """
+    log_above, deviate = _above()
+    beyond = np.log(np.maximum(-np.expm1(np.log(random) / number), np.finfo(np.float64).tiny))
+    return np.interp(beyond, log_above, deviate)
+
+
+@lru_cache(maxsize=1)
+def _above() -> tuple[FloatArray, FloatArray]:
+    """Return the logarithm of the share of standard normal deviates above others, rising, and these."""
+    deviate = np.linspace(_FARTHEST, -_FARTHEST, 20 * int(_FARTHEST) + 1)
+    return np.array([log(0.5 * erfc(z / sqrt(2.0))) for z in deviate.tolist()]), deviate
 
 
 def stated(errors: FloatArray) -> tuple[float, float]:

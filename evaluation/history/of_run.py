@@ -17,10 +17,11 @@ from evaluation.history.facts import (
     Settling,
 )
 from evaluation.motion import Cycle
+from evaluation.noise import Noise
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult, Quantities, RunFacts, StepResult
 from evaluation.summary import MeanOfDraws
-from evaluation.uncertainty import COVERAGE
+from evaluation.uncertainty import COVERAGE, turn_share
 from foundation.channel import ChannelUncertainty
 
 LEAST_HOLD_S = 1.0
@@ -53,6 +54,7 @@ def history_of(
     results: Sequence[CycleResult],
     steps: Sequence[StepResult],
     tallies: Sequence[MeanOfDraws] = (),
+    noise: Noise | None = None,
 ) -> RunHistory:
     """Return what a run holds besides the figures of its cycles.
 
@@ -67,6 +69,8 @@ def history_of(
         Of a run with several: each settles by itself.
     tallies : sequence of MeanOfDraws
         The draws of the cycles of the run, or of each of its steps.
+    noise : Noise, optional
+        That of the record; without it, it is taken for white.
     """
     complete = [r for r in results if r.cycle.complete]
     parts: list[tuple[int | None, list[CycleResult]]] = [(None, complete)]
@@ -77,7 +81,9 @@ def history_of(
     holds = [_hold(record, facts, cycle) for cycle in cycles if cycle.top.dwell_s >= LEAST_HOLD_S]
     return RunHistory(
         holds=tuple(found for found in holds if found is not None),
-        residual_strokes=tuple(_residual(cycle) for cycle in cycles if cycle.end.dwell_s >= LEAST_HOLD_S),
+        residual_strokes=tuple(
+            _residual(cycle, noise) for cycle in cycles if cycle.end.dwell_s >= LEAST_HOLD_S
+        ),
         settling=tuple(
             change
             for (part, own), tally in zip(parts, drawn, strict=True)
@@ -192,8 +198,10 @@ def _weighted_slope(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[f
     return float(np.sum(weight * centred * y)) / spread, centred, spread
 
 
-def _residual(cycle: Cycle) -> ResidualStroke:
-    u = float(np.hypot(cycle.start.u_stroke_mm, cycle.end.u_stroke_mm))
+def _residual(cycle: Cycle, noise: Noise | None) -> ResidualStroke:
+    turns = (cycle.start, cycle.end)
+    shares = [1.0 if noise is None else turn_share(noise, turn) for turn in turns]
+    u = float(np.hypot(*(share * turn.u_stroke_mm for share, turn in zip(shares, turns, strict=True))))
     return ResidualStroke(
         cycle=cycle.index,
         residual_mm=cycle.stroke_end_mm - cycle.stroke_min_mm,

@@ -17,7 +17,9 @@ from evaluation.archive.identity import Settings, software
 from evaluation.archive.kept import keep
 from evaluation.archive.tables import runs_frame
 from evaluation.document import evaluation_document, run_entry
+from evaluation.error_model import draw_errors
 from evaluation.extremes import peaks_of, sample_extremes
+from evaluation.extremes.errors import Reading, channel_errors, rivals_of, stated
 from evaluation.extremes.peaks import NEAR, stands_alone
 from evaluation.load import load_run
 from evaluation.long_runs import Bounds
@@ -384,3 +386,27 @@ def test_a_force_that_was_read_more_often_than_the_stroke_has_its_own_extremes(t
     assert value(run, "force_max_kN") == pytest.approx(force.max(), abs=0.02)
     assert run.extremes["force_max_kN"].time_s == pytest.approx(time[np.argmax(force)], abs=1e-6)
     assert value(run, "stroke_max_mm") == pytest.approx(np.nanmax(slow), abs=0.01)
+
+
+LINEAR = np.linspace(-1.0, 1.0, 1001)
+
+
+@pytest.mark.parametrize(
+    ("levels", "least"),
+    [(np.zeros(3000), 0.92), (np.zeros(30), 0.90), (-900.0 * LINEAR**2, 0.92), (-60.0 * abs(LINEAR), 0.93)],
+    ids=["long rest", "short rest", "smooth top", "tip"],
+)
+def test_how_far_noise_overreaches_hangs_on_how_long_it_may(levels: Floats, least: float) -> None:
+    """The largest of thousands of readings of a rest is 3.5 standard deviations too large."""
+    draws = draw_errors(
+        ChannelUncertainty(accuracy_percent=0.1), [ChannelUncertainty(accuracy_percent=0.1)], 1000, 1
+    )
+    assert draws is not None
+    random = np.random.default_rng(3)
+    held = []
+    for _ in range(400):
+        read = levels + random.standard_normal(levels.size)
+        greatest = float(np.max(read))
+        reading = Reading(greatest, 1.0, rivals_of(read, greatest, 1.0))
+        held.append(abs(greatest) <= stated(channel_errors(draws, reading, ChannelUncertainty()))[1])
+    assert least - 0.03 <= np.mean(held) <= 0.99  # 95 % of 400 have a standard deviation of 1.1 %

@@ -24,7 +24,7 @@ def test_the_first_sample_is_the_turn(power: float, samples: int, noise_mm: floa
 
 def test_a_stand_that_eases_out_of_its_rest_with_the_first_sample_hides_it_in_no_wide_window() -> None:
     """Strokes of 7 mm/s, 30 samples a second, 50 ms to full speed: a wide window does not see them."""
-    inside = []
+    inside, u_mm = [], []
     for seed in range(60):
         random = np.random.default_rng(seed)
         time = np.arange(0.0, 40.0, 1.0 / 30.0) + random.uniform(0.0, 1.0) / 30.0
@@ -34,7 +34,8 @@ def test_a_stand_that_eases_out_of_its_rest_with_the_first_sample_hides_it_in_no
         start = find_cycles(make_record(time, read, read))[0].start
         assert start.method == "edge"
         inside.append(abs(start.leave_mm - stroke[0]) <= 2.0 * start.u_stroke_mm)
-        assert start.u_stroke_mm < 0.05
+        u_mm.append(start.u_stroke_mm)
+    assert np.median(u_mm) < 0.015
     assert np.mean(inside) > 0.88  # 95 % of 60 less 2.5 standard deviations
 
 
