@@ -139,6 +139,9 @@ _END_POINTS = 80
 """Points at each end whose spline is solved by itself; …"""
 _TOLD_APART = 40
 """… beyond so many an end is forgotten: each step leaves 2 - √3 of its weight, forty of them 1e-23."""
+_SHIFTS = (1, 2, 4, 8, 16)
+_LEFT_OUT = sum(_SHIFTS)
+"""Values at each end that the filter takes for those beside them alone: fewer than the spline is put over."""
 
 
 def moved(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> FloatArray:
@@ -176,11 +179,11 @@ def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) ->
     s = share - whole
     r = 1.0 - s
     taps = r**3 / 6.0, 2.0 / 3.0 - s**2 * (1.0 - 0.5 * s), 2.0 / 3.0 - r**2 * (1.0 - 0.5 * r), s**3 / 6.0
-    weight = _weights(value)
-    inner = slice(_MOST_STEPS + 1, value.size - _MOST_STEPS - 2)
-    begin, end = inner.start + whole - 1, inner.stop + whole - 1
+    weight, scale = _weights(value)
+    inner = slice(_TOLD_APART, value.size - _TOLD_APART)
+    begin, end = (at + whole - 1 - _LEFT_OUT for at in (inner.start, inner.stop))
     found = np.empty(value.size)
-    found[inner] = np.correlate(weight[begin : end + len(taps) - 1], taps, mode="valid")
+    found[inner] = np.correlate(weight[begin : end + len(taps) - 1], np.multiply(scale, taps), mode="valid")
     # The filter's ends are not the spline's, which are put over them: that at the end backwards.
     ends = np.stack((value[:_END_POINTS], value[: -_END_POINTS - 1 : -1]), axis=1)
     near = np.arange(_TOLD_APART)
@@ -190,22 +193,22 @@ def moved_evenly(time_s: FloatArray, value: FloatArray, wanted_s: FloatArray) ->
     return found
 
 
-def _weights(value: FloatArray) -> FloatArray:
-    """Return the weights of the B-splines that run through even values, but for those near the ends.
+def _weights(value: FloatArray) -> tuple[FloatArray, float]:
+    """Return the weights of the B-splines that run through even values, and a factor that they lack.
 
-    The filter there and back, 6 |z| / ((1 - z q) (1 - z / q)), with z = √3 - 2 and q the step to the next
-    value. 1 / (1 - z q) is (1 + z q) (1 + z² q²) (1 + z⁴ q⁴) …, of which five factors leave out z³²: 5e-19.
-    So it takes whole columns and no library: scipy.ndimage takes longer to import than a run to evaluate.
+    Without :data:`_LEFT_OUT` at each end. The filter there and back, 6 |z| / ((1 - z q) (1 - z / q)), with
+    z = √3 - 2 and q the step to the next value. 1 / (1 - z q) is (1 + z q) (1 + z² q²) (1 + z⁴ q⁴) …, of
+    which five factors leave out z³²: 5e-19. So it takes whole columns and no library: scipy.ndimage takes
+    longer to import than a run to evaluate.
     """
     pole = float(np.sqrt(3.0)) - 2.0
-    weight = -6.0 * pole * value
-    for shift in (1, 2, 4, 8, 16):
-        before = weight
-        weight = (1.0 + pole * pole) * before
-        weight[shift:] += pole * before[:-shift]
-        weight[:-shift] += pole * before[shift:]
-        pole *= pole
-    return weight
+    weight, scale = value, -6.0 * pole
+    for shift in _SHIFTS:
+        both = weight[2 * shift :] + weight[: -2 * shift]
+        both *= pole / (1.0 + pole * pole)
+        both += weight[shift:-shift]
+        weight, scale, pole = both, scale * (1.0 + pole * pole), pole * pole
+    return weight, scale
 
 
 @lru_cache(maxsize=1)
