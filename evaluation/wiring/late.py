@@ -6,6 +6,7 @@ after the stroke has turned. What does is late: a filter, or a wrong ``delay_s``
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +47,7 @@ def late_force(look: Look) -> list[Finding]:
         return []
     least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(record.time_s)))
     complete = [result for result in look.results if result.cycle.complete]
-    turns = [turn for result in complete if (turn := _after_turn(record, result)) is not None]
+    turns = _after_turns(record, complete)
     late = [turn.late_s for turn in turns if turn.rise > RISE and turn.late_s > least_s]
     size_s = median(late) if late and len(late) >= MOST * len(turns) else _by_shift(record, least_s)
     if size_s is None:
@@ -79,20 +80,21 @@ class _Turn(NamedTuple):
     late_s: float
 
 
-def _after_turn(record: Record, result: CycleResult) -> _Turn | None:
-    """Return what the force does after a cycle's upper turn; None where that says nothing of its lateness."""
-    cycle, own = result.cycle, result.quantities
-    if own.force_max_kN is None or own.force_min_kN is None:
-        return None
-    leave_s, end_s = cycle.top.leave_s, cycle.end.time_s
-    range_kN = own.force_max_kN - own.force_min_kN
-    first = int(np.searchsorted(record.time_s, leave_s))
-    last = int(np.searchsorted(record.time_s, end_s, side="right"))
-    if range_kN <= 0.0 or last - first < 5:
-        return None
-    at_turn = float(np.interp(leave_s, record.time_s, record.force_kN))
-    if at_turn - own.force_min_kN < UPPER * range_kN:
-        return None  # of the other sign, or by more than a quarter of the cycle
-    peak = first + int(np.argmax(record.force_kN[first:last]))
-    rise = (float(record.force_kN[peak]) - at_turn) / range_kN
-    return _Turn(rise, float(record.time_s[peak]) - leave_s)
+def _after_turns(record: Record, results: Sequence[CycleResult]) -> list[_Turn]:
+    """Return what the force does after upper turns; nothing of those that say nothing of its lateness."""
+    figures = [
+        (result.cycle.top.leave_s, result.cycle.end.time_s, own.force_min_kN, own.force_max_kN)
+        for result in results
+        if (own := result.quantities).force_max_kN is not None and own.force_min_kN is not None
+    ]
+    leave_s, end_s, least_kN, most_kN = np.array(figures, dtype=np.float64).reshape(-1, 4).T
+    range_kN = most_kN - least_kN
+    first = np.searchsorted(record.time_s, leave_s)
+    last = np.searchsorted(record.time_s, end_s, side="right")
+    at_turn = np.interp(leave_s, record.time_s, record.force_kN)
+    # Less at the turn: of the other sign, or by more than a quarter of the cycle.
+    tells = (range_kN > 0.0) & (last - first >= 5) & (at_turn - least_kN >= UPPER * range_kN)
+    peaks = [a + int(record.force_kN[a:b].argmax()) for a, b in zip(first[tells], last[tells], strict=True)]
+    rise = (record.force_kN[peaks] - at_turn[tells]) / range_kN[tells]
+    late_s = record.time_s[peaks] - leave_s[tells]
+    return [_Turn(*turn) for turn in zip(rise.tolist(), late_s.tolist(), strict=True)]
