@@ -194,6 +194,9 @@ class Samples:
         """Rows of samples that their neighbours on both sides deny (:mod:`evaluation.plausibility.lone`)."""
         if self.value.size < _FEWEST:
             return np.zeros(0, dtype=np.intp)
+        # With noise or steps of a converter a lone sample is further off: the largest step often tells.
+        if float(np.max(self.scan.step)) <= _JUMP * least_apart(self.quantity, 0.0, 0.0, self.usual_span):
+            return np.zeros(0, dtype=np.intp)
         least = least_apart(self.quantity, self.sigma, self.sampling.step, self.usual_span)
         jumps = self.scan.first[self.scan.step > _JUMP * least].tolist()
         parts = [slice(first, first + _CHUNK) for first in jumps if self._bend(first) > _BENT * least]
