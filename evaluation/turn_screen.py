@@ -20,6 +20,8 @@ BoolArray = NDArray[np.bool_]
 _CHUNK_SAMPLES = 65_536
 """Samples that are looked at together: what is made of them stays in the processor's cache."""
 
+_MOSTLY = 0.65
+"""Half of the height is fallen in so much of a side of any usual motion: what is beyond need not be read."""
 _SHORT = 400
 """Sides of no more samples are looked through, longer ones halved and halved again."""
 _MOST_RATIO = 1.001 * max(PLATEAU_RATIO, CUT_OFF_RATIO)
@@ -76,8 +78,7 @@ def screened(
     for part in _parts(np.max(turns.size, axis=0, initial=1)):
         own = turns.rows(part)
         for k in range(2):
-            fallen = own.fallen(k, int(np.max(own.size[k])))
-            counts[k, part] = _not_above(fallen, own.size[k], below[part])
+            counts[k, part] = own.within(k, below[part])
     # Of each turn, so many samples to both sides that none beyond them tells a dwell.
     holds = below >= _WIDEST * bands[-1][:, None]
     chosen = counts[:, np.arange(at.size), np.argmax(holds, axis=1)]
@@ -143,6 +144,20 @@ class _Turns:
         drop = np.subtract(self.stroke_mm[self.at][:, None], out, out=np.empty((self.at.size, reach)))
         drop *= self.sign[:, None]
         return np.maximum.accumulate(drop, axis=1) if reach > _SHORT else drop
+
+    def within(self, side: int, below: FloatArray) -> IndexArray:
+        """Return the samples to one side that lie before the first further below the extreme, shape (R, L).
+
+        The limits ``below`` (R, L) rise.
+        """
+        size = self.size[side]
+        reach = int(np.max(size))
+        near = int(_MOSTLY * reach)
+        if near > 0:
+            found = _not_above(self.fallen(side, near), np.minimum(size, near), below)
+            if np.all(found[:, -1] < near):
+                return found
+        return _not_above(self.fallen(side, reach), size, below)
 
     def rest(self, near: IndexArray, bands: list[FloatArray], least_samples: int) -> BoolArray:
         """Say which turns are dwells within a band, as :func:`evaluation.dwells.plateau` does of one turn.

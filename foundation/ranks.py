@@ -45,7 +45,19 @@ def quantile(values: Column, share: float) -> float:
         return nan
     low = float(part[at])
     high = float(np.minimum.reduce(part[at + 1 :])) if at + 1 < size else low
-    beyond = place - at
+    return _between(low, high, place - at)
+
+
+def sorted_quantile(ordered: NDArray[Any], share: float) -> float:
+    """Return what :func:`quantile` does, of numbers that rise already, shape (N,), N at least 1."""
+    if isnan(ordered[-1]):
+        return nan
+    place = (ordered.size - 1) * share
+    at = int(place)
+    return _between(float(ordered[at]), float(ordered[min(at + 1, ordered.size - 1)]), place - at)
+
+
+def _between(low: float, high: float, beyond: float) -> float:
     return low + (high - low) * beyond if beyond < 0.5 else high - (high - low) * (1.0 - beyond)
 
 

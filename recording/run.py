@@ -195,6 +195,23 @@ class Run:
             self._series[channel] = series
         return series
 
+    def picked(self, channel: str, every: int) -> Series:
+        """Return every so-manyeth sample of a channel of the stand, as :meth:`series` has them.
+
+        Raises
+        ------
+        BadInput
+            As :meth:`series`.
+        """
+        stream = self.stream_of(channel)
+        own = stream.channels[channel]
+        if channel in self._series or own.calibration.falling:  # which branch it is on, all samples tell
+            whole = self.series(channel)
+            return Series(whole.time_s[::every], whole.value[::every], whole.unit)
+        return _calibrated(
+            own, self._run_time_s(stream)[::every] - own.delay_s, stream.counts[channel][::every]
+        )
+
     def stroke(self) -> Series:
         """Return the stroke: the mean of ``stroke_1`` and ``stroke_2``, or the one that is present.
 

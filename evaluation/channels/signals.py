@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foundation.errors import BadInput
-from foundation.holes import hole_from_s
+from foundation.holes import HOLE_S, hole_from_s
 from foundation.ranks import median
 from foundation.units import to_inside
 from recording.run import STROKES, Run
@@ -86,7 +86,10 @@ def signals_of(run: Run, wires: Sequence[str], whole_rows: int, piece_rows: int)
     usable = {name: pair for name, pair in read.items() if pair[0].size > 1}
     if time_s.size < 2 or "force" not in usable or np.any(np.diff(time_s) <= 0.0):
         return None
-    by_name = {name: np.interp(time_s, *pair) for name, pair in usable.items()}
+    by_name = {
+        name: value if np.array_equal(own_s, time_s) else np.interp(time_s, own_s, value)
+        for name, (own_s, value) in usable.items()
+    }
     loose_s = _wander_s(usable["force_2"][0]) if "force_2" in usable else 0.0
     return Signals(time_s, by_name, {name: _known(time_s, pair[0]) for name, pair in usable.items()}, loose_s)
 
@@ -106,11 +109,13 @@ def _wander_s(own_s: FloatArray) -> float:
 
 def _known(time_s: FloatArray, own_s: FloatArray) -> NDArray[np.bool_]:
     """Return at which instants a signal has samples of its own on either side, close by."""
-    if own_s is time_s or np.any(np.diff(own_s) < 0.0):
+    steps_s = np.diff(own_s)
+    if own_s is time_s or float(np.min(steps_s, initial=0.0)) < 0.0:
         return np.ones(time_s.size, dtype=np.bool_)
-    most_s = hole_from_s(own_s)
-    if float(np.max(np.diff(own_s), initial=0.0)) <= most_s:
+    longest_s = float(np.max(steps_s, initial=0.0))
+    if longest_s <= HOLE_S or longest_s <= hole_from_s(own_s):
         return np.asarray((time_s > own_s[0]) & (time_s <= own_s[-1]))
+    most_s = hole_from_s(own_s)
     after = np.searchsorted(own_s, time_s)
     inside = (after > 0) & (after < own_s.size)
     at = np.clip(after, 1, own_s.size - 1)
@@ -123,8 +128,8 @@ def _thinned(run: Run, name: str, whole_rows: int, piece_rows: int) -> tuple[Flo
     every = -(-stream.rows // MOST)
     quantity, unit = stream.channels[name].quantity, stream.channels[name].unit
     if stream.rows <= whole_rows:
-        series = run.series(name)
-        time_s, value = series.time_s[::every], series.value[::every]
+        series = run.picked(name, every)
+        time_s, value = series.time_s, series.value
     else:
         parts = [
             (block[name].time_s[::every], block[name].value[::every])

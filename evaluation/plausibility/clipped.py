@@ -103,6 +103,8 @@ def _level(channel: Samples, value: float, side: int) -> _Level:
 def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]:
     """Return those stretches at an extreme that are clipped."""
     lengths = level.runs[:, 1] - level.runs[:, 0] + 1
+    if not np.any(lengths > 1):
+        return level.runs[:0]
     held = channel.sampling.held
     if channel.is_noisy:
         runs = level.runs[lengths >= 2]

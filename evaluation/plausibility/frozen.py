@@ -56,7 +56,7 @@ def frozen(look: Look) -> list[Finding]:
         least = max(LEAST_ROWS, 0 if hold is None else int(_HELD * hold.rows))
         other = look.other(channel)
         runs = _long_enough(channel, other, channel.flat(least))
-        pinned = pinned_rows(look, channel)
+        pinned = pinned_rows(look, channel) if runs.size else frozenset()
         own = []
         for first, last in runs.tolist():
             moved = other.moved(float(channel.time_s[first]), float(channel.time_s[last]))

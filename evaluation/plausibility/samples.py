@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from evaluation.plausibility.lone import least_apart, lone_rows
 from evaluation.record import FloatArray
 from evaluation.reversals import Sampling, sampling_of
-from foundation.ranks import median, quantile
+from foundation.ranks import median, quantile, sorted_quantile
 
 UNITS: Mapping[str, str] = {"force": "kN", "stroke": "mm", "temperature": "°C", "speed": "mm/s"}
 _CHUNK = 32_768
@@ -115,9 +115,16 @@ class Samples:
     @cached_property
     def usual_span(self) -> float:
         """What all but the least and the greatest hundredth of the samples span."""
-        every = -(-self.value.size // _LOOKED_AT)
-        some = self.value[::every]
-        return quantile(some, 0.99) - quantile(some, 0.01)
+        return self.share(0.99) - self.share(0.01)
+
+    def share(self, of_them: float) -> float:
+        """Return what a share of its samples stay below, by a look at some of them."""
+        return sorted_quantile(self._sorted, of_them)
+
+    @cached_property
+    def _sorted(self) -> FloatArray:
+        """Some of its samples, rising."""
+        return np.sort(self.value[:: -(-self.value.size // _LOOKED_AT)])
 
     @cached_property
     def resolution(self) -> float:
@@ -141,8 +148,9 @@ class Samples:
             if changes.size < _LEAST_DIFFERENT:
                 return 0.0
             within = np.ones(changes.size, dtype=bool)
-            for before in range(1, order + 1):  # a difference does not reach from one stretch to the next
-                within[np.clip(ends[:-1] - before, 0, changes.size - 1)] = False
+            # A difference does not reach from one stretch to the next.
+            across = ends[:-1, None] - np.arange(1, order + 1)
+            within[np.minimum(np.maximum(across, 0), changes.size - 1)] = False
             sizes = np.abs(changes[within])
             if sizes.size < _LEAST_DIFFERENT:
                 return 0.0
@@ -171,7 +179,11 @@ class Samples:
     def _changing(self) -> list[FloatArray]:
         """Some stretches of it, without samples that repeat the one before."""
         stretches = [self.value[first : first + _STRETCH] for first in self._spread()]
-        return [part[np.append(True, np.diff(part) != 0.0)] for part in stretches]
+        moves = [part[1:] != part[:-1] for part in stretches]
+        return [
+            part if move.all() else part[np.append(True, move)]
+            for part, move in zip(stretches, moves, strict=True)
+        ]
 
     @cached_property
     def _steps(self) -> FloatArray:
@@ -181,6 +193,9 @@ class Samples:
     def lone(self) -> NDArray[np.intp]:
         """Rows of samples that their neighbours on both sides deny (:mod:`evaluation.plausibility.lone`)."""
         if self.value.size < _FEWEST:
+            return np.zeros(0, dtype=np.intp)
+        # With noise or steps of a converter a lone sample is further off: the largest step often tells.
+        if float(np.max(self.scan.step)) <= _JUMP * least_apart(self.quantity, 0.0, 0.0, self.usual_span):
             return np.zeros(0, dtype=np.intp)
         least = least_apart(self.quantity, self.sigma, self.sampling.step, self.usual_span)
         jumps = self.scan.first[self.scan.step > _JUMP * least].tolist()

@@ -7,7 +7,6 @@ import numpy as np
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
-from foundation.ranks import quantile
 
 MOSTLY = 2.0
 """A channel is mostly negative where it reaches so many times as far below zero as above."""
@@ -52,9 +51,7 @@ def turned_signs(look: Look) -> list[Finding]:
 
 
 def _is_negative(channel: Samples) -> bool:
-    every = -(-channel.value.size // _LOOKED_AT)
-    some = channel.value[::every]
-    low, high = (quantile(some, share) for share in _MOST)
+    low, high = (channel.share(share) for share in _MOST)
     return low < 0.0 and -low > MOSTLY * max(high, 0.0)
 
 

@@ -246,7 +246,9 @@ def _windows_about(part: Inside, at: IndexArray, sign: float, scale: int, most: 
         place[rows], along[rows] = 0, 0.0
         place[to], along[to] = every[line, column], away[column] / scale
     force = np.where(there, sign * np.take_along_axis(part.force_kN, place, axis=1), 0.0)
-    terms = np.stack((there.astype(np.float64), along, np.zeros_like(along), along**2))
+    terms = np.empty((4, *along.shape))
+    terms[0], terms[1], terms[2] = there, along, 0.0
+    np.multiply(along, along, out=terms[3])
     return Windows(force, terms, count, part.group, np.full(at.size, np.inf))
 
 

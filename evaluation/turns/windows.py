@@ -140,7 +140,9 @@ def end_windows(
     timed = (reach_mm <= _RESOLVED * sigma_mm / np.sqrt(group)) | at_rest
     speed[timed] = 0.0
     along = _scaled(np.where(timed[:, None], away_s, away_mm))
-    terms = np.stack((used.astype(np.float64), along, _scaled(speed), along**2))
+    terms = np.empty((4, *shape))
+    terms[0], terms[1], terms[2] = used, along, _scaled(speed)
+    np.multiply(along, along, out=terms[3])
     return Windows(
         np.where(used, force, 0.0), terms, count, group, np.where(timed | (reach_mm == 0.0), np.inf, reach_mm)
     )
@@ -150,8 +152,13 @@ def _means(record: Record, ends: Ends, each: int, points: int) -> list[FloatArra
     """Return time, stroke and force from the ends inwards, means of so many samples, (E, ``points``)."""
     own = np.arange(points * each)
     first, last = ends.first[:, None], ends.last[:, None]
-    at = np.where(ends.begins[:, None], first + own, last - 1 - own)
-    at = np.clip(at, 0, record.time_s.size - 1)
+    if ends.begins.all():
+        at = first + own
+    elif ends.begins.any():
+        at = np.where(ends.begins[:, None], first + own, last - 1 - own)
+    else:
+        at = last - 1 - own
+    np.minimum(np.maximum(at, 0, out=at), record.time_s.size - 1, out=at)
     columns = [values[at] for values in (record.time_s, record.stroke_mm, record.force_kN)]
     if each == 1:
         return columns
@@ -176,7 +183,10 @@ def _moving(
     per_s = 1.0 / np.where(reach_s > 0.0, reach_s, 1.0)
     z = away_s * per_s[:, None]
     square = z * z
-    powers = np.stack((square, square * z, square * square))
+    powers = np.empty((3, *z.shape))
+    powers[0] = square
+    np.multiply(square, z, out=powers[1])
+    np.multiply(square, square, out=powers[2])
     normal = np.einsum("aij,bij->iab", powers, powers) + 1e-12 * np.eye(3)
     found = np.linalg.solve(normal, np.einsum("aij,ij->ia", powers, away_mm)[..., None])[..., 0].T
     error = np.where(used, away_mm - np.einsum("ki,kij->ij", found, powers), 0.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from evaluation.record import FloatArray
 from foundation.likeness import likeness
@@ -84,19 +83,27 @@ def _nearest_late_s(time_s: FloatArray, x: FloatArray, y: FloatArray) -> float |
     at_s = time_s[0] + _COARSE_S * np.arange(-most, count + most)
     moved = np.interp(at_s, time_s, x)
     every = -(-count // _LOOKED_AT)
-    windows = sliding_window_view(moved - np.mean(moved), count)[
-        :, ::every
-    ]  # the first: x earliest, y latest
+    moved = moved - np.mean(moved)
     later = np.interp(at_s[most : most + count : every], time_s, y)
     later = later - np.mean(later)
-    mean = np.mean(windows, axis=1)
-    spread = np.einsum("ij,ij->i", windows, windows) - windows.shape[1] * mean**2
+    shared, mean, spread = np.empty((3, 2 * most + 1))  # the first: x earliest, y latest
+    for phase in range(min(every, spread.size)):  # windows of every so-manyeth value, of one column each
+        own, rows = moved[phase::every], shared[phase::every].size
+        shared[phase::every] = np.correlate(own, later, mode="valid")[:rows] ** 2
+        mean[phase::every] = _sums(own, later.size)[:rows] / later.size
+        spread[phase::every] = _sums(own * own, later.size)[:rows]
+    spread -= later.size * mean**2
     moves = spread > _ROUNDING * np.max(spread)
     if not np.any(moves):
         return None
-    shared = (windows @ later) ** 2
     follows = np.divide(shared, spread, out=np.full(spread.size, -1.0), where=moves)
     return _COARSE_S * (most - int(np.argmax(follows)))
+
+
+def _sums(values: FloatArray, count: int) -> FloatArray:
+    """Return the sums of each so many values that follow each other."""
+    total = np.concatenate(([0.0], np.cumsum(values)))
+    return np.asarray(total[count:] - total[:-count])
 
 
 def still_from(time_s: FloatArray, value: FloatArray, other: FloatArray) -> float | None:

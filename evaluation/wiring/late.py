@@ -6,7 +6,7 @@ after the stroke has turned. What does is late: a filter, or a wrong ``delay_s``
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -55,9 +55,7 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(record.time_s)))
     cut = {number for one in known if one.kind == "clipped" for number in one.cycles}
     complete = [r for r in look.results if r.cycle.complete and r.cycle.index not in cut]
-    turns = [
-        turn for result in complete if (turn := _after_turn(record, result, look.stroke.sigma)) is not None
-    ]
+    turns = _after_turns(record, complete, look.stroke.sigma)
     late = [turn.late_s for turn in turns if turn.rise > RISE and turn.behind_s > least_s]
     if late and len(late) >= MOST * len(turns):
         size_s: float | None = median(late)
@@ -94,25 +92,29 @@ class _Turn(NamedTuple):
     late_s: float
 
 
-def _after_turn(record: Record, result: CycleResult, noise_mm: float) -> _Turn | None:
-    """Return what the force does after a cycle's upper turn; None where that says nothing of its lateness."""
-    cycle, own = result.cycle, result.quantities
-    if own.force_max_kN is None or own.force_min_kN is None:
-        return None
-    leave_s, end_s = cycle.top.leave_s, cycle.end.time_s
-    range_kN = own.force_max_kN - own.force_min_kN
-    first = int(np.searchsorted(record.time_s, leave_s))
-    last = int(np.searchsorted(record.time_s, end_s, side="right"))
-    if range_kN <= 0.0 or last - first < 5:
-        return None
-    at_turn = float(np.interp(leave_s, record.time_s, record.force_kN))
-    if at_turn - own.force_min_kN < UPPER * range_kN:
-        return None  # of the other sign, or by more than a quarter of the cycle
-    peak = first + int(np.argmax(record.force_kN[first:last]))
-    rise = (float(record.force_kN[peak]) - at_turn) / range_kN
-    behind_s = float(record.time_s[peak]) - leave_s
-    held_s = _held_later_s(record, cycle, noise_mm) if rise > RISE else None
-    return _Turn(rise, behind_s, behind_s if held_s is None else held_s)
+def _after_turns(record: Record, results: Sequence[CycleResult], noise_mm: float) -> list[_Turn]:
+    """Return what the force does after upper turns; nothing of those that say nothing of its lateness."""
+    known = [
+        (result.cycle, own.force_min_kN, own.force_max_kN)
+        for result in results
+        if (own := result.quantities).force_max_kN is not None and own.force_min_kN is not None
+    ]
+    figures = [(cycle.top.leave_s, cycle.end.time_s, least_kN, most_kN) for cycle, least_kN, most_kN in known]
+    leave_s, end_s, least_kN, most_kN = np.array(figures, dtype=np.float64).reshape(-1, 4).T
+    range_kN = most_kN - least_kN
+    first = np.searchsorted(record.time_s, leave_s)
+    last = np.searchsorted(record.time_s, end_s, side="right")
+    at_turn = np.interp(leave_s, record.time_s, record.force_kN)
+    # Less at the turn: of the other sign, or by more than a quarter of the cycle.
+    tells = (range_kN > 0.0) & (last - first >= 5) & (at_turn - least_kN >= UPPER * range_kN)
+    turns = []
+    for row in np.flatnonzero(tells).tolist():
+        peak = int(first[row]) + int(record.force_kN[first[row] : last[row]].argmax())
+        rise = float((record.force_kN[peak] - at_turn[row]) / range_kN[row])
+        behind_s = float(record.time_s[peak] - leave_s[row])
+        held_s = _held_later_s(record, known[row][0], noise_mm) if rise > RISE else None
+        turns.append(_Turn(rise, behind_s, behind_s if held_s is None else held_s))
+    return turns
 
 
 def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float | None:
@@ -127,7 +129,7 @@ def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float | None
     if ends_s <= begins_s:
         begins_s, ends_s = _at_top_s(time_s, stroke, max(TOP_NOISES * noise_mm, TOP_SHARE * cycle.range_mm))
     begins = time_s[time_s + (ends_s - begins_s) <= time_s[-1]]
-    if ends_s - begins_s < DWELL_STEPS * float(np.median(np.diff(time_s))) or not begins.size:
+    if ends_s - begins_s < DWELL_STEPS * median(np.diff(time_s)) or not begins.size:
         return None
     area = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time_s)))
     within = np.interp(begins + (ends_s - begins_s), time_s, area) - area[: begins.size]

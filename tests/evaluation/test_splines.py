@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import ndimage
 from scipy.interpolate import CubicSpline
 
+from evaluation import splines
 from evaluation.splines import moved
+
+ROOT = Path(__file__).resolve().parents[2]
+EVALUATE = """
+import sys
+from pathlib import Path
+from evaluation.document import evaluate_file
+from evaluation.results import Options
+assert evaluate_file(Path(sys.argv[1]), Options(draws=0)).cycles
+print(*sorted(name for name in sys.modules if name.split('.')[0] in ('scipy', 'pandas')))
+"""
 
 
 @settings(max_examples=40, deadline=None)
@@ -49,7 +63,7 @@ def test_other_samples_take_the_spline_itself(monkeypatch: pytest.MonkeyPatch, c
     def no_filter(*_: object, **__: object) -> None:
         raise AssertionError("the filter is for even points at one delay")
 
-    monkeypatch.setattr(ndimage, "spline_filter1d", no_filter)
+    monkeypatch.setattr(splines, "_weights", no_filter)
     assert np.array_equal(moved(time, value, later), CubicSpline(time, value)(later))
 
 
@@ -59,3 +73,12 @@ def test_a_sine_comes_back_at_its_moments() -> None:
     omega = 2.0 * np.pi * 2.5
     found = moved(time - 8e-4, np.sin(omega * (time - 8e-4)), time)
     assert found[:-1] == pytest.approx(np.sin(omega * time)[:-1], abs=1e-9)
+
+
+def test_a_run_of_even_samples_waits_for_no_scipy() -> None:
+    """To import it takes longer than to evaluate the run, in every process that does."""
+    run = ROOT / "sample_runs/runs/005-harmonic-20mm-20mm-1.27Hz.h5"
+    done = subprocess.run(
+        [sys.executable, "-c", EVALUATE, str(run)], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == ""

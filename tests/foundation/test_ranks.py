@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from foundation.ranks import median, quantile
+from foundation.ranks import median, quantile, sorted_quantile
 
 SHARES = (0.0, 0.001, 0.02, 0.2, 0.5, 0.75, 0.9, 0.98, 0.999, 1.0)
 
@@ -19,6 +19,7 @@ def test_they_are_numpys(size: int, digits: int) -> None:
         assert median(values) == np.median(values)
         for share in SHARES:
             assert quantile(values, share) == np.quantile(values, share)
+            assert sorted_quantile(np.sort(values), share) == np.quantile(values, share)
 
 
 def test_of_whole_numbers_and_lists() -> None:
@@ -32,6 +33,7 @@ def test_what_is_no_number_has_none(values: list[float]) -> None:
     column = np.array(values)
     assert np.isnan(median(column))
     assert all(np.isnan(quantile(column, share)) for share in SHARES)
+    assert column.size == 0 or np.isnan(sorted_quantile(np.sort(column), 0.2))
 
 
 def test_the_column_stays_as_it_was() -> None:
