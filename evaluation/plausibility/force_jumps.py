@@ -12,9 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps
+from evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
+from evaluation.plausibility.samples import Samples
 
 SHARE = 0.006
 """A jump is at least this share of the range of the force …"""
@@ -42,6 +43,8 @@ EVEN = 0.5
 """… and the speed of the stroke changes there by less than this share of itself."""
 LOADED_SHARE = 0.03
 """At a rest under load, in which friction may let go, a leap counts from this share on."""
+STIFFER = 2.0
+"""Where the stroke leaps, too, the force may change by so many times what the stiffness beside makes."""
 _MET = 8
 _MOST = 3
 _LOOKED_AT = 40
@@ -64,7 +67,13 @@ def force_jumps(look: Look) -> list[Finding]:
     least = max(SHARE * force.span, NOISES * force.sampling.sigma, STEPS * force.sampling.step)
     if len(leaps) > _LOOKED_AT // 2:
         least = max(least, ALONE * abs(leaps[_LOOKED_AT // 2].size))
-    large = [leap for leap in leaps if abs(leap.size) > least and goes_on(force, leap)]
+    large = [
+        leap
+        for leap in leaps
+        if abs(leap.size) > max(least, _rounded(force, leap))
+        and goes_on(force, leap)
+        and not _made_by_stroke(look, leap)
+    ]
     if not large:
         return []
     ways = ways_of([result.cycle for result in look.results])
@@ -72,6 +81,37 @@ def force_jumps(look: Look) -> list[Finding]:
     jumps = [leap for leap in large if _is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)]
     # What jumps again and again is not the measuring chain.
     return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
+
+
+def _rounded(force: Samples, leap: Leap) -> float:
+    """Return what a converter leaves of a motion [kN]: speeds beside a leap are whole steps of it, too."""
+    return (STEPS + leap.last - leap.first) * force.sampling.step
+
+
+def _made_by_stroke(look: Look, leap: Leap) -> bool:
+    """Say whether the stroke leaps there, too, by what makes such a change of force at the stiffness beside.
+
+    A few samples a stroke, a sample that was taken late or again, show the motion as it is no-where else.
+    """
+    force, stroke = look.force, look.stroke
+    beside = [
+        np.arange(max(0, leap.first - BESIDE), leap.first + 1),
+        np.arange(leap.last, min(force.time_s.size, leap.last + BESIDE + 1)),
+    ]
+    across_s = float(force.time_s[leap.last] - force.time_s[leap.first])
+    stiffness, made_mm = [], []
+    for rows in beside:
+        time_s = force.time_s[rows]
+        moved_mm, moved_kN = np.diff(stroke.at(time_s)), np.diff(force.value[rows])
+        way_mm = float(np.sum(np.abs(moved_mm)))
+        stiffness.append(float(np.sum(np.abs(moved_kN))) / way_mm if way_mm > 0.0 else 0.0)
+        made_mm.append(across_s * float(np.median(moved_mm / np.diff(time_s))))
+    ends_mm = stroke.at(force.time_s[[leap.first, leap.last]])
+    step_mm = float(ends_mm[1] - ends_mm[0])
+    leapt_mm = abs(step_mm - float(np.clip(step_mm, min(made_mm), max(made_mm))))
+    if leapt_mm < NOISES * stroke.sigma:
+        return False
+    return abs(leap.size) < STIFFER * max(stiffness) * leapt_mm
 
 
 def _lone_size(look: Look, leaps: Sequence[Leap]) -> float:

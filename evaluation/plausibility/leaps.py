@@ -122,13 +122,17 @@ def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
         _median3(*(step_s[largest + k] for k in range(BESIDE))),
         _median3(*(step_s[largest + BESIDE + width + k] for k in range(BESIDE))),
     )
-    moves = np.maximum(np.abs(before[largest]), np.abs(after[largest])) * own_s[largest]
-    told = (own_s[largest] <= _LONGER * width * beside_s) & (moves < _MOVES[width] * size[largest])
-    rows = largest[told & (size[largest] > 0.0)]
-    firsts = rows + BESIDE + part.start
+    # Stamps may be rounded: the motion may have gone on for as long as steps beside last.
+    one, two, own = before[largest], after[largest], own_s[largest]
+    made = np.stack([speed * lasts_s for speed in (one, two) for lasts_s in (own, width * beside_s)])
+    beyond = step[largest] - np.clip(step[largest], np.min(made, axis=0), np.max(made, axis=0))
+    moves = np.maximum(np.abs(one), np.abs(two)) * own
+    told = (own <= _LONGER * width * beside_s) & (moves < _MOVES[width] * np.abs(beyond))
+    firsts = (largest + BESIDE + part.start)[told]
     return [
-        Leap(first, first + width, own)
-        for first, own in zip(firsts.tolist(), left[rows].tolist(), strict=True)
+        Leap(first, first + width, size)
+        for first, size in zip(firsts.tolist(), beyond[told].tolist(), strict=True)
+        if size
     ]
 
 
