@@ -6,7 +6,7 @@ Each detector is a pure function from a :class:`Look` to findings, in a module o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from evaluation.plausibility.channels import Channels
@@ -15,12 +15,12 @@ from evaluation.plausibility.codes import codes
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
 from evaluation.plausibility.frozen import frozen
 from evaluation.plausibility.held import held
-from evaluation.plausibility.jumps import jumps
+from evaluation.plausibility.jumps import jumps, jumps_of_any_scale
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
 from evaluation.plausibility.samples import Samples
 from evaluation.plausibility.scale import implausible_units
-from evaluation.plausibility.signs import turned_signs
+from evaluation.plausibility.signs import force_falls, turned_signs
 from evaluation.plausibility.spikes import spikes
 from evaluation.plausibility.unlike import unlike_cycles
 
@@ -53,8 +53,6 @@ DETECTORS: tuple[Detector, ...] = (
     unlike_cycles,
 )
 """Every detector, in the order in which their findings are told."""
-_RIGHT_SCALE = (jumps, unlike_cycles)
-"""These hold the force against the stroke: of another unit or sign they would find what is none."""
 _LEAST_SAMPLES = 8
 
 
@@ -74,7 +72,22 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
         return ()
     found: list[Finding] = []
     for detector in DETECTORS:
-        if detector in _RIGHT_SCALE and any(finding.kind in ("unit", "sign") for finding in found):
+        kinds = {finding.kind for finding in found}
+        if detector is unlike_cycles and kinds & {"unit", "sign"}:
             continue
-        found += sorted(detector(look), key=lambda finding: finding.start_s)
+        looked = jumps_of_any_scale if detector is jumps and "unit" in kinds else detector
+        found += sorted(looked(look), key=lambda finding: finding.start_s)
+        if detector is clipped and found:
+            look = replace(look, given=look.seen, clipped=_clipped_cycles(found))
+        if detector is turned_signs and any(one.kind == "sign" for one in found) and force_falls(look):
+            look = look.with_force_turned()
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)
+
+
+def _clipped_cycles(found: Iterable[Finding]) -> dict[str, frozenset[int]]:
+    """Return the cycles in which a quantity is clipped, by its name."""
+    known: dict[str, frozenset[int]] = {}
+    for one in found:
+        if one.kind == "clipped":
+            known[one.quantity] = known.get(one.quantity, frozenset()) | set(one.cycles)
+    return known

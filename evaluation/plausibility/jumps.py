@@ -43,10 +43,27 @@ def jumps(look: Look) -> list[Finding]:
     list of Finding
         ``size`` is in mm or kN, of a gain that changed between cycles its ratio.
     """
-    found = [
+    return (
+        _stroke_jumps(look)
+        or force_jumps(look)
+        or zero_of_force(look)
+        or level_jumps(look)
+        or drift_of_loops(look)
+    )
+
+
+def jumps_of_any_scale(look: Look) -> list[Finding]:
+    """Return jumps of the stroke and of the force of a record whose unit is doubted.
+
+    Limits that are stated in kN or mm say nothing of it.
+    """
+    return _stroke_jumps(look) or force_jumps(look) or level_jumps(look)
+
+
+def _stroke_jumps(look: Look) -> list[Finding]:
+    return [
         _of_stroke(look, channel, leap) for channel in look.strokes for leap in _stroke_leaps(look, channel)
     ]
-    return found or force_jumps(look) or zero_of_force(look) or level_jumps(look) or drift_of_loops(look)
 
 
 def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
