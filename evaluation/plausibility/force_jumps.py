@@ -29,16 +29,17 @@ OF_STEP = 0.25
 """… and this one of the whole step: how exactly passes can be compared where the force changes fast."""
 MOST_PASSES = 0.7
 UNLOADED = 0.02
-"""A leap from or to the force at the low end of its pass, within this share of the range, is a contact."""
+"""A leap with the motion from or to the force at the low end of its pass, within this share of the range, is
+a contact: what is met or let go. Against the motion it is none."""
 ALONE_SHARE = 0.05
 """Of a pass that no other is like (a ramp), a leap counts from this share of the range on …"""
 ALONE_IN_PASS = 4.0
 """… if it is so many times the next largest one of the pass."""
 TURN = 0.1
 """… and is so far from the ends of the pass, as a share of its stroke: friction turns there."""
-LONE, LONE_SHARE = 8.0, 0.02
-"""In a harmonic run of more than three cycles, a leap of this share of the range counts wherever it is, if it
-is so many times the fourth largest."""
+LONE, LONE_SHARE, LONE_ABOVE = 8.0, 0.012, 0.02
+"""In a harmonic run of more than three cycles, a leap of this share of the range (twice the least) counts
+wherever it is, if it is so many times the fourth largest, and not within this share of the least force."""
 EVEN = 0.5
 """… and the speed of the stroke changes there by less than this share of itself."""
 LOADED_SHARE = 0.03
@@ -134,7 +135,7 @@ def _is_lone(look: Look, leap: Leap, least: float) -> bool:
     # Where a specimen is met the force rises over a few samples.
     beside = slice(max(0, leap.first - _MET), leap.last + _MET + 1)
     lower_kN = float(np.min(force.value[beside]))
-    if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_SHARE * force.span:
+    if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_ABOVE * force.span:
         return False
     before, after = (
         np.arange(max(0, leap.first - _STILL_SAMPLES // 4), leap.first + 1),
@@ -160,13 +161,18 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
     if way is None:
         return False
     own = pass_of(look, way)
-    below_kN = float(force.value[leap.first if way.way > 0 else leap.last])
-    if not own.force_kN.size or abs(below_kN - float(np.median(own.force_kN[:3]))) < UNLOADED * force.span:
+    if not own.force_kN.size or (leap.size * way.way > 0.0 and _is_contact(force, leap, way, own)):
         return False
     others = others_of(look, ways, way, own)
     if others:
         return _beyond(look, leap, own, others)
     return _alone_in_pass(look, leap, leaps, way)
+
+
+def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
+    """Say whether a leap with the motion is from or to the force at the low end of its pass."""
+    below_kN = float(force.value[leap.first if way.way > 0 else leap.last])
+    return abs(below_kN - float(np.median(own.force_kN[:3]))) < UNLOADED * force.span
 
 
 def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool:

@@ -43,13 +43,14 @@ def jumps(look: Look) -> list[Finding]:
     list of Finding
         ``size`` is in mm or kN, of a gain that changed between cycles its ratio.
     """
-    return (
-        _stroke_jumps(look)
-        or force_jumps(look)
-        or zero_of_force(look)
-        or level_jumps(look)
-        or drift_of_loops(look)
-    )
+    if at_once := _stroke_jumps(look) or force_jumps(look):
+        return at_once
+    at_rests = zero_of_force(look)
+    if any(finding.kind == "offset-jump" for finding in at_rests):
+        return at_rests
+    # A zero that is off or wanders moves both ends of a loop, but not its range.
+    between = [one for one in level_jumps(look) if not at_rests or one.kind == "gain-jump"]
+    return [*at_rests, *between] or drift_of_loops(look)
 
 
 def jumps_of_any_scale(look: Look) -> list[Finding]:
