@@ -77,8 +77,8 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
             continue
         looked = jumps_of_any_scale if detector is jumps and "unit" in kinds else detector
         found += sorted(looked(look), key=lambda finding: finding.start_s)
-        if detector is clipped and found:
-            look = replace(look, given=look.seen, clipped=_clipped_cycles(found))
+        if detector is clipped and (cut := _clipped_cycles(found)):
+            look = replace(look, given=look.seen, clipped=cut)
         if detector is turned_signs and any(one.kind == "sign" for one in found) and force_falls(look):
             look = look.with_force_turned()
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)

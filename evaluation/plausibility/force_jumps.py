@@ -92,7 +92,7 @@ def _rounded(force: Samples, leap: Leap) -> float:
 def _made_by_stroke(look: Look, leap: Leap) -> bool:
     """Say whether the stroke leaps there, too, by what makes such a change of force at the stiffness beside.
 
-    A few samples a stroke, a sample that was taken late or again, show the motion as it is no-where else.
+    A few samples a stroke, a sample that was taken late or again, show the motion as it is nowhere else.
     """
     force, stroke = look.force, look.stroke
     beside = [

@@ -110,12 +110,12 @@ def _after_turn(record: Record, result: CycleResult, noise_mm: float) -> _Turn |
     peak = first + int(np.argmax(record.force_kN[first:last]))
     rise = (float(record.force_kN[peak]) - at_turn) / range_kN
     behind_s = float(record.time_s[peak]) - leave_s
-    held_s = _held_later_s(record, cycle, noise_mm) if rise > RISE else None
-    return _Turn(rise, behind_s, behind_s if held_s is None else held_s)
+    held_s = _held_later_s(record, cycle, noise_mm) if rise > RISE else 0.0
+    return _Turn(rise, behind_s, held_s if held_s > 0.0 else behind_s)
 
 
-def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float | None:
-    """Return by how much later than the stroke the force dwells at its top [s]; None: the stroke does not.
+def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float:
+    """Return by how much later than the stroke the force dwells at its top [s]; 0: the stroke does not.
 
     A force relaxes in its dwell, which is the stretch as long as the stroke's in which it is greatest on
     average.
@@ -127,7 +127,7 @@ def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float | None
         begins_s, ends_s = _at_top_s(time_s, stroke, max(TOP_NOISES * noise_mm, TOP_SHARE * cycle.range_mm))
     begins = time_s[time_s + (ends_s - begins_s) <= time_s[-1]]
     if ends_s - begins_s < DWELL_STEPS * float(np.median(np.diff(time_s))) or not begins.size:
-        return None
+        return 0.0
     area = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time_s)))
     within = np.interp(begins + (ends_s - begins_s), time_s, area) - area[: begins.size]
     return float(begins[int(np.argmax(within))]) - begins_s
