@@ -19,6 +19,8 @@ LEAST_MOTION = 0.25
 """A stretch tells when the other wire moves by this share of its largest motion in any stretch …"""
 LEAST_MOTION_MM = 0.5
 """… and by at least this much (far above the noise of a wire)."""
+SLIPS = 0.5
+"""A stretch in which one step makes this share of a wire's motion tells nothing: the wire slipped there."""
 _LOOKED_AT = 50
 """Of a longer stretch, about so many samples are looked at."""
 _MOST_FITTED = 100_000
@@ -169,10 +171,19 @@ def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int]
     moved = [np.max(wire, axis=1) - np.min(wire, axis=1) for wire in wires]
     one, two = moved
     larger = np.maximum(one, two)
+    starts = rows * np.arange(blocks)
     tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
     for number, own, other in ((1, one, two), (2, two, one)):
         still = tells & (own < STILL * other)
-        if np.any(still):
+        for row in starts[still].tolist():
             # The stretch in which the wire went may hold some of its motion: it is out from there on.
-            return number, int(np.argmax(still)) * rows
+            if not _leaps(mean_mm, difference_mm, slice(row, row + rows), other=3 - number):
+                return number, row
     return None
+
+
+def _leaps(mean_mm: FloatArray, difference_mm: FloatArray, part: slice, *, other: int) -> bool:
+    """Say whether what a wire moves by in a stretch is one step, as of a wire that slips, and no motion."""
+    sign = 0.5 if other == 1 else -0.5
+    wire = mean_mm[part] + sign * difference_mm[part]
+    return bool(np.max(np.abs(np.diff(wire))) > SLIPS * np.ptp(wire))

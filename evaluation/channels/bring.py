@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.gaps.clock import understand
 from evaluation.splines import moved
 from foundation.ranks import median
 
@@ -61,6 +62,17 @@ def usable(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]
         rising = at_s > before
         at_s, value = at_s[rising], value[rising]
     return at_s, value
+
+
+def as_read(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the readings that are numbers, when they were taken: as a record understands their stamps."""
+    good = np.isfinite(at_s) & np.isfinite(value)
+    if not good.all():
+        at_s, value = at_s[good], value[good]
+    if at_s.size and not np.all(np.diff(at_s) > 0.0):
+        understood = understand(at_s)
+        at_s = at_s if understood is None else understood.time_s
+    return usable(at_s, value)
 
 
 def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:

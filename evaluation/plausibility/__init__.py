@@ -6,7 +6,7 @@ Each detector is a pure function from a :class:`Look` to findings, in a module o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from evaluation.plausibility.channels import Channels
@@ -15,12 +15,12 @@ from evaluation.plausibility.codes import codes
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
 from evaluation.plausibility.frozen import frozen
 from evaluation.plausibility.held import held
-from evaluation.plausibility.jumps import jumps, jumps_in_metres, jumps_in_newtons, stroke_jumps
+from evaluation.plausibility.jumps import jumps, jumps_in_metres, jumps_in_newtons
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
 from evaluation.plausibility.samples import Samples
 from evaluation.plausibility.scale import implausible_units
-from evaluation.plausibility.signs import turned_signs
+from evaluation.plausibility.signs import force_falls, turned_signs
 from evaluation.plausibility.spikes import spikes
 from evaluation.plausibility.unlike import unlike_cycles
 
@@ -53,13 +53,13 @@ DETECTORS: tuple[Detector, ...] = (
     unlike_cycles,
 )
 """Every detector, in the order in which their findings are told."""
-_WRONG = (("sign", "force"), ("sign", "stroke"), ("unit", "stroke"), ("unit", "force"))
-_RIGHT_SCALE: Mapping[Detector, Mapping[tuple[str, str], Detector]] = {
-    jumps: dict(zip(_WRONG, (stroke_jumps, stroke_jumps, jumps_in_metres, jumps_in_newtons), strict=True)),
-    unlike_cycles: {},
+_DOUBTED: Mapping[tuple[str, str], Detector] = {
+    ("sign", "stroke"): jumps_in_metres,
+    ("unit", "stroke"): jumps_in_metres,
+    ("unit", "force"): jumps_in_newtons,
 }
-"""These hold the force against the stroke: of another unit or sign they would find what is none. What of them
-is left by each (kind and quantity of its finding)."""
+"""What is looked for instead of :func:`jumps` beside such a finding (kind and quantity): that one holds the
+force against the stroke, and of another unit or sign would find what is none."""
 _LEAST_SAMPLES = 8
 
 
@@ -79,15 +79,24 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
         return ()
     found: list[Finding] = []
     for detector in DETECTORS:
-        own = _fit_for(detector, {(finding.kind, finding.quantity) for finding in found})
-        if own is not None:
-            found += sorted(own(look), key=lambda finding: finding.start_s)
+        wrong = {(finding.kind, finding.quantity) for finding in found}
+        if detector is unlike_cycles and any(kind in ("unit", "sign") for kind, _ in wrong):
+            continue
+        own = detector
+        if detector is jumps:
+            own = next((instead for what, instead in _DOUBTED.items() if what in wrong), jumps)
+        found += sorted(own(look), key=lambda finding: finding.start_s)
+        if detector is clipped and (cut := _clipped_cycles(found)):
+            look = replace(look, given=look.seen, clipped=cut)
+        if detector is turned_signs and any(one.kind == "sign" for one in found) and force_falls(look):
+            look = look.with_force_turned()
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)
 
 
-def _fit_for(detector: Detector, found: Collection[tuple[str, str]]) -> Detector | None:
-    """Return what of a detector is looked for beside what was found; None: nothing."""
-    instead = _RIGHT_SCALE.get(detector)
-    if instead is None:
-        return detector
-    return next((instead.get(wrong) for wrong in _WRONG if wrong in found), detector)
+def _clipped_cycles(found: Iterable[Finding]) -> dict[str, frozenset[int]]:
+    """Return the cycles in which a quantity is clipped, by its name."""
+    known: dict[str, frozenset[int]] = {}
+    for one in found:
+        if one.kind == "clipped":
+            known[one.quantity] = known.get(one.quantity, frozenset()) | set(one.cycles)
+    return known

@@ -5,12 +5,13 @@ No stand reaches them. They leave before anything is looked at or is called an e
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.channels.signals import Signals
 from evaluation.plausibility.channels import Channels
 from evaluation.plausibility.coded import Coded
 from evaluation.plausibility.finding import Finding
@@ -21,6 +22,8 @@ from evaluation.record import FloatArray, Record
 from foundation.ranks import median
 
 _NEAREST = 0.75
+_NO_CODE = 0.5
+"""What is below this share of the least code is a reading; what is interpolated beside a code may be more."""
 
 
 def codes(look: Look) -> list[Finding]:
@@ -67,8 +70,20 @@ def without_codes(seen: Channels) -> tuple[Channels, tuple[Coded, ...]]:
         left_out(record, gone),
         as_recorded=_cleaned(record, seen, coded),
         ends={name: ends for name, ends in record.ends.items() if name not in wrong},
+        signals=None if record.signals is None else _without(record.signals, found),
     )
     return Channels(left), found
+
+
+def _without(signals: Signals, found: Sequence[Coded]) -> Signals:
+    """Return signals that go straight on where one has a code."""
+    by_name = dict(signals.by_name)
+    for one in found:
+        value = by_name.get(one.channel)
+        if value is not None:
+            read = np.abs(value) < _NO_CODE * np.min(np.abs(one.value))
+            by_name[one.channel] = np.interp(signals.time_s, signals.time_s[read], value[read])
+    return replace(signals, by_name=by_name)
 
 
 def _near(record: Record, channel: Samples, rows: NDArray[np.intp]) -> list[int]:

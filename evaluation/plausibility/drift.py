@@ -51,7 +51,9 @@ def drift_of_loops(look: Look) -> list[Finding]:
     if look.facts.kind != "harmonic":
         return []
     paces = [
-        _pace(series) for series in series_of(look) if series.index.size >= _FEWEST and _has_loops(series)
+        _pace(series)
+        for series in series_of(look, whole_only=True)
+        if series.index.size >= _FEWEST and _has_loops(series)
     ]
     if not paces:
         return []

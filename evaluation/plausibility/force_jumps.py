@@ -12,9 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
+from evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
+from evaluation.plausibility.samples import Samples
 from foundation.ranks import median
 
 SHARE = 0.006
@@ -29,20 +30,23 @@ OF_STEP = 0.25
 """… and this one of the whole step: how exactly passes can be compared where the force changes fast."""
 MOST_PASSES = 0.7
 UNLOADED = 0.02
-"""A leap from or to the force at the low end of its pass, within this share of the range, is a contact."""
+"""A leap with the motion from or to the force at the low end of its pass, within this share of the range, is
+a contact: what is met or let go. Against the motion it is none."""
 ALONE_SHARE = 0.05
 """Of a pass that no other is like (a ramp), a leap counts from this share of the range on …"""
 ALONE_IN_PASS = 4.0
 """… if it is so many times the next largest one of the pass."""
 TURN = 0.1
 """… and is so far from the ends of the pass, as a share of its stroke: friction turns there."""
-LONE, LONE_SHARE = 8.0, 0.02
-"""In a harmonic run of more than three cycles, a leap of this share of the range counts wherever it is, if it
-is so many times the fourth largest."""
+LONE, LONE_SHARE, LONE_ABOVE = 8.0, 0.012, 0.02
+"""In a harmonic run of more than three cycles, a leap of this share of the range (twice the least) counts
+wherever it is, if it is so many times the fourth largest, and not within this share of the least force."""
 EVEN = 0.5
 """… and the speed of the stroke changes there by less than this share of itself."""
 LOADED_SHARE = 0.03
 """At a rest under load, in which friction may let go, a leap counts from this share on."""
+STIFFER = 2.0
+"""Where the stroke leaps, too, the force may change by so many times what the stiffness beside makes."""
 _MET = 8
 _MOST = 3
 _LOOKED_AT = 40
@@ -67,7 +71,13 @@ def force_jumps(look: Look) -> list[Finding]:
     leaps = largest_leaps(force, look.breaks_s, _LOOKED_AT)
     if len(leaps) > _LOOKED_AT // 2:
         least = max(least, ALONE * abs(leaps[_LOOKED_AT // 2].size))
-    large = [leap for leap in leaps if abs(leap.size) > least and goes_on(force, leap)]
+    large = [
+        leap
+        for leap in leaps
+        if abs(leap.size) > max(least, _rounded(force, leap))
+        and goes_on(force, leap)
+        and not _made_by_stroke(look, leap)
+    ]
     if not large:
         return []
     ways = ways_of([result.cycle for result in look.results])
@@ -75,6 +85,37 @@ def force_jumps(look: Look) -> list[Finding]:
     jumps = [leap for leap in large if _is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)]
     # What jumps again and again is not the measuring chain.
     return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
+
+
+def _rounded(force: Samples, leap: Leap) -> float:
+    """Return what a converter leaves of a motion [kN]: speeds beside a leap are whole steps of it, too."""
+    return (STEPS + leap.last - leap.first) * force.sampling.step
+
+
+def _made_by_stroke(look: Look, leap: Leap) -> bool:
+    """Say whether the stroke leaps there, too, by what makes such a change of force at the stiffness beside.
+
+    A few samples a stroke, a sample that was taken late or again, show the motion as it is nowhere else.
+    """
+    force, stroke = look.force, look.stroke
+    beside = [
+        np.arange(max(0, leap.first - BESIDE), leap.first + 1),
+        np.arange(leap.last, min(force.time_s.size, leap.last + BESIDE + 1)),
+    ]
+    across_s = float(force.time_s[leap.last] - force.time_s[leap.first])
+    stiffness, made_mm = [], []
+    for rows in beside:
+        time_s = force.time_s[rows]
+        moved_mm, moved_kN = np.diff(stroke.at(time_s)), np.diff(force.value[rows])
+        way_mm = float(np.sum(np.abs(moved_mm)))
+        stiffness.append(float(np.sum(np.abs(moved_kN))) / way_mm if way_mm > 0.0 else 0.0)
+        made_mm.append(across_s * float(np.median(moved_mm / np.diff(time_s))))
+    ends_mm = stroke.at(force.time_s[[leap.first, leap.last]])
+    step_mm = float(ends_mm[1] - ends_mm[0])
+    leapt_mm = abs(step_mm - float(np.clip(step_mm, min(made_mm), max(made_mm))))
+    if leapt_mm < NOISES * stroke.sigma:
+        return False
+    return abs(leap.size) < STIFFER * max(stiffness) * leapt_mm
 
 
 def _lone_size(look: Look, leaps: Sequence[Leap]) -> float:
@@ -97,7 +138,7 @@ def _is_lone(look: Look, leap: Leap, least: float) -> bool:
     # Where a specimen is met the force rises over a few samples.
     beside = slice(max(0, leap.first - _MET), leap.last + _MET + 1)
     lower_kN = float(np.min(force.value[beside]))
-    if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_SHARE * force.span:
+    if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_ABOVE * force.span:
         return False
     before, after = (
         np.arange(max(0, leap.first - _STILL_SAMPLES // 4), leap.first + 1),
@@ -123,13 +164,18 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
     if way is None:
         return False
     own = pass_of(look, way)
-    below_kN = float(force.value[leap.first if way.way > 0 else leap.last])
-    if not own.force_kN.size or abs(below_kN - median(own.force_kN[:3])) < UNLOADED * force.span:
+    if not own.force_kN.size or (leap.size * way.way > 0.0 and _is_contact(force, leap, way, own)):
         return False
     others = others_of(look, ways, way, own)
     if others:
         return _beyond(look, leap, own, others)
     return _alone_in_pass(look, leap, leaps, way)
+
+
+def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
+    """Say whether a leap with the motion is from or to the force at the low end of its pass."""
+    below_kN = float(force.value[leap.first if way.way > 0 else leap.last])
+    return abs(below_kN - median(own.force_kN[:3])) < UNLOADED * force.span
 
 
 def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool:

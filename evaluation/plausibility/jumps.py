@@ -55,17 +55,28 @@ def jumps(look: Look) -> list[Finding]:
     found = force_jumps(look)
     if found:  # a force that drifts meets a preload at another force every time: one may come of the other
         return [*found, *(one for one in zero if one.kind == "drift")]
-    return zero or level_jumps(look) or drift_of_loops(look)
+    if any(one.kind == "offset-jump" for one in zero):
+        return zero
+    return _with_gains(look, zero) or drift_of_loops(look)
 
 
 def jumps_in_newtons(look: Look) -> list[Finding]:
-    """Return those that a wrong unit of the force leaves: jumps of the stroke, and the force at rests."""
-    return stroke_jumps(look) or zero_in_wrong_unit(look)
+    """Return those that a wrong unit of the force leaves: limits stated in kN say nothing then."""
+    return stroke_jumps(look) or force_jumps(look) or _with_gains(look, zero_in_wrong_unit(look))
 
 
 def jumps_in_metres(look: Look) -> list[Finding]:
-    """Return those that a wrong unit of the stroke leaves: where contact begins nobody knows then."""
-    return stroke_jumps(look) or [one for one in zero_in_wrong_unit(look) if one.kind == "drift"]
+    """Return those that a wrong unit or sign of the stroke leaves: where contact begins nobody knows then."""
+    zero = [one for one in zero_in_wrong_unit(look) if one.kind == "drift"]
+    return stroke_jumps(look) or force_jumps(look) or _with_gains(look, zero)
+
+
+def _with_gains(look: Look, zero: list[Finding]) -> list[Finding]:
+    """Return what is wrong with the force's zero, and what changes from cycle to cycle besides.
+
+    A zero that is off or wanders moves both ends of a loop, but not its range.
+    """
+    return [*zero, *(one for one in level_jumps(look) if not zero or one.kind == "gain-jump")]
 
 
 def stroke_jumps(look: Look) -> list[Finding]:

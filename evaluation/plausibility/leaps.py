@@ -105,7 +105,8 @@ def _most(channel: Samples, width: int) -> float:
     if width > 1:
         wide = channel.value[width:] - channel.value[:-width]
         own = max(float(wide.max()), -float(wide.min()))
-        return min(own / (1.0 - _MOVES[width]), own + width * step * channel.unevenness)
+        share = _MOVES[width] * channel.unevenness
+        return min(own / (1.0 - share) if share < 1.0 else np.inf, own + width * step * channel.unevenness)
     return step * (1.0 + channel.unevenness)
 
 
@@ -142,12 +143,14 @@ def _parts(channel: Samples) -> list[slice]:
 class _Left(NamedTuple):
     """What steps over some samples leave when the motion on either side is off, shape (K,) each.
 
-    ``speed``: the larger of the speeds beside each; ``own_s``, ``step_s``: how long the step and every step
-    of single samples lasts, (K,) and (N - 1,).
+    ``before``, ``after``: the speeds beside each; ``own_s``, ``step_s``: how long the step and every step of
+    single samples lasts, (K,) and (N - 1,).
     """
 
     left: FloatArray
-    speed: FloatArray
+    step: FloatArray
+    before: FloatArray
+    after: FloatArray
     own_s: FloatArray
     step_s: FloatArray
 
@@ -163,25 +166,30 @@ def _left(channel: Samples, part: slice, width: int) -> _Left:
     step = value[BESIDE + width :][:inner] - value[BESIDE:][:inner]
     low, high = np.minimum(before, after), np.maximum(before, after)
     left = step - np.minimum(np.maximum(step, low * own_s), high * own_s)
-    return _Left(left, np.maximum(-low, high), own_s, step_s)
+    return _Left(left, step, before, after, own_s, step_s)
 
 
 def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
     """Return the largest of what steps over ``width`` samples leave when the motion on either side is off."""
-    left, speed, own_s, step_s = _left(channel, part, width)
-    size = np.abs(left)
+    found = _left(channel, part, width)
+    size, step_s = np.abs(found.left), found.step_s
     largest = np.argpartition(size, -count)[-count:] if size.size > count else np.arange(size.size)
     beside_s = np.minimum(
         _median3(*(step_s[largest + k] for k in range(BESIDE))),
         _median3(*(step_s[largest + BESIDE + width + k] for k in range(BESIDE))),
     )
-    moves = speed[largest] * own_s[largest]
-    told = (own_s[largest] <= _LONGER * width * beside_s) & (moves < _MOVES[width] * size[largest])
-    rows = largest[told & (size[largest] > 0.0)]
-    firsts = rows + BESIDE + part.start
+    # Stamps may be rounded: the motion may have gone on for as long as steps beside last.
+    one, two, own = found.before[largest], found.after[largest], found.own_s[largest]
+    made = np.stack([speed * lasts_s for speed in (one, two) for lasts_s in (own, width * beside_s)])
+    step = found.step[largest]
+    beyond = step - np.clip(step, np.min(made, axis=0), np.max(made, axis=0))
+    moves = np.maximum(np.abs(one), np.abs(two)) * own
+    told = (own <= _LONGER * width * beside_s) & (moves < _MOVES[width] * np.abs(beyond))
+    firsts = (largest + BESIDE + part.start)[told]
     return [
-        Leap(first, first + width, own)
-        for first, own in zip(firsts.tolist(), left[rows].tolist(), strict=True)
+        Leap(first, first + width, size)
+        for first, size in zip(firsts.tolist(), beyond[told].tolist(), strict=True)
+        if size
     ]
 
 

@@ -21,7 +21,8 @@ LEAST: Mapping[str, float] = {"force": 0.1, "stroke": 0.05}
 """… and than this [kN, mm]."""
 LOCAL = 1.5
 """It leaves the cubic through two neighbours on each side by so many of the steps beside it: the tip of a
-triangle leaves it by 0.67."""
+triangle leaves it by 0.67. Nor is the step on either side of its neighbours larger than it is off: the last
+sample before a specimen is let go leaves the cubic, too."""
 LOCAL_UNEVEN = 4.0
 """Where the samples about it are not evenly spaced: so many of the steps beside it from both neighbours."""
 _STANDS_OUT = 1.25
@@ -86,8 +87,9 @@ def _is_lone(time_s: FloatArray, value: FloatArray, row: int, least: float) -> b
     if np.max(steps) > _EVEN * np.min(steps):
         return False
     before, own, after = (_off(value, at) for at in (row - 1, row, row + 1))
+    flank = float(max(abs(value[row - 1] - value[row - 2]), abs(value[row + 2] - value[row + 1])))
     return (
-        abs(own) > max(least, LOCAL * beside)
+        abs(own) > max(least, LOCAL * beside, flank)
         and abs(own) > _STANDS_OUT * max(abs(before), abs(after))
         and before * own <= 0.0
         and own * after <= 0.0

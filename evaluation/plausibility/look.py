@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +35,10 @@ class Look:
         Those of ``samples``, where they were looked at before.
     coded : tuple of Coded
         Codes in the place of readings that ``samples`` are without.
+    clipped : mapping of str to set of int
+        Cycles in which force or stroke is known to be clipped: the ends of their loops are not on record.
+    turned : bool
+        The force is that of the record with the other sign (:meth:`with_force_turned`).
     """
 
     samples: Record
@@ -44,6 +48,13 @@ class Look:
     wires: DrawWires | None = None
     given: Channels | None = None
     coded: tuple[Coded, ...] = ()
+    clipped: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    turned: bool = False
+
+    def with_force_turned(self) -> Look:
+        """Return the run as it is with the other sign of the force."""
+        samples = _turned(self.samples)
+        return replace(self, samples=samples, record=_turned(self.record), given=None, turned=True)
 
     @cached_property
     def seen(self) -> Channels:
@@ -126,7 +137,15 @@ class Look:
             if cycle.complete
         ]
         table = np.array(rows, dtype=np.float64).reshape(-1, 11)
+        if self.turned:
+            table[:, 3:6] = -table[:, [4, 3, 5]]
         return np.asarray(table[np.isfinite(np.sum(table[:, 3:6], axis=1))])
+
+    @cached_property
+    def whole_figures(self) -> FloatArray:
+        """Those figures of the cycles that are not clipped, shape (C, 11)."""
+        cut = [*frozenset().union(*self.clipped.values())]
+        return self.figures[~np.isin(self.figures[:, 0], cut)] if cut else self.figures
 
     @property
     def all_cycles(self) -> tuple[int, ...]:
@@ -139,3 +158,11 @@ class Look:
         begins = np.array([result.cycle.start.time_s for result in self.results], dtype=np.float64)
         leaves = np.array([result.cycle.end.leave_s for result in self.results], dtype=np.float64)
         return begins, leaves
+
+
+def _turned(record: Record) -> Record:
+    as_recorded = {
+        name: (time_s, -value if name == "force" else value)
+        for name, (time_s, value) in record.as_recorded.items()
+    }
+    return replace(record, force_kN=-record.force_kN, as_recorded=as_recorded)

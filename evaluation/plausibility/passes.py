@@ -90,7 +90,8 @@ def beyond_others(
     ----------
     own : Pass
     others : sequence of Pass
-        Those that do not cover the stretch do not count.
+        Those that do not cover the stretch, or whose force stands still beside it to the last digit, do not
+        count.
     edges_mm : (float, float)
         Stroke at the lower and the upper edge of what is crossed.
     aside_mm : float
@@ -113,9 +114,11 @@ def beyond_others(
         reach = one.stroke_mm[0] + moved_mm - aside_mm, one.stroke_mm[-1] + moved_mm + aside_mm
         if stroke[zones[0].start] < reach[0] or stroke[zones[1]][-1] > reach[1]:
             continue
+        there = [np.interp(stroke[zone] - moved_mm, one.stroke_mm, one.force_kN) for zone in zones]
+        if not all(np.ptp(force_kN) for force_kN in there):
+            continue
         apart = [
-            np.median(own.force_kN[zone] - np.interp(stroke[zone] - moved_mm, one.stroke_mm, one.force_kN))
-            for zone in zones
+            np.median(own.force_kN[zone] - force_kN) for zone, force_kN in zip(zones, there, strict=True)
         ]
         found.append(float(apart[1] - apart[0]))
     return np.array(found)

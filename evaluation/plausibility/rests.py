@@ -9,12 +9,17 @@ import numpy as np
 
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
+from evaluation.plausibility.samples import Samples
 from foundation.ranks import median
 
 _FEWEST = 5
 """A rest of fewer samples shows no level."""
 _ALIKE_MM = 0.3
 """Rests whose strokes agree within this are at one place."""
+
+_FROZEN = 0.3
+"""Where noise exceeds the resolution twice, at most every seventh reading is the same as the one before: a
+rest in which this share of them is holds the end of a frozen stretch."""
 
 
 class Rest(NamedTuple):
@@ -43,7 +48,7 @@ def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
     for turn in sorted(turns.values(), key=lambda turn: turn.time_s):
         rows = force.rows(turn.time_s, turn.leave_s)
         count = rows.stop - rows.start
-        if count < _FEWEST:
+        if count < _FEWEST or _is_frozen(force, rows):
             continue
         third = max(1, count // 3)
         parts = slice(rows.start + third, rows.start + 2 * third), slice(rows.stop - third, rows.stop)
@@ -56,3 +61,8 @@ def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
         found.append(Rest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))
     lowest_mm = min((rest.stroke_mm for rest in found), default=0.0)
     return [rest for rest in found if rest.stroke_mm - lowest_mm <= _ALIKE_MM]
+
+
+def _is_frozen(force: Samples, rows: slice) -> bool:
+    """Say whether a force that is noisy stands still to the last digit in a part of a rest."""
+    return force.is_noisy and float(np.mean(np.diff(force.value[rows]) == 0.0)) > _FROZEN

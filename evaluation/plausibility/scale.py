@@ -145,7 +145,7 @@ def _of_plan(look: Look) -> Iterator[_Suspect]:
 def _stiffness(look: Look) -> Iterator[_Suspect]:
     """Stiffer than any buffer or draw gear."""
     length_mm = _length_mm(look)
-    table = look.figures
+    table = look.whole_figures
     if length_mm is None or not table.size:
         return
     ranges_mm = table[:, 8]

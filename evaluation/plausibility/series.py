@@ -48,9 +48,16 @@ class Series:
         return 0.5 * (self.upper_kN + self.lower_kN)
 
 
-def series_of(look: Look) -> list[Series]:
-    """Return the complete cycles of a run, cut where a cycle is not like the one before it."""
-    table = look.figures
+def series_of(look: Look, *, whole_only: bool = False) -> list[Series]:
+    """Return the complete cycles of a run, cut where a cycle is not like the one before it.
+
+    Parameters
+    ----------
+    look : Look
+    whole_only : bool
+        Without cycles of which a channel is clipped.
+    """
+    table = look.whole_figures if whole_only else look.figures
     if not table.size:
         return []
     times = look.stroke.time_s

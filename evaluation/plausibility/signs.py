@@ -31,7 +31,7 @@ def turned_signs(look: Look) -> list[Finding]:
     look : Look
     """
     negative = [channel.quantity for channel in (look.force, look.stroke) if _is_negative(channel)]
-    falls, backwards = _falls(look), _runs_backwards(look)
+    falls, backwards = force_falls(look), _runs_backwards(look)
     if falls and len(negative) == 1:
         (name,) = negative
         return [_finding(look, name, f"{name} is mostly negative, and falls with loading")]
@@ -55,7 +55,7 @@ def _is_negative(channel: Samples) -> bool:
     return low < 0.0 and -low > MOSTLY * max(high, 0.0)
 
 
-def _falls(look: Look) -> bool:
+def force_falls(look: Look) -> bool:
     """Say whether the force falls as the stroke rises."""
     every = -(-look.record.force_kN.size // _LOOKED_AT)
     force, stroke = look.record.force_kN[::every], look.record.stroke_mm[::every]
@@ -65,7 +65,7 @@ def _falls(look: Look) -> bool:
 
 
 def _runs_backwards(look: Look) -> bool:
-    _, _, _, lower_kN, upper_kN, absorbed_J, _, _, range_mm, _, _ = look.figures.T
+    _, _, _, lower_kN, upper_kN, absorbed_J, _, _, range_mm, _, _ = look.whole_figures.T
     box_J = range_mm * (upper_kN - lower_kN)
     turned = absorbed_J[box_J > 0.0] < -TURNED * box_J[box_J > 0.0]
     return bool(turned.size) and float(np.mean(turned)) >= MOST_CYCLES

@@ -23,6 +23,8 @@ __all__ = ["doubted_signals"]
 
 _EXPLAIN = ("sign", "delay", "exchanged", "frozen", "not-following")
 """Kinds that make loops run backwards."""
+_DAMAGES = ("clipped", "frozen", "stroke-jump")
+"""Kinds of which a straight line through a channel has a part."""
 _SCALE = ("unit", "scale", "sign", "exchanged", "frozen")
 """Kinds after which nothing more need be said of a channel's scale."""
 
@@ -46,6 +48,7 @@ def doubted_signals(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     known = list(known)
     outlook = outlook_of(look)
     sides = _side_by_side(look, look.samples.signals, outlook)
+    sides = [one for one in sides if one.kind != "scale" or not _damaged(one.quantity, known)]
     sides += [one for one in late_force(look, known) if not _said(one, sides)]
     if _explains_signs(sides):
         known = [one for one in known if one.kind != "sign"]
@@ -75,6 +78,11 @@ def _explains_signs(findings: Iterable[Finding]) -> bool:
 
 def _said(finding: Finding, others: Iterable[Finding]) -> bool:
     return any(finding.kind == other.kind and finding.channel == other.channel for other in others)
+
+
+def _damaged(quantity: str, known: Iterable[Finding]) -> bool:
+    """Say whether a channel is not the same throughout a record, so that a factor to another one is none."""
+    return any(one.kind in _DAMAGES and one.quantity == quantity for one in known)
 
 
 def _scaled(findings: Iterable[Finding]) -> bool:

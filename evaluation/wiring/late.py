@@ -112,13 +112,13 @@ def _after_turns(record: Record, results: Sequence[CycleResult], noise_mm: float
         peak = int(first[row]) + int(record.force_kN[first[row] : last[row]].argmax())
         rise = float((record.force_kN[peak] - at_turn[row]) / range_kN[row])
         behind_s = float(record.time_s[peak] - leave_s[row])
-        held_s = _held_later_s(record, known[row][0], noise_mm) if rise > RISE else None
-        turns.append(_Turn(rise, behind_s, behind_s if held_s is None else held_s))
+        held_s = _held_later_s(record, known[row][0], noise_mm) if rise > RISE else 0.0
+        turns.append(_Turn(rise, behind_s, held_s if held_s > 0.0 else behind_s))
     return turns
 
 
-def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float | None:
-    """Return by how much later than the stroke the force dwells at its top [s]; None: the stroke does not.
+def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float:
+    """Return by how much later than the stroke the force dwells at its top [s]; 0: the stroke does not.
 
     A force relaxes in its dwell, which is the stretch as long as the stroke's in which it is greatest on
     average.
@@ -130,7 +130,7 @@ def _held_later_s(record: Record, cycle: Cycle, noise_mm: float) -> float | None
         begins_s, ends_s = _at_top_s(time_s, stroke, max(TOP_NOISES * noise_mm, TOP_SHARE * cycle.range_mm))
     begins = time_s[time_s + (ends_s - begins_s) <= time_s[-1]]
     if ends_s - begins_s < DWELL_STEPS * median(np.diff(time_s)) or not begins.size:
-        return None
+        return 0.0
     area = np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time_s)))
     within = np.interp(begins + (ends_s - begins_s), time_s, area) - area[: begins.size]
     return float(begins[int(np.argmax(within))]) - begins_s

@@ -1,0 +1,55 @@
+"""Detectors that hold the force against the stroke, where one is clipped or has another sign or unit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from evaluation.plausibility.look import Look
+from evaluation.plausibility.scale import implausible_units
+from evaluation.plausibility.signs import turned_signs
+from evaluation.record import make_record
+from evaluation.results import RunFacts
+from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
+
+
+def test_softening_under_a_clip_is_no_drift() -> None:
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        softer = force * (1.0 - 0.15 * time_s / time_s[-1])
+        return time_s, stroke, np.minimum(softer, 0.6 * float(np.max(force)))
+
+    run = harmonic(change, cycles=9.2)
+    assert of_kind(run, "clipped")
+    assert not of_kind(run, "drift")
+
+
+def test_loops_that_are_clipped_have_no_sign_and_no_stiffness() -> None:
+    time_s = np.arange(400) * 0.01
+    record = make_record(time_s, 40.0 + 30.0 * np.sin(time_s), 200.0 + 100.0 * np.sin(time_s))
+    facts = RunFacts("c", "harmonic", specimen={"kind": "buffer", "max_stroke_mm": 105.0})
+    told = []
+    for cycles in (frozenset[int](), frozenset({1})):
+        look = Look(record, record, (), facts, clipped={"stroke": cycles})
+        # number, start, end, least and greatest force, area, rest, lower end, range, speed, temperature
+        look.__dict__["figures"] = np.array([[1, 0.0, 4.0, 0.0, 300.0, -20.0, 0.0, 40.0, 1.0, 10.0, 20.0]])
+        told.append({finding.kind for finding in (*implausible_units(look), *turned_signs(look))})
+    assert told == [{"unit", "sign"}, set()]
+
+
+@pytest.mark.parametrize(
+    ("kind", "stroke_factor", "force_factor"),
+    [("sign", 1.0, -1.0), ("sign", -1.0, 1.0), ("unit", 1e-3, 1.0), ("unit", 1.0, 1e3)],
+)
+def test_a_jump_is_told_whatever_sign_or_unit_is(
+    kind: str, stroke_factor: float, force_factor: float
+) -> None:
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        jumped = force * np.where(time_s > 75.0, 0.8, 1.0)
+        return time_s, stroke_factor * stroke, force_factor * jumped
+
+    run = static(change)
+    assert of_kind(run, kind)
+    (jump,) = of_kind(run, "gain-jump")
+    assert jump.start_s == pytest.approx(75.0, abs=0.05)
+    sound = static(lambda time_s, stroke, force: (time_s, stroke_factor * stroke, force_factor * force))
+    assert {finding.kind for finding in sound.findings} == {kind}
