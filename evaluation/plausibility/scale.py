@@ -145,12 +145,19 @@ def _of_plan(look: Look) -> Iterator[_Suspect]:
 def _stiffness(look: Look) -> Iterator[_Suspect]:
     """Stiffer than any buffer or draw gear."""
     length_mm = _length_mm(look)
-    table = look.whole_figures
-    if length_mm is None or not table.size:
+    if length_mm is None:
         return
-    ranges_mm = table[:, 8]
-    range_mm = median(ranges_mm)
-    stiffness = median((table[:, 4] - table[:, 3])[ranges_mm > 0.0] / ranges_mm[ranges_mm > 0.0])
+    table = look.whole_figures
+    if table.size:
+        ranges_mm = table[:, 8]
+        range_mm = median(ranges_mm)
+        moved = ranges_mm > 0.0
+        stiffness = median((table[:, 4] - table[:, 3])[moved] / ranges_mm[moved])
+    elif look.figures.size:
+        return  # of clipped cycles alone
+    else:
+        low, high = _ends(look.stroke)
+        range_mm, stiffness = high - low, _as_found(look)
     limit = STIFFEST_STATIC if look.facts.kind == "static" else STIFFEST
     if stiffness > limit:
         channel = "stroke" if range_mm < 0.1 * length_mm else "force"

@@ -59,6 +59,15 @@ def test_metres_where_no_cycle_has_figures() -> None:
     assert [(found.kind, found.channel) for found in run.findings] == [("unit", "stroke")]
 
 
+def test_inches_where_no_stroke_has_figures() -> None:
+    run = static(lambda t, x, f: (t[::400], x[::400] / 25.4, f[::400]), speed_mm_per_s=6.0)
+    assert run.cycles
+    assert not any(result.cycle.complete for result in run.cycles)
+    assert [(found.kind, found.channel) for found in run.findings] == [("unit", "stroke")]
+    right = static(lambda t, x, f: (t[::400], x[::400], f[::400]), speed_mm_per_s=6.0)
+    assert not of_kind(right, "unit")
+
+
 def test_a_force_that_relaxes_at_rest_is_no_unit() -> None:
     """The stroke hums by 10 µm, which makes cycles of it."""
 
