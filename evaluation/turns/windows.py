@@ -26,7 +26,8 @@ _RESOLVED = 3.0
 """Where the stroke moves less than so many of its noise in a window, its noise would take its place."""
 _EXPLAINED = 1.3
 """A polynomial through strokes counts where it leaves no more than so much of the noise."""
-
+_RIDGE = 1e-12
+"""What keeps the system of a window of few points solvable: its sums are about 1."""
 _HOLED = 0.5
 """A window with a step of more than this share of it has a hole: no polynomial is known there."""
 
@@ -183,23 +184,34 @@ def _moving(
     per_s = 1.0 / np.where(reach_s > 0.0, reach_s, 1.0)
     z = away_s * per_s[:, None]
     square = z * z
-    powers = np.empty((3, *z.shape))
-    powers[0] = square
-    np.multiply(square, z, out=powers[1])
-    np.multiply(square, square, out=powers[2])
-    normal = np.einsum("aij,bij->iab", powers, powers) + 1e-12 * np.eye(3)
-    found = np.linalg.solve(normal, np.einsum("aij,ij->ia", powers, away_mm)[..., None])[..., 0].T
-    error = np.where(used, away_mm - np.einsum("ki,kij->ij", found, powers), 0.0)
+    found = _risen(z, square, away_mm)
+    error = np.where(used, away_mm - square * (found[0] + z * (found[1] + z * found[2])), 0.0)
     misfit = np.sqrt(np.einsum("ij,ij->i", error, error) / np.maximum(count - 3, 1))
-    speed = (
-        per_s[:, None]
-        * z
-        * (2.0 * found[0, :, None] + 3.0 * found[1, :, None] * z + 4.0 * found[2, :, None] * square)
-    )
+    speed = per_s[:, None] * z * (2.0 * found[0] + z * (3.0 * found[1] + z * (4.0 * found[2])))
     known = (misfit <= _EXPLAINED * noise_mm) & (count > 4) & (_widest_step(z, used) <= _HOLED)
     rough = np.flatnonzero(~known)
     speed[rough] = _slopes(away_s[rough], away_mm[rough], count[rough])
     return np.where(known[:, None] & used, away_mm - error, away_mm), np.where(used, speed, 0.0)
+
+
+def _risen(z: FloatArray, square: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the factors of z², z³ and z⁴ that fit the values of each row best, shape (E, 1) each.
+
+    By elimination in columns: the library takes longer for so many small systems.
+    """
+    powers = square, square * z, square * square
+    four, five, six = (np.einsum("ij,ij->i", square, power) for power in powers)
+    seven, eight = (np.einsum("ij,ij->i", powers[2], power) for power in powers[1:])
+    one, two, three = (np.einsum("ij,ij->i", value, power) for power in powers)
+    first = four + _RIDGE
+    share, other = five / first, six / first
+    second, mixed = six + _RIDGE - share * five, seven - share * six
+    two, three = two - share * one, three - other * one
+    last = mixed / second
+    c = (three - last * two) / (eight + _RIDGE - other * six - last * mixed)
+    b = (two - mixed * c) / second
+    a = (one - five * b - six * c) / first
+    return a[:, None], b[:, None], c[:, None]
 
 
 def _widest_step(time: FloatArray, used: BoolArray) -> FloatArray:
@@ -207,10 +219,12 @@ def _widest_step(time: FloatArray, used: BoolArray) -> FloatArray:
 
     That from the end itself to the nearest sample counts.
     """
-    both = used[:, 1:] & used[:, :-1]
-    steps = np.max(np.where(both, np.abs(np.diff(time, axis=1)), 0.0), axis=1, initial=0.0)
-    nearest = np.min(np.where(used, np.abs(time), 1.0), axis=1, initial=1.0)
-    return np.asarray(np.maximum(steps, nearest))
+    away, step = np.abs(time), np.diff(time, axis=1)
+    np.abs(step, out=step)
+    if not used.all():  # what is used comes first
+        away[~used] = 1.0
+        step[~used[:, 1:]] = 0.0
+    return np.asarray(np.maximum(step.max(axis=1, initial=0.0), away.min(axis=1, initial=1.0)))
 
 
 def _slopes(away_s: FloatArray, away_mm: FloatArray, count: IndexArray) -> FloatArray:
