@@ -212,15 +212,9 @@ class _Path:
 
         stroke = np.concatenate(([start.leave_mm], record.stroke_mm[rows], [end.stroke_mm]))
         at = np.concatenate((ends_s[:1], time_s[rows], ends_s[1:]))
-        return cls(
-            at,
-            stroke,
-            whole(record.force_kN[part]),
-            whole(moved[0]),
-            whole(moved[1]),
-            *np.searchsorted(at, [top.time_s, top.leave_s]).tolist(),
-            cycle,
-        )
+        forces = [whole(column) for column in (record.force_kN[part], *moved)]
+        arrived, leaves = (int(np.searchsorted(at, moment_s)) for moment_s in (top.time_s, top.leave_s))
+        return cls(at, stroke, forces[0], forces[1], forces[2], arrived, leaves, cycle)
 
     def areas_J(self, force_kN: FloatArray) -> tuple[float, float]:  # noqa: N802 - the unit keeps its capital
         """Return stored and absorbed energy of one of the forces [J]; an open loop is closed by a chord."""

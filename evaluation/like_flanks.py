@@ -172,7 +172,7 @@ def _read(
         u_s[one] = np.hypot(np.maximum(own_u_s, scatter_s), u_s[nearest])[one]
         half_s[one] = half_s[nearest][one]
     own = ~_between_motions(places, half_s, u_s)
-    return LikeFlanks(*(column[own] for column in (places, middle_s, half_s, u_s, samples)), *window_mm)
+    return LikeFlanks(places[own], middle_s[own], half_s[own], u_s[own], samples[own], *window_mm)
 
 
 def _between_motions(places: IndexArray, half_s: FloatArray, u_s: FloatArray) -> BoolArray:

@@ -54,9 +54,9 @@ def rivals_of(values: FloatArray, extreme: float, sigma: float, averaged: int = 
         return float(averaged)
     apart = np.abs(values - extreme)  # an extreme has neighbours on one side only
     apart = apart[apart <= (_overreach(float(values.size * averaged)) + _SCATTER) * sigma]
-    rivals = float(apart.size * averaged)
+    rivals = float(apart.size) * averaged
     for _ in range(_ROUNDS):
-        near = np.count_nonzero(apart <= (_overreach(rivals) + _SCATTER) * sigma)
+        near = int(np.count_nonzero(apart <= (_overreach(rivals) + _SCATTER) * sigma))
         rivals = float(max(1, near) * averaged)
     return rivals
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from math import hypot
 
 import numpy as np
 
@@ -201,7 +202,7 @@ def _weighted_slope(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[f
 def _residual(cycle: Cycle, noise: Noise | None) -> ResidualStroke:
     turns = (cycle.start, cycle.end)
     shares = [1.0 if noise is None else turn_share(noise, turn) for turn in turns]
-    u = float(np.hypot(*(share * turn.u_stroke_mm for share, turn in zip(shares, turns, strict=True))))
+    u = hypot(*(share * turn.u_stroke_mm for share, turn in zip(shares, turns, strict=True)))
     return ResidualStroke(
         cycle=cycle.index,
         residual_mm=cycle.stroke_end_mm - cycle.stroke_min_mm,
