@@ -38,6 +38,8 @@ _CHUNK_SAMPLES = 65_536
 _SPARE = 0.9
 """Candidates are looked for with so much less than what they are thought to be larger than."""
 _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
+_FAST_HUM = 0.7
+"""Of white noise means of two have so little (its root half) in none of a thousand records."""
 _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
 
@@ -84,6 +86,16 @@ def sampling_of(values: FloatArray) -> Sampling:
 def difference_sigma(values: FloatArray) -> float:
     """Return the standard deviation of white noise on values, by their third and fifth differences."""
     return min(_difference_sigma(values, weights) for weights in _DIFFERENCES)
+
+
+def without_fast_hum(values: FloatArray, sigma: float) -> float:
+    """Return the noise by which fits are judged: without what is nearly as fast as the samples show.
+
+    Differences of neighbours see a wave of two to three samples with twice its amplitude, and a fit that
+    misses a turn by as much would pass for a good one. Means of two do not see it.
+    """
+    by_means = float(np.sqrt(2.0)) * difference_sigma(0.5 * (values[:-1:2] + values[1::2]))
+    return by_means if 0.0 < by_means < _FAST_HUM * sigma else sigma
 
 
 def noise_sigma(values: FloatArray) -> float:
