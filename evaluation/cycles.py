@@ -9,6 +9,7 @@ that are bridged, :mod:`evaluation.gaps`, are none). It is
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from evaluation.defects import describe
 from evaluation.motion import Cycle, CycleColumns, TurnColumns, TurningPoint
 from evaluation.record import FloatArray, Record
 from evaluation.reversal_dwells import with_reversals
-from evaluation.reversals import Sampling, find_reversals, sampling_of
+from evaluation.reversals import Sampling, find_reversals, sampling_of, without_fast_hum
 from evaluation.spectra import spectra_between
 from evaluation.turn_sides import Reversals
 from evaluation.turning import fit_turning_points
@@ -73,7 +74,8 @@ def find_with_harmonics(
         index = _without_slips(record.time_s, index, slips_s)
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
-    turns = _with_edges(record, _fit_turns(record, index, sampling), sampling)
+    calm = replace(sampling, sigma=without_fast_hum(record.as_read(record.stroke_mm), sampling.sigma))
+    turns = _with_edges(record, _fit_turns(record, index, calm), sampling)
     turns = with_reversals(record, turns, sampling.sigma)
     first = 0 if turns[0].kind == "lower" else 1
     triples = list(zip(turns[first::2], turns[first + 1 :: 2], turns[first + 2 :: 2], strict=False))

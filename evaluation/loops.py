@@ -11,7 +11,7 @@ import numpy as np
 from evaluation.branches import DENSE_SAMPLES, MOST_POINTS, Branches, Stretches, closed
 from evaluation.motion import Cycle, CycleColumns, EndReading, Loop
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import noise_sigma
+from evaluation.reversals import noise_sigma, without_fast_hum
 from evaluation.turns import EndForces, Ends, ForceExtremes, Inside, continuous, end_forces, force_extremes
 from evaluation.turns.of_cycles import BY_SPEED, arriving, at_rests, by_speed, creeping
 
@@ -135,8 +135,11 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
     start, top, end = turns
     up = Stretches.between(record.time_s, start.leave_s, top.time_s)
     down = Stretches.between(record.time_s, top.leave_s, end.time_s)
-    force_kN, stroke_mm = record.as_read(record.force_kN), record.as_read(record.stroke_mm)
-    noise = noise_sigma(force_kN), noise_sigma(stroke_mm)
+    force_kN, stroke_mm = (
+        without_fast_hum(values, noise_sigma(values))
+        for values in map(record.as_read, (record.force_kN, record.stroke_mm))
+    )
+    noise = force_kN, stroke_mm
     samples = np.maximum(np.maximum(up.last - up.first, down.last - down.first), 1)
     first = 0
     while first < len(cycles):

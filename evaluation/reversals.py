@@ -44,6 +44,8 @@ _STANDS_STILL = 0.05
 which are 0, would pass for a lack of noise: those of the others are looked at."""
 _WHITE = 0.4
 """Noise makes third and fifth differences of one size: of a motion these are smaller by more than this."""
+_FAST_HUM = 0.7
+"""Of white noise means of two have so little (its root half) in none of a thousand records."""
 _LOWER_FIFTH, _NORMAL_LOWER_FIFTH = 0.2, 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
 
@@ -102,6 +104,16 @@ def _white_sigma(values: FloatArray) -> float:
         return 0.0
     third, fifth = (_difference_sigma(values, weights) for weights in _DIFFERENCES)
     return min(third, fifth) if fifth > _WHITE * third else 0.0
+
+
+def without_fast_hum(values: FloatArray, sigma: float) -> float:
+    """Return the noise by which fits are judged: without what is nearly as fast as the samples show.
+
+    Differences of neighbours see a wave of two to three samples with twice its amplitude, and a fit that
+    misses a turn by as much would pass for a good one. Means of two do not see it.
+    """
+    by_means = float(np.sqrt(2.0)) * difference_sigma(0.5 * (values[:-1:2] + values[1::2]))
+    return by_means if 0.0 < by_means < _FAST_HUM * sigma else sigma
 
 
 def noise_sigma(values: FloatArray) -> float:

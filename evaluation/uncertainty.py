@@ -322,7 +322,8 @@ def turn_share(noise: Noise, turn: TurningPoint) -> float:
     if spectrum is None or not 0.0 < u_mm < spectrum.sigma:
         return 1.0
     if turn.method not in ("plateau", "reversal"):
-        return _coloured(spectrum, 2.25 * (spectrum.sigma / u_mm) ** 2)
+        summit = spectrum.summit_variance(2.25 * (spectrum.sigma / u_mm) ** 2)
+        return max(1.0, float(np.sqrt(summit)) / u_mm)
     samples = max(1.0, (noise.stroke_mm / u_mm) ** 2)
     return max(1.0, float(np.sqrt(spectrum.mean_variance(samples))) / u_mm)
 
