@@ -73,9 +73,10 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
     found: list[Finding] = []
     for detector in DETECTORS:
         kinds = {finding.kind for finding in found}
-        if detector is unlike_cycles and kinds & {"unit", "sign"}:
+        doubtful = bool(kinds & {"unit", "sign"})
+        if detector is unlike_cycles and doubtful:
             continue
-        looked = jumps_of_any_scale if detector is jumps and "unit" in kinds else detector
+        looked = jumps_of_any_scale if detector is jumps and doubtful else detector
         found += sorted(looked(look), key=lambda finding: finding.start_s)
         if detector is clipped and (cut := _clipped_cycles(found)):
             look = replace(look, given=look.seen, clipped=cut)

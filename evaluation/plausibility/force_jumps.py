@@ -237,10 +237,11 @@ def _at_rest(look: Look, leap: Leap) -> bool:
 def _finding(look: Look, leap: Leap) -> Finding:
     force = look.force
     at_s, end_s = float(force.time_s[leap.first]), float(force.time_s[-1])
+    size = look.sign * leap.size
     text = (
-        f"force jumps by {leap.size:+.3g} kN at {at_s:.6g} s, within {leap.last - leap.first} samples, "
+        f"force jumps by {size:+.3g} kN at {at_s:.6g} s, within {leap.last - leap.first} samples, "
         "which neither the stroke nor the other strokes explain: gain or offset of the amplifier changed; "
         "which of both sides is right is not on record: repeat the test"
     )
     kind: FindingKind = "offset-jump" if _at_rest(look, leap) else "gain-jump"
-    return Finding(kind, "force", at_s, end_s, look.all_cycles, leap.size, "kN", text, "spoils")
+    return Finding(kind, "force", at_s, end_s, look.all_cycles, size, "kN", text, "spoils")

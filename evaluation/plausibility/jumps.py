@@ -54,9 +54,9 @@ def jumps(look: Look) -> list[Finding]:
 
 
 def jumps_of_any_scale(look: Look) -> list[Finding]:
-    """Return jumps of the stroke and of the force of a record whose unit is doubted.
+    """Return jumps of the stroke and of the force of a record of which a unit or a sign is doubted.
 
-    Limits that are stated in kN or mm say nothing of it.
+    Limits that are stated in kN or mm say nothing of it, nor need its lowest stroke be a release.
     """
     return _stroke_jumps(look) or force_jumps(look) or level_jumps(look)
 

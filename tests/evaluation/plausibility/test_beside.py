@@ -63,7 +63,8 @@ def test_codes_are_no_signals() -> None:
     force = 100.0 + 50.0 * np.sin(time_s)
     force[200] = 999999.0
     record = make_record(time_s, np.sin(time_s), force)
-    object.__setattr__(record, "signals", Signals(time_s, {"force": force.copy()}))
+    between_s = time_s[:-1] + 0.003  # a signal is interpolated to other instants: half-way to the code
+    object.__setattr__(record, "signals", Signals(between_s, {"force": np.interp(between_s, time_s, force)}))
     seen, coded = without_codes(Channels(record))
     assert coded
     assert seen.record.signals is not None
