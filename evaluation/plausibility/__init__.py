@@ -15,7 +15,7 @@ from evaluation.plausibility.codes import codes
 from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
 from evaluation.plausibility.frozen import frozen
 from evaluation.plausibility.held import held
-from evaluation.plausibility.jumps import jumps, jumps_in_metres, jumps_in_newtons
+from evaluation.plausibility.jumps import jumps, jumps_in_metres, jumps_in_newtons, jumps_of_turned_stroke
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
 from evaluation.plausibility.samples import Samples
@@ -54,7 +54,8 @@ DETECTORS: tuple[Detector, ...] = (
 )
 """Every detector, in the order in which their findings are told."""
 _DOUBTED: Mapping[tuple[str, str], Detector] = {
-    ("sign", "stroke"): jumps_in_metres,
+    ("sign", "stroke"): jumps_of_turned_stroke,
+    ("sign", "force"): jumps_in_metres,
     ("unit", "stroke"): jumps_in_metres,
     ("unit", "force"): jumps_in_newtons,
 }

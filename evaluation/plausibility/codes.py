@@ -5,13 +5,13 @@ No stand reaches them. They leave before anything is looked at or is called an e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.signals import Signals
+from evaluation.channels.signals import MOST, Signals
 from evaluation.plausibility.channels import Channels
 from evaluation.plausibility.coded import Coded
 from evaluation.plausibility.finding import Finding
@@ -22,8 +22,6 @@ from evaluation.record import FloatArray, Record
 from foundation.ranks import median
 
 _NEAREST = 0.75
-_NO_CODE = 0.5
-"""What is below this share of the least code is a reading; what is interpolated beside a code may be more."""
 
 
 def codes(look: Look) -> list[Finding]:
@@ -70,19 +68,26 @@ def without_codes(seen: Channels) -> tuple[Channels, tuple[Coded, ...]]:
         left_out(record, gone),
         as_recorded=_cleaned(record, seen, coded),
         ends={name: ends for name, ends in record.ends.items() if name not in wrong},
-        signals=None if record.signals is None else _without(record.signals, found),
+        signals=None if record.signals is None else _without(record.signals, seen, coded),
     )
     return Channels(left), found
 
 
-def _without(signals: Signals, found: Sequence[Coded]) -> Signals:
-    """Return signals that go straight on where one has a code."""
+def _without(signals: Signals, seen: Channels, coded: Mapping[str, NDArray[np.intp]]) -> Signals:
+    """Return signals that go straight on where one has a code, and where a code is interpolated to."""
     by_name = dict(signals.by_name)
-    for one in found:
-        value = by_name.get(one.channel)
-        if value is not None:
-            read = np.abs(value) < _NO_CODE * np.min(np.abs(one.value))
-            by_name[one.channel] = np.interp(signals.time_s, signals.time_s[read], value[read])
+    for channel in seen.all:
+        rows, value = coded[channel.name], by_name.get(channel.name)
+        if value is None or not rows.size:
+            continue
+        every, last = -(-channel.time_s.size // MOST), channel.time_s.size - 1
+        from_s = channel.time_s[np.maximum(rows - every, 0)]
+        to_s = channel.time_s[np.minimum(rows + every, last)]
+        begun = np.searchsorted(from_s, signals.time_s, side="right")
+        over = np.searchsorted(to_s, signals.time_s, side="right")
+        read = begun == over
+        if read.any():
+            by_name[channel.name] = np.interp(signals.time_s, signals.time_s[read], value[read])
     return replace(signals, by_name=by_name)
 
 

@@ -22,8 +22,9 @@ SHARE = 0.006
 """A jump is at least this share of the range of the force …"""
 NOISES, STEPS = 8.0, 2.0
 """… so many standard deviations of its noise, so many steps of its converter …"""
-ALONE = 3.0
-"""… and so many times the twentieth largest leap."""
+ALONE = 1.6
+"""… and so many times the twentieth largest leap: of hundreds of normal deviates the largest is 1.5 times, of
+thousands 1.3. What is beyond that is held against the other passes."""
 AGREE = 0.5
 """Beyond most of the other passes it is at least this share of the leap …"""
 OF_STEP = 0.25
@@ -68,7 +69,7 @@ def force_jumps(look: Look) -> list[Finding]:
     least = max(SHARE * force.span, NOISES * force.sampling.sigma, STEPS * force.sampling.step)
     if not may_leap(force, least):
         return []
-    leaps = largest_leaps(force, look.breaks_s, _LOOKED_AT)
+    leaps = [leap for leap in largest_leaps(force, look.breaks_s, _LOOKED_AT) if not _is_spike(force, leap)]
     if len(leaps) > _LOOKED_AT // 2:
         least = max(least, ALONE * abs(leaps[_LOOKED_AT // 2].size))
     large = [
@@ -85,6 +86,12 @@ def force_jumps(look: Look) -> list[Finding]:
     jumps = [leap for leap in large if _is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)]
     # What jumps again and again is not the measuring chain.
     return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
+
+
+def _is_spike(force: Samples, leap: Leap) -> bool:
+    """Say whether a leap is into or out of a sample that its neighbours deny."""
+    at = int(np.searchsorted(force.lone, leap.first))
+    return at < force.lone.size and int(force.lone[at]) <= leap.last
 
 
 def _rounded(force: Samples, leap: Leap) -> float:
@@ -240,10 +247,11 @@ def _at_rest(look: Look, leap: Leap) -> bool:
 def _finding(look: Look, leap: Leap) -> Finding:
     force = look.force
     at_s, end_s = float(force.time_s[leap.first]), float(force.time_s[-1])
+    size = look.sign * leap.size
     text = (
-        f"force jumps by {leap.size:+.3g} kN at {at_s:.6g} s, within {leap.last - leap.first} samples, "
+        f"force jumps by {size:+.3g} kN at {at_s:.6g} s, within {leap.last - leap.first} samples, "
         "which neither the stroke nor the other strokes explain: gain or offset of the amplifier changed; "
         "which of both sides is right is not on record: repeat the test"
     )
     kind: FindingKind = "offset-jump" if _at_rest(look, leap) else "gain-jump"
-    return Finding(kind, "force", at_s, end_s, look.all_cycles, leap.size, "kN", text, "spoils")
+    return Finding(kind, "force", at_s, end_s, look.all_cycles, size, "kN", text, "spoils")

@@ -65,8 +65,13 @@ def jumps_in_newtons(look: Look) -> list[Finding]:
     return stroke_jumps(look) or force_jumps(look) or _with_gains(look, zero_in_wrong_unit(look))
 
 
+def jumps_of_turned_stroke(look: Look) -> list[Finding]:
+    """Return those that a wrong sign of the stroke leaves: its lowest place is no release then."""
+    return stroke_jumps(look) or force_jumps(look) or level_jumps(look)
+
+
 def jumps_in_metres(look: Look) -> list[Finding]:
-    """Return those that a wrong unit or sign of the stroke leaves: where contact begins nobody knows then."""
+    """Return those that a wrong unit of the stroke or sign of the force leaves: of rests, drifts alone."""
     zero = [one for one in zero_in_wrong_unit(look) if one.kind == "drift"]
     return stroke_jumps(look) or force_jumps(look) or _with_gains(look, zero)
 

@@ -73,8 +73,9 @@ def level_jumps(look: Look) -> list[Finding]:
             text = f"all forces change by {np.expm1(gain.size):+.1%}"
             found.append(_finding(look, series, gain, "gain-jump", float(np.exp(gain.size)), "1", text))
         elif offset := _offset_step(series):
-            text = f"all forces move by {offset.size:+.3g} kN"
-            found.append(_finding(look, series, offset, "offset-jump", offset.size, "kN", text))
+            size = look.sign * offset.size
+            text = f"all forces move by {size:+.3g} kN"
+            found.append(_finding(look, series, offset, "offset-jump", size, "kN", text))
     return found
 
 

@@ -56,6 +56,11 @@ class Look:
         samples = _turned(self.samples)
         return replace(self, samples=samples, record=_turned(self.record), given=None, turned=True)
 
+    @property
+    def sign(self) -> float:
+        """What makes a force of it that of the record: -1.0 where it is turned."""
+        return -1.0 if self.turned else 1.0
+
     @cached_property
     def seen(self) -> Channels:
         """Force and strokes as recorded."""

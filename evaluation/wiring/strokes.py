@@ -254,7 +254,7 @@ def _wires_alone(look: Look, signals: Signals) -> list[Finding]:
 def _zeros(look: Look, signals: Signals) -> list[Finding]:
     """Return which wires read a stroke where no force is on the specimen yet."""
     force = signals.by_name["force"]
-    pressed = np.abs(force) >= max(FREE_KN, FREE_SHARE * float(np.ptp(force)))
+    pressed = np.abs(force) >= max(FREE_KN, FREE_SHARE * look.force.span)  # which spikes do not widen
     first = int(np.argmax(pressed)) if np.any(pressed) else 0
     if first < _FEWEST_FREE:
         return []

@@ -11,10 +11,12 @@ from evaluation.plausibility.channels import Channels
 from evaluation.plausibility.codes import without_codes
 from evaluation.plausibility.leaps import largest_leaps
 from evaluation.plausibility.lone import lone_rows
+from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
 from evaluation.record import make_record
 from evaluation.results import RunFacts
 from evaluation.wires import check_wires
+from evaluation.wiring.strokes import strokes_and_piston
 from tests.evaluation.plausibility.records import Floats, of_kind, static
 
 
@@ -63,7 +65,8 @@ def test_codes_are_no_signals() -> None:
     force = 100.0 + 50.0 * np.sin(time_s)
     force[200] = 999999.0
     record = make_record(time_s, np.sin(time_s), force)
-    object.__setattr__(record, "signals", Signals(time_s, {"force": force.copy()}))
+    between_s = time_s[:-1] + 0.003  # a signal is interpolated to other instants: half-way to the code
+    object.__setattr__(record, "signals", Signals(between_s, {"force": np.interp(between_s, time_s, force)}))
     seen, coded = without_codes(Channels(record))
     assert coded
     assert seen.record.signals is not None
@@ -77,3 +80,14 @@ def test_a_rounded_stamp_makes_no_leap() -> None:
         "force", time_s - 0.01 * (np.arange(60) >= 30) + 0.01 * (np.arange(60) >= 31), force.value
     )
     assert all(abs(leap.size) < 1e-6 for leap in largest_leaps(early, (), 5))
+
+
+def test_a_spike_of_the_force_makes_no_zero_of_the_stroke() -> None:
+    time_s = np.arange(2000) * 0.01
+    stroke = np.maximum(0.0, 50.0 * np.sin(0.3 * time_s))
+    force = 8.0 * stroke + 0.05 * np.random.default_rng(1).standard_normal(time_s.size)
+    force[900] = 32767.0
+    record = make_record(time_s, stroke, force)
+    signals = Signals(time_s, {"force": force, "stroke_1": stroke, "stroke_2": stroke})
+    look = Look(record, record, (), RunFacts("z", "static"))
+    assert not strokes_and_piston(look, signals, None)

@@ -40,15 +40,23 @@ def test_a_force_that_leaps_against_the_motion_is_no_contact() -> None:
     assert jump.size == pytest.approx(31.0, abs=1.0)
 
 
-def test_a_small_leap_on_the_way_to_a_sine_stands_alone() -> None:
+@pytest.mark.parametrize("spikes", [(), (2500, 3010, 3520, 4030)])
+def test_a_small_leap_on_the_way_to_a_sine_stands_alone(spikes: tuple[int, ...]) -> None:
     time_s = np.arange(0.0, 9.0, 0.002)
     angle = 2.0 * np.pi * (time_s - 3.0)
     stroke = np.where(time_s < 3.0, 20.0 + 10.0 * time_s, 50.0 + 20.0 * np.sin(angle))
     random = np.random.default_rng(1)
-    force = (
-        5.0 * stroke + np.where(time_s < 3.0, 0.0, 12.0 * np.cos(angle)) + np.where(time_s > 1.5, 4.0, 0.0)
-    )
+    force = 5.0 * stroke + np.where(time_s < 3.0, 0.0, 12.0 * np.cos(angle)) + 4.0 * (time_s > 1.5)
     force = force + 0.05 * random.standard_normal(time_s.size)
+    force[list(spikes)] += 70.0
     stroke = stroke + 0.01 * random.standard_normal(time_s.size)
     run = evaluate_run(make_record(time_s, stroke, force), RunFacts("h", "harmonic"), Options(draws=200))
     assert [jump.start_s for jump in of_kind(run, "gain-jump")] == pytest.approx([1.5], abs=0.01)
+
+
+def test_a_leap_is_not_hidden_by_those_of_the_noise() -> None:
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        return time_s, stroke, force - np.where(time_s > 33.0, 4.0, 0.0)  # at 45 mm of stroke 1, unloading
+
+    (jump,) = of_kind(static(change, noise_kN=0.3), "gain-jump")
+    assert jump.start_s == pytest.approx(33.0, abs=0.05)

@@ -51,5 +51,7 @@ def test_a_jump_is_told_whatever_sign_or_unit_is(
     assert of_kind(run, kind)
     (jump,) = of_kind(run, "gain-jump")
     assert jump.start_s == pytest.approx(75.0, abs=0.05)
+    assert jump.size is not None
+    assert jump.size * force_factor < 0.0  # by what the record shows
     sound = static(lambda time_s, stroke, force: (time_s, stroke_factor * stroke, force_factor * force))
     assert {finding.kind for finding in sound.findings} == {kind}
