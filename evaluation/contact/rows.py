@@ -14,6 +14,7 @@ from evaluation.results import RequirementResult, Verdict
 
 COUNTED = " counted from first contact"
 """Words behind the value that a row has from the contact."""
+_DECIDED: tuple[Verdict, ...] = ("pass", "fail")
 _SAME: tuple[tuple[Verdict, ...], ...] = (("pass", "conditional-pass"), ("fail", "conditional-fail"))
 """Verdicts that differ by their distance from the limit only; the weaker one comes last."""
 
@@ -37,9 +38,10 @@ def _joined(one: RequirementResult, other: RequirementResult) -> RequirementResu
     why, uncertainty, probability = one.why, one.expanded_uncertainty, one.conformance_probability
     if one.measured is not None and other.measured is not None and one.measured != other.measured:
         why += f"; {other.measured:.4g} {one.unit}{COUNTED}"
-        if uncertainty is None and not one.condition:
+        unstated = uncertainty is None and not one.condition and one.verdict in _DECIDED
+        if unstated:  # a row that is read from a spoiled channel is not decided, and keeps none
             why += "; U is what the zero makes of it, and no more: the channels state none"
-        if uncertainty is not None or not one.condition:
+        if unstated or uncertainty is not None:
             uncertainty = (uncertainty or 0.0) + abs(other.measured - one.measured)
     verdict = _verdict(one.verdict, other.verdict)
     if verdict == "inconclusive":

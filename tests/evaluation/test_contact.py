@@ -216,6 +216,12 @@ def test_a_specimen_that_rests_behind_the_zero_is_released() -> None:
     assert run.verdict == "inconclusive"
 
 
+def test_a_row_that_is_read_from_a_spoiled_channel_keeps_no_u() -> None:
+    base = replace(row(GOOD.evaluate(), "preload"), verdict="inconclusive", expanded_uncertainty=None)
+    (found,) = beside([base], [replace(base, measured=1.0)])
+    assert found.expanded_uncertainty is None
+
+
 def test_rows_joined() -> None:
     base = row(GOOD.evaluate(), "preload")
     assert beside([base], [base]) == [base]
