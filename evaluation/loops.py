@@ -110,7 +110,18 @@ class LoopStack:
         return area
 
 
-def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
+def noise_of(record: Record) -> tuple[float, float]:
+    """Return the noise of force [kN] and stroke [mm] by which loops are cut."""
+    force_kN, stroke_mm = (
+        without_fast_hum(values, noise_sigma(values))
+        for values in map(record.as_read, (record.force_kN, record.stroke_mm))
+    )
+    return force_kN, stroke_mm
+
+
+def cut_loops(
+    record: Record, cycles: Sequence[Cycle], noise: tuple[float, float] | None = None
+) -> Iterator[LoopStack]:
     """Cut the loops of cycles with both lower turning points and the upper one as points of them.
 
     The force at a turning point is read from each branch by itself (:func:`evaluation.turns.end_forces`): the
@@ -123,6 +134,8 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
     record : Record
     cycles : sequence of Cycle
         Of :func:`evaluation.cycles.find_cycles`, complete.
+    noise : tuple of float, optional
+        :func:`noise_of` the record, if it is known already.
 
     Yields
     ------
@@ -135,11 +148,7 @@ def cut_loops(record: Record, cycles: Sequence[Cycle]) -> Iterator[LoopStack]:
     start, top, end = turns
     up = Stretches.between(record.time_s, start.leave_s, top.time_s)
     down = Stretches.between(record.time_s, top.leave_s, end.time_s)
-    force_kN, stroke_mm = (
-        without_fast_hum(values, noise_sigma(values))
-        for values in map(record.as_read, (record.force_kN, record.stroke_mm))
-    )
-    noise = force_kN, stroke_mm
+    noise = noise or noise_of(record)
     samples = np.maximum(np.maximum(up.last - up.first, down.last - down.first), 1)
     first = 0
     while first < len(cycles):
@@ -234,9 +243,9 @@ def _inside(
     return parts
 
 
-def cut_loop(record: Record, cycle: Cycle) -> Loop:
+def cut_loop(record: Record, cycle: Cycle, noise: tuple[float, float] | None = None) -> Loop:
     """Return the loop of one complete cycle (:func:`cut_loops`)."""
-    (stack,) = cut_loops(record, [cycle])
+    (stack,) = cut_loops(record, [cycle], noise)
     return stack.loop(0)
 
 

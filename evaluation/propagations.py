@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from evaluation.inertia import InertiaForce
+from evaluation.loops import noise_of
 from evaluation.motion import Cycle
 from evaluation.noise import Noise, record_noise
 from evaluation.own_errors import OwnErrors, own_errors
@@ -54,10 +55,14 @@ class Propagations(Mapping[int, CyclePropagation]):
             return self._other.own
         return own_errors(self.noise.force_lines, self._record.drift_kN, self._record.time_s)
 
+    @cached_property
+    def _cut_by(self) -> tuple[float, float]:
+        return noise_of(self._record)
+
     def __getitem__(self, index: int) -> CyclePropagation:
         if index not in self._prepared:
             cycle = self._cycles[index]
-            own = (self._record, cycle, self.noise, self._inertia, self.own)
+            own = (self._record, cycle, self.noise, self._inertia, self.own, self._cut_by)
             self._prepared[index] = CyclePropagation(*own)
         return self._prepared[index]
 

@@ -141,11 +141,12 @@ def _like(result: CycleResult, other: CycleResult) -> CycleResult:
         if expanded_there is not None and here is not None:
             # Of what may be close to 0 the uncertainty itself is the same, not its share.
             like = expanded_there * abs(here / there) if name in _SHARES else expanded_there
-            by_gaps = COVERAGE * result.gap_limits.get(name, 0.0) / float(np.sqrt(3.0))
+            by_gaps = COVERAGE * result.gap_limits.get(name, 0.0) / _SQRT3
             known[name] = float(np.hypot(like, by_gaps)) if by_gaps else like
     return _with_missing(result, known)
 
 
+_SQRT3 = float(np.sqrt(3.0))
 _SHARES = frozenset(
     ("stored_energy_J", "frequency_Hz", "dynamic_stiffness_kN_per_mm", "storage_stiffness_kN_per_mm")
 )

@@ -87,6 +87,8 @@ class CyclePropagation:
         What the correction for a moving mass added to the record.
     own : OwnErrors, optional
         Hum and drift of the run.
+    cut_by : tuple of float, optional
+        :func:`evaluation.loops.noise_of` the record, if it is known already.
     """
 
     def __init__(
@@ -96,12 +98,13 @@ class CyclePropagation:
         noise: Noise,
         inertia: InertiaForce | None = None,
         own: OwnErrors | None = None,
+        cut_by: tuple[float, float] | None = None,
     ) -> None:
         self.own = own or OwnErrors()
         self._drums_mm = record.drums_mm
         self.cycle = cycle
         self.noise = noise
-        self.loop = cut_loop(record, cycle)
+        self.loop = cut_loop(record, cycle, cut_by)
         self._added_kN = None
         if inertia is not None:
             self._added_kN = np.interp(self.loop.time_s, record.time_s, inertia.added_kN)
