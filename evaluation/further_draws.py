@@ -88,7 +88,7 @@ def _stretch(draws: Draws, loop: Loop, branch: slice) -> FloatArray:
     slopes = np.stack(
         [stroke_term_slopes(float(at), draws.drums_mm) for at in stroke_mm[share >= _NEAR_LARGEST]]
     )
-    return np.asarray(np.max(np.einsum("ni,ki->nk", draws.stroke, slopes), axis=1))
+    return np.asarray(np.max(draws.stroke @ slopes.T, axis=1))
 
 
 def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:
@@ -99,7 +99,7 @@ def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:
     weight = np.gradient(loop.time_s) * 2.0 / cycle.duration_s
     waves = np.exp(-2j * np.pi * np.outer([1, *_DISTORTING], drift)) * weight
     terms = closed @ waves.T
-    real, imaginary = (np.einsum("ni,ik->nk", draws.stroke, part) for part in (terms.real, terms.imag))
+    real, imaginary = (draws.stroke @ part for part in (terms.real, terms.imag))
     harmonics = real + 1j * imaginary
     whole = slice(0, loop.time_s.size)
     both = [propagation.stroke_noise_mm(part, whole) for part in (waves.real, waves.imag)]

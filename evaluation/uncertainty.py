@@ -345,7 +345,7 @@ def _weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]
 
 
 def _bilinear(draws: Draws, integrals: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("ni,ij,nj->n", draws.force, integrals, draws.stroke, optimize=False))
+    return np.asarray(np.einsum("nj,nj->n", draws.force @ integrals, draws.stroke))
 
 
 def stroke_error_mm(draws: Draws, stroke_mm: float) -> FloatArray:
