@@ -156,7 +156,8 @@ def _approaches(
     stood = float(np.median(stroke_mm[:_FEWEST_REST]))
     way = float(stroke_mm[at]) - stood
     moving = np.flatnonzero(stroke_mm[: at + 1] > stood + moved)
-    if moving.size < _FEWEST_REST:
+    # A stroke whose samples are held may show one place of the whole way.
+    if moving.size < _FEWEST_REST or np.ptp(stroke_mm[moving]) <= _ONE_PLACE * way:
         return False
     far = int(np.argmax(stroke_mm[at:] > stroke_mm[at] + way)) + at
     rise = float(force_kN[far]) - level_kN

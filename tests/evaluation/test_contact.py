@@ -237,3 +237,13 @@ def test_rows_joined() -> None:
     for one, two, joined in cases:
         (found,) = beside([replace(base, verdict=one)], [replace(base, verdict=two, measured=1.0)])
         assert found.verdict == joined
+
+
+def test_a_stroke_that_is_held_on_its_way_to_contact_tells_nothing() -> None:
+    """Its samples before the force rises are all at one place: there is no slope of the force over them."""
+    time = np.arange(0.0, 12.0, 0.01)
+    stroke = np.interp(time, [1.0, 11.0], [-2.0, 98.0])
+    held = np.round(stroke / 6.0) * 6.0
+    force = 30.0 + np.where(stroke > 8.0, 20.0 + 4.0 * (stroke - 8.0), 0.0)
+    force = force + 0.05 * np.random.default_rng(1).standard_normal(time.size)
+    assert find_first_contact(make_record(time, held, force), 11.0).stroke_mm is None
