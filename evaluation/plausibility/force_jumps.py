@@ -30,6 +30,8 @@ AGREE = 0.5
 OF_STEP = 0.25
 """… and this one of the whole step: how exactly passes can be compared where the force changes fast."""
 MOST_PASSES = 0.7
+PULLED = 2.0
+"""A force goes below zero by so many times as far as above it: what is released shows its greatest one."""
 UNLOADED = 0.02
 """A leap with the motion from or to the force at the low end of its pass, within this share of the range, is
 a contact: what is met or let go. Against the motion it is none."""
@@ -144,8 +146,11 @@ def _is_lone(look: Look, leap: Leap, least: float) -> bool:
     force, stroke = look.force, look.stroke
     # Where a specimen is met the force rises over a few samples.
     beside = slice(max(0, leap.first - _MET), leap.last + _MET + 1)
-    lower_kN = float(np.min(force.value[beside]))
-    if abs(leap.size) <= least or lower_kN <= force.ends[0] + LONE_ABOVE * force.span:
+    if _is_pulled(force):
+        above_kN = force.ends[1] - float(np.max(force.value[beside]))
+    else:
+        above_kN = float(np.min(force.value[beside])) - force.ends[0]
+    if abs(leap.size) <= least or above_kN <= LONE_ABOVE * force.span:
         return False
     before, after = (
         np.arange(max(0, leap.first - _STILL_SAMPLES // 4), leap.first + 1),
@@ -179,10 +184,20 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
     return _alone_in_pass(look, leap, leaps, way)
 
 
+def _is_pulled(force: Samples) -> bool:
+    """Say whether a force is that of a specimen that is pulled, or of a stroke with the other sign."""
+    return -force.ends[0] > PULLED * force.ends[1] and force.ends[0] < 0.0
+
+
 def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
-    """Say whether a leap with the motion is from or to the force at the low end of its pass."""
-    below_kN = float(force.value[leap.first if way.way > 0 else leap.last])
-    return abs(below_kN - median(own.force_kN[:3])) < UNLOADED * force.span
+    """Say whether a leap with the motion is from or to the force at the released end of its pass.
+
+    That is the low one; of a specimen that is pulled, or of a stroke with the other sign, the high one.
+    """
+    pulled = _is_pulled(force)
+    released_kN = float(force.value[leap.first if (way.way > 0) != pulled else leap.last])
+    end_kN = median(own.force_kN[-3:] if pulled else own.force_kN[:3])
+    return abs(released_kN - end_kN) < UNLOADED * force.span
 
 
 def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool:

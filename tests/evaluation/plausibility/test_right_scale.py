@@ -55,3 +55,25 @@ def test_a_jump_is_told_whatever_sign_or_unit_is(
     assert jump.size * force_factor < 0.0  # by what the record shows
     sound = static(lambda time_s, stroke, force: (time_s, stroke_factor * stroke, force_factor * force))
     assert {finding.kind for finding in sound.findings} == {kind}
+
+
+def test_first_contact_on_the_way_to_a_sine_is_no_jump_with_the_stroke_turned() -> None:
+    """The released force is the greatest one then: from it a preload leaps, as it does from the least."""
+
+    def approached(
+        time_s: Floats, stroke: Floats, force: Floats, sign: float
+    ) -> tuple[Floats, Floats, Floats]:
+        before = np.arange(0.0, 1.5, float(np.median(np.diff(time_s))))
+        ramp = np.interp(before, [0.2, 1.4], [0.0, stroke[0]])
+        pushes = np.where(ramp > 4.0, 25.0 + (force[0] - 25.0) * (ramp - 4.0) / (stroke[0] - 4.0), 0.0)
+        noise = 0.02 * np.random.default_rng(3).standard_normal(before.size)
+        return (
+            np.concatenate((before, time_s + 1.5)),
+            sign * np.concatenate((ramp, stroke)),
+            np.concatenate((pushes + noise, force)),
+        )
+
+    for sign in (1.0, -1.0):
+        run = harmonic(lambda t, x, f, sign=sign: approached(t, x, f, sign), cycles=9.2)
+        assert not of_kind(run, "gain-jump")
+        assert bool(of_kind(run, "sign")) == (sign < 0.0)
