@@ -193,7 +193,13 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         extremes=extremes,
         preload=_preload(requirements),
         history=history_of(
-            record, facts, results, steps, tallies, None if draws is None else found.prepared.noise
+            record,
+            facts,
+            results,
+            steps,
+            tallies,
+            None if draws is None else found.prepared.noise,
+            asked=options.draws > 0,
         ),
         findings=spoiled.findings,
         unfit=whole.unfit,

@@ -56,6 +56,8 @@ def history_of(
     steps: Sequence[StepResult],
     tallies: Sequence[MeanOfDraws] = (),
     noise: Noise | None = None,
+    *,
+    asked: bool = True,
 ) -> RunHistory:
     """Return what a run holds besides the figures of its cycles.
 
@@ -72,6 +74,8 @@ def history_of(
         The draws of the cycles of the run, or of each of its steps.
     noise : Noise, optional
         That of the record; without it, it is taken for white.
+    asked : bool
+        Whether expanded uncertainties of what settles are asked for.
     """
     complete = [r for r in results if r.cycle.complete]
     parts: list[tuple[int | None, list[CycleResult]]] = [(None, complete)]
@@ -88,7 +92,7 @@ def history_of(
         settling=tuple(
             change
             for (part, own), tally in zip(parts, drawn, strict=True)
-            for change in _settling(part, own, tally)
+            for change in _settling(part, own, tally, asked=asked)
         ),
         cumulated=_cumulated(results),
     )
@@ -212,7 +216,9 @@ def _residual(cycle: Cycle, noise: Noise | None) -> ResidualStroke:
     )
 
 
-def _settling(part: int | None, results: Sequence[CycleResult], drawn: MeanOfDraws) -> list[Settling]:
+def _settling(
+    part: int | None, results: Sequence[CycleResult], drawn: MeanOfDraws, *, asked: bool
+) -> list[Settling]:
     number = np.array([r.cycle.index for r in results], dtype=np.float64)
     columns = dict(zip(Quantities._fields, zip(*(r.quantities for r in results), strict=True), strict=False))
     found = []
@@ -221,11 +227,14 @@ def _settling(part: int | None, results: Sequence[CycleResult], drawn: MeanOfDra
         known = ~np.isnan(values)
         if np.count_nonzero(known) >= _LEAST_CYCLES:
             noise = drawn.noise_variance(name) if drawn.known(name) else 0.0
-            found.append(_settled(name, part, number[known], values[known], noise))
+            U = _expanded(values[known], noise) if asked else None
+            found.append(_settled(name, part, number[known], values[known], U))
     return found
 
 
-def _settled(name: str, part: int | None, number: FloatArray, values: FloatArray, noise: float) -> Settling:
+def _settled(
+    name: str, part: int | None, number: FloatArray, values: FloatArray, U: float | None
+) -> Settling:
     first, last = float(values[0]), float(values[-1])
     half = slice(min(values.size // 2, values.size - 2), None)
     apart = number[half] - np.mean(number[half])
@@ -240,10 +249,15 @@ def _settled(name: str, part: int | None, number: FloatArray, values: FloatArray
         first=first,
         last=last,
         relative_change=(last - first) / abs(first) if first else None,
-        expanded_uncertainty=COVERAGE * float(np.sqrt(2.0 * noise)) if noise else _of_difference(values),
+        expanded_uncertainty=U,
         rate_per_cycle=float(np.sum(apart * values[half]) / np.sum(apart**2)),
         settled_at_cycle=int(number[settled]) if settled < number.size else None,
     )
+
+
+def _expanded(values: FloatArray, noise: float) -> float | None:
+    """Return U of the difference of two values, by the variance of their noise where it is known."""
+    return COVERAGE * float(np.sqrt(2.0 * noise)) if noise else _of_difference(values)
 
 
 def _of_difference(values: FloatArray) -> float | None:
