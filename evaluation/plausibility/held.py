@@ -81,7 +81,9 @@ def held(look: Look) -> list[Finding]:
 
 def hold_of(channel: Samples) -> _Hold | None:
     """Return for how long a channel holds its values, if it does so regularly."""
-    changes = _changes(channel) if _repeats(channel) else np.zeros(0, dtype=np.intp)
+    if not _repeats(channel):
+        return None
+    changes = _changes(channel)
     step_s = median(np.diff(channel.time_s))
     apart, lasts_s = np.diff(changes), np.diff(channel.time_s[changes])
     apart = apart[lasts_s < _SLOWER * step_s * apart]  # a logger that is slower at rest repeats less there
@@ -121,7 +123,9 @@ def hold_by_event(channel: Samples) -> _Hold | None:
     In such a log a value stays until it has changed enough: by about as much every time, and the sooner the
     faster it changes. A held one changes at even times, by whatever it has moved meanwhile.
     """
-    changes = _changes(channel) if _repeats(channel) else np.zeros(0, dtype=np.intp)
+    if not _repeats(channel):
+        return None
+    changes = _changes(channel)
     if changes.size < LEAST_CHANGES:
         return None
     looks_s = float(np.quantile(np.diff(channel.time_s), _LOOK))

@@ -36,7 +36,7 @@ UPPER = 0.5
 """At the upper turn the force is in the upper part of its range."""
 BETTER, PROPER = 0.4, 0.5
 """Shifted, the force follows the stroke so much better, where it follows it badly as it is."""
-_FEWEST, _LOOKED_AT = 100, 8000
+_FEWEST, _LOOKED_AT, _MOST_TURNS = 100, 8000, 400
 
 
 def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
@@ -55,7 +55,8 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(record.time_s)))
     cut = {number for one in known if one.kind == "clipped" for number in one.cycles}
     complete = [r for r in look.results if r.cycle.complete and r.cycle.index not in cut]
-    turns = _after_turns(record, complete, look.stroke.sigma)
+    every = max(1, -(-len(complete) // _MOST_TURNS))
+    turns = _after_turns(record, complete[::every], look.stroke.sigma)
     late = [turn.late_s for turn in turns if turn.rise > RISE and turn.behind_s > least_s]
     if late and len(late) >= MOST * len(turns):
         size_s: float | None = median(late)
