@@ -52,6 +52,17 @@ class Spectra:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(force / stroke)
 
+    def work_J(self) -> FloatArray:  # noqa: N802 - the unit keeps its capital
+        """Return the work that stroke and force do with each other in harmonics 1 … 10, shape (R,) [J].
+
+        π Σ k (A_k b_k - B_k a_k), with the cosine and sine amplitudes a, b of the stroke and A, B of the
+        force: the integral of F dx over a period, whatever the form of the stroke. For a sine stroke only
+        k = 1 is left, π K″ x_a² (ISO 4664-1).
+        """
+        order = np.arange(HARMONICS + 1)
+        crossed = self.force[..., 0] * self.stroke[..., 1] - self.force[..., 1] * self.stroke[..., 0]
+        return np.asarray(np.pi * np.sum(order * crossed, axis=1))
+
     def distortion(self, open_mm: FloatArray) -> FloatArray:
         """Return the root of the sum of squares of stroke harmonics 2 … 10 over the first, shape (R,).
 

@@ -40,12 +40,25 @@ def test_every_step_is_complete_but_the_one_that_means_to_get_too_hot(demo: Demo
 
 
 def test_absorbed_energy_is_the_work_that_the_specimen_kept(demo: Demo) -> None:
+    """Each within its own U, a run's mean within 0.8 %.
+
+    The flicker of the force, 0.05 kN, at the cycle's own frequency and in quadrature, is 0.35 % of 520 J
+    at 1.27 Hz (standard deviation of 16 cycles of four demos; of the mean of the four of a run, 0.17 %).
+    """
     checked = 0
     for entry in demo.document["runs"]:
+        away = []
         for cycle in used_cycles(entry):
             work_J = true_difference(demo, entry["run"]["path"], cycle, "work_J")
-            assert cycle["absorbed_energy_J"] == pytest.approx(work_J, rel=0.01), entry["run"]["id"]
-            checked += 1
+            found_J, uncertainty_J = (
+                cycle["absorbed_energy_J"],
+                cycle["expanded_uncertainty"]["absorbed_energy_J"],
+            )
+            assert uncertainty_J < 0.02 * work_J
+            assert found_J == pytest.approx(work_J, abs=uncertainty_J), entry["run"]["id"]
+            away.append(found_J / work_J - 1.0)
+        checked += len(away)
+        assert np.mean(away) == pytest.approx(0.0, abs=0.008), entry["run"]["id"]
     assert checked > 60
 
 
