@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap
+from evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap, rings
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
 from evaluation.plausibility.samples import Samples
@@ -50,6 +50,8 @@ LOADED_SHARE = 0.03
 """At a rest under load, in which friction may let go, a leap counts from this share on."""
 STIFFER = 2.0
 """Where the stroke leaps, too, the force may change by so many times what the stiffness beside makes."""
+AT_TURN = 3
+"""So many samples beside a turn are left out where it is asked whether a force rings."""
 _MET = 8
 _MOST = 3
 _LOOKED_AT = 40
@@ -85,9 +87,23 @@ def force_jumps(look: Look) -> list[Finding]:
         return []
     ways = ways_of([result.cycle for result in look.results])
     lone = _lone_size(look, leaps)
-    jumps = [leap for leap in large if _is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)]
+    jumps = [
+        leap
+        for leap in large
+        if (_is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)) and not _rings(force, leap, ways)
+    ]
     # What jumps again and again is not the measuring chain.
     return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
+
+
+def _rings(force: Samples, leap: Leap, ways: Sequence[Way]) -> bool:
+    """Say whether the force rings about a leap, away from the turns of its pass."""
+    at_s = float(force.time_s[leap.first])
+    way = next((one for one in ways if one.start_s <= at_s <= one.end_s), None)
+    if way is None:
+        return False
+    rows = force.rows(way.start_s, way.end_s)
+    return rings(force, leap, slice(rows.start + AT_TURN, rows.stop - AT_TURN))
 
 
 def _is_spike(force: Samples, leap: Leap) -> bool:

@@ -29,6 +29,8 @@ _LONGER = 2.5
 """A step that lasts so many times longer than those beside it is a pause of the logger, or a hole."""
 _EVEN = 0.5
 """The steps on one side of a leap differ by less than this share of it."""
+RING, RINGS = 40, 0.8
+"""A channel rings that goes to and fro by this share of a leap over so many samples on either side of it."""
 _CHUNK = 8192
 """Samples that are looked at together: what is made of them stays in the processor's cache."""
 _NEAR_BREAK = 2
@@ -121,6 +123,31 @@ def goes_on(channel: Samples, leap: Leap) -> bool:
     if min(before.size, after.size) < BESIDE or np.any(before) != np.any(after):
         return False
     return max(float(np.ptp(before)), float(np.ptp(after))) < _EVEN * abs(leap.size)
+
+
+def rings(channel: Samples, leap: Leap, within: slice) -> bool:
+    """Say whether a channel goes to and fro beside a leap by as much: a stick that slips, play that closes.
+
+    Parameters
+    ----------
+    channel : Samples
+    leap : Leap
+    within : slice
+        Rows of its pass, from one turn to the next: there the motion itself goes one way.
+    """
+    sides = (
+        slice(max(within.start, leap.first + 1 - RING), leap.first + 1),
+        slice(leap.last, min(within.stop, leap.last + RING)),
+    )
+    return any(_to_and_fro(channel.value[side]) > RINGS * abs(leap.size) for side in sides)
+
+
+def _to_and_fro(value: FloatArray) -> float:
+    """Return by how much samples both rise and fall from one to a later one; 0 where they only do either."""
+    if not value.size:
+        return 0.0
+    rise = float(np.max(value - np.minimum.accumulate(value)))
+    return min(rise, float(np.max(np.maximum.accumulate(value) - value)))
 
 
 def _order(leap: Leap) -> float:

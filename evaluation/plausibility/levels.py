@@ -180,7 +180,7 @@ def _finding(
     from_s, to_s = float(series.end_s[step.last]), float(series.start_s[step.first])
     text = (
         f"force jumps between cycles {last} and {first}: {change} at the same stroke, more than softening "
-        "explains; gain or offset of the amplifier changed, and which of both sides is right is not on "
-        "record: repeat the test"
+        "explains; gain or offset of the amplifier changed, or the specimen did (friction), and which of "
+        "both sides is right is not on record: repeat the test"
     )
     return Finding(kind, "force", from_s, max(from_s, to_s), look.all_cycles, size, unit, text, "spoils")

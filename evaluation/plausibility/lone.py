@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray
+from foundation.ranks import quantile
 
 IndexArray = NDArray[np.intp]
 
@@ -25,6 +26,9 @@ triangle leaves it by 0.67. Nor is the step on either side of its neighbours lar
 sample before a specimen is let go leaves the cubic, too."""
 LOCAL_UNEVEN = 4.0
 """Where the samples about it are not evenly spaced: so many of the steps beside it from both neighbours."""
+SCATTER, MOST_LIKE, ABOUT = 2.0, 0.92, 20
+"""Nor is it one of many: it leaves that cubic by so many times what all but few of the samples about it do,
+so many on either side. A force that rings, or sticks and slips, has tips all along."""
 _STANDS_OUT = 1.25
 """… and by so much more than its neighbours do: of a lone sample 1.5, of a jump 1."""
 _APART = 0.3
@@ -64,9 +68,11 @@ def lone_rows(time_s: FloatArray, value: FloatArray, least: float, looked_at: Se
         pairs = np.flatnonzero(double) + first
         if rows.size + pairs.size > _MOST_CANDIDATES:
             continue  # not lone samples, but noise of another kind
-        found += [row for row in rows.tolist() if _is_lone(time_s, value, row, least)]
+        found += [
+            row for row in rows.tolist() if _is_lone(time_s, value, row, least) and _is_alone(value, row, row)
+        ]
         for row in pairs.tolist():
-            if _is_pair(value, row, least):
+            if _is_pair(value, row, least) and _is_alone(value, row, row + 1):
                 found += [row, row + 1]
     return np.unique(np.array(found, dtype=np.intp))
 
@@ -101,6 +107,20 @@ def _off(value: FloatArray, row: int) -> float:
     """Return by how much a sample is off the cubic through two neighbours on each side, evenly spaced."""
     a, b, c, d = (float(value[row + k]) for k in (-2, -1, 1, 2))
     return float(value[row]) - (4.0 * (b + c) - a - d) / 6.0
+
+
+def _is_alone(value: FloatArray, first: int, last: int) -> bool:
+    """Say whether samples are off by far more than most of those about them are."""
+    before, after = value[max(0, first - ABOUT) : first], value[last + 1 : last + 1 + ABOUT]
+    off = np.concatenate((_all_off(before), _all_off(after)))
+    own = max(abs(_off(value, first)), abs(_off(value, last)))
+    return off.size == 0 or own > SCATTER * quantile(off, MOST_LIKE)
+
+
+def _all_off(value: FloatArray) -> FloatArray:
+    """Return by how much each sample, but for two at either end, is off the cubic through those beside it."""
+    off = value[2:-2] - (4.0 * (value[1:-3] + value[3:-1]) - value[:-4] - value[4:]) / 6.0
+    return np.abs(off)
 
 
 def _is_pair(value: FloatArray, row: int, least: float) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from tests.public_records.sources import every_record
 from tests.public_records.study import evaluate
 
 ROOT = os.environ.get("BUFFERSTAND_PUBLIC_RECORDS", "")
-RECORDS = every_record(Path(ROOT)) if ROOT else []
+RECORDS = list(every_record(Path(ROOT))) if ROOT else []
+NOT_HERE = "PUBLIC RECORDS NOT HERE: docs/public-records.md says how to get them"
 
 
 def test_the_independent_area_is_that_of_an_ellipse() -> None:
@@ -23,12 +25,21 @@ def test_the_independent_area_is_that_of_an_ellipse() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.skipif(
-    not RECORDS, reason="PUBLIC RECORDS NOT HERE: docs/public-records.md says how to get them"
-)
+@pytest.mark.skipif(not RECORDS, reason=NOT_HERE)
 def test_each_is_evaluated_or_refused_for_a_reason() -> None:
     results = [evaluate(record) for record in RECORDS]
     assert all(result.text for result in results)
     compared = {r.record.name: r.worst for r in results if r.worst is not None}
     assert {name: worst for name, worst in compared.items() if worst > 0.005} == {}
-    assert sum(1 for r in results if r.complete) >= 0.9 * len(results)
+    # 16 have no cycle that can be evaluated, and say why: pulled and held, or a handful of samples a cycle.
+    assert sum(1 for r in results if not r.complete) <= 16
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not RECORDS, reason=NOT_HERE)
+def test_friction_that_rings_and_chatters_is_not_taken_for_a_fault_of_the_amplifier() -> None:
+    warnings = [
+        (r.record.name, text) for r in (evaluate(record) for record in RECORDS) for text in r.warnings
+    ]
+    assert [one for one in warnings if one[1].startswith("force jumps by")] == []
+    assert len({name for name, text in warnings if re.match(r"(force|stroke): a? ?spike", text)}) <= 11
