@@ -86,7 +86,10 @@ def _by_shift(record: Record, least_s: float) -> float | None:
 
 
 class _Turn(NamedTuple):
-    """By how much of its range the force rises after an upper turn, how long [s], and how late it is [s]."""
+    """By how much of its range the force rises after an upper turn, how long [s], and how late it is [s].
+
+    It rises beyond all that it was before the turn: one that only comes back swings, as a grip's mass does.
+    """
 
     rise: float
     behind_s: float
@@ -100,10 +103,13 @@ def _after_turns(record: Record, results: Sequence[CycleResult], noise_mm: float
         for result in results
         if (own := result.quantities).force_max_kN is not None and own.force_min_kN is not None
     ]
-    figures = [(cycle.top.leave_s, cycle.end.time_s, least_kN, most_kN) for cycle, least_kN, most_kN in known]
-    leave_s, end_s, least_kN, most_kN = np.array(figures, dtype=np.float64).reshape(-1, 4).T
+    figures = [
+        (cycle.start.leave_s, cycle.top.leave_s, cycle.end.time_s, least_kN, most_kN)
+        for cycle, least_kN, most_kN in known
+    ]
+    start_s, leave_s, end_s, least_kN, most_kN = np.array(figures, dtype=np.float64).reshape(-1, 5).T
     range_kN = most_kN - least_kN
-    first = np.searchsorted(record.time_s, leave_s)
+    begins, first = np.searchsorted(record.time_s, (start_s, leave_s))
     last = np.searchsorted(record.time_s, end_s, side="right")
     at_turn = np.interp(leave_s, record.time_s, record.force_kN)
     # Less at the turn: of the other sign, or by more than a quarter of the cycle.
@@ -111,7 +117,9 @@ def _after_turns(record: Record, results: Sequence[CycleResult], noise_mm: float
     turns = []
     for row in np.flatnonzero(tells).tolist():
         peak = int(first[row]) + int(record.force_kN[first[row] : last[row]].argmax())
-        rise = float((record.force_kN[peak] - at_turn[row]) / range_kN[row])
+        loading = record.force_kN[begins[row] : first[row]]
+        before_kN = max(float(at_turn[row]), float(np.max(loading, initial=-np.inf)))
+        rise = (float(record.force_kN[peak]) - before_kN) / float(range_kN[row])
         behind_s = float(record.time_s[peak] - leave_s[row])
         held_s = _held_later_s(record, known[row][0], noise_mm) if rise > RISE else 0.0
         turns.append(_Turn(rise, behind_s, held_s if held_s > 0.0 else behind_s))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.plausibility.records import Floats, of_kind, static
+from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 DWELL_S = 0.3
 
@@ -38,4 +38,16 @@ def test_no_lateness_is_told_by_a_peak_that_is_clipped() -> None:
 
     run = static(change)
     assert of_kind(run, "clipped")
+    assert not of_kind(run, "delay")
+
+
+def test_a_force_that_dips_as_the_stroke_turns_is_not_late() -> None:
+    """A grip's mass pulls at the cell while the stroke turns: an elastomer's public record dips by 15 %."""
+
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        since_s = (time_s - (np.pi / 2.0 - 1.0) / (2.0 * np.pi) + 0.5) % 1.0 - 0.5
+        return time_s, stroke, force - 24.0 * np.exp(-((since_s / 0.03) ** 2))
+
+    run = harmonic(change, loss=0.1)
+    assert len(run.cycles) > 4
     assert not of_kind(run, "delay")
