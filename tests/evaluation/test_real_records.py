@@ -62,3 +62,9 @@ def test_what_is_said_of_them(name: str) -> None:
     assert any("no expanded uncertainties" in w for w in run.warnings)
     assert any("no temperature" in w for w in run.warnings)
     assert run.record.breaks == ()
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_nothing_is_held_against_them(name: str) -> None:
+    run, _ = evaluated(name)
+    assert run.findings == ()
