@@ -69,6 +69,8 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
         f"the specimen is let go already; look at delay_s of the channel “force” in {SETTING} and at "
         "the filter of its amplifier"
     )
+    if _gives_off_energy(complete):
+        text += "; or its sign is turned, as the loops run the wrong way round (--invert force)"
     return [doubt(look, "delay", "force", size_s, "s", text)]
 
 
@@ -83,6 +85,12 @@ def _by_shift(record: Record, least_s: float) -> float | None:
     if late is None or late[0] < least_s or late[1].factor <= 0.0 or late[1].left > BETTER * now.left:
         return None
     return late[0]
+
+
+def _gives_off_energy(results: Sequence[CycleResult]) -> bool:
+    """Say whether most loops run the wrong way round: a damper's do whose force has the other sign."""
+    areas = [area for result in results if (area := result.quantities.absorbed_energy_J) is not None]
+    return bool(areas) and median(areas) < 0.0
 
 
 class _Turn(NamedTuple):

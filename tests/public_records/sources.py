@@ -74,6 +74,8 @@ def _columns(name: str, encoding: str, first_line: int, **columns: str) -> str:
 
 _VHB = "tensile machine's export"
 _STEEL = "strain in 10⁻³ of 1 mm, stress as kN"
+_CRANK = "crank dynamometer's log"
+_CRANK_COLUMNS = {"time": "1 date-time", "stroke": "5 mm", "temperature": "7 °C"}
 
 SOURCES = (
     Source(
@@ -158,6 +160,23 @@ SOURCES = (
                 "examples/example_3.csv",
                 "structural steel, strain-controlled",
                 _columns(_STEEL, "UTF-8", 2, stroke="1 m", time="2 s", force="3 kN"),
+            ),
+        ),
+    ),
+    Source(
+        "damper_characterization",
+        "LucasDudley/damper_characterization",
+        "none stated",
+        (
+            Files(
+                "Test_Data/Phase1_temp_sensitivity/**/t*_[12][24]_[12][24]_s*.csv",
+                "oil damper on a crank, heated",
+                _columns(_CRANK, "UTF-8", 2, force="3 N", **_CRANK_COLUMNS),
+            ),
+            Files(
+                "Test_Data/Phase1_temp_sensitivity/**/t*_18_18_*.csv",
+                "the same, the load cell wired the other way",
+                _columns(_CRANK, "UTF-8", 2, force="-3 N", **_CRANK_COLUMNS),
             ),
         ),
     ),

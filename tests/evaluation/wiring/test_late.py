@@ -51,3 +51,9 @@ def test_a_force_that_dips_as_the_stroke_turns_is_not_late() -> None:
     run = harmonic(change, loss=0.1)
     assert len(run.cycles) > 4
     assert not of_kind(run, "delay")
+
+
+def test_a_damper_with_the_other_sign_is_told_to_be_that_or_late() -> None:
+    run = harmonic(lambda time_s, stroke, force: (time_s, stroke, 100.0 - force), storage=0.02, loss=4.0)
+    (finding,) = of_kind(run, "delay") + of_kind(run, "sign")
+    assert "--invert force" in finding.text
