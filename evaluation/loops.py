@@ -112,11 +112,8 @@ class LoopStack:
 
 def noise_of(record: Record) -> tuple[float, float]:
     """Return the noise of force [kN] and stroke [mm] by which loops are cut."""
-    force_kN, stroke_mm = (
-        without_fast_hum(values, noise_sigma(values))
-        for values in map(record.as_read, (record.force_kN, record.stroke_mm))
-    )
-    return force_kN, stroke_mm
+    force_kN = record.as_read(record.force_kN)
+    return without_fast_hum(force_kN, noise_sigma(force_kN)), record.stroke_noise_mm
 
 
 def cut_loops(

@@ -293,7 +293,7 @@ def _speeds(recorded: Recorded, results: Sequence[CycleResult], draws: Draws | N
             return _measured_speeds(ends, recorded, draws)
     peaks = greatest_speeds(recorded.evaluated, results)
     evaluated = recorded.evaluated
-    sigma_mm = 0.0 if draws is None else noise_sigma(evaluated.as_read(evaluated.stroke_mm))
+    sigma_mm = 0.0 if draws is None else evaluated.stroke_sampling.sigma
     both = [_of_slope(peak, draws, sigma_mm) for peak in peaks]
     return _three(*both)
 
