@@ -247,7 +247,8 @@ def _as_read(samples: Record, channel: str) -> Ends | None:
     if channel not in samples.as_recorded:
         return None
     time_s, value = samples.as_recorded[channel]
-    inside = (time_s >= samples.time_s[0]) & (time_s <= samples.time_s[-1])
+    first = np.searchsorted(time_s, samples.time_s[0])
+    inside = slice(int(first), int(np.searchsorted(time_s, samples.time_s[-1], side="right")))
     return peaks_of(time_s[inside], value[inside])
 
 
