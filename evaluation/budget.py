@@ -24,6 +24,7 @@ from evaluation.error_model import (
 )
 from evaluation.inertia import InertiaForce
 from evaluation.own_errors import OwnErrors
+from evaluation.propagations import Propagations
 from evaluation.quantities import TANGENT_WINDOW
 from evaluation.record import FloatArray
 from evaluation.results import Summary
@@ -123,7 +124,7 @@ def _within(limit: float) -> Any:
 def run_budget(
     force: ChannelUncertainty | None,
     wires: Sequence[ChannelUncertainty],
-    prepared: Mapping[int, CyclePropagation],
+    prepared: Propagations,
     summary: Summary,
     inertia: InertiaForce | None = None,
     gap_limits: Mapping[str, float] | None = None,
@@ -134,8 +135,8 @@ def run_budget(
     ----------
     force, wires
         Uncertainty of the channels.
-    prepared : mapping of int to CyclePropagation
-        Loops of the complete cycles.
+    prepared : Propagations
+        Of the complete cycles.
     summary : Summary
         Means over the cycles used, with the uncertainty of record.
     inertia : InertiaForce, optional
@@ -153,6 +154,7 @@ def run_budget(
     if force is None or force.accuracy_percent is None or mean_of_wires(wires) is None or not used:
         return ()
     chosen = [used[i] for i in np.unique(np.linspace(0, len(used) - 1, _MOST_CYCLES).round().astype(int))]
+    prepared.prepare(chosen)
     loops = [prepared[index] for index in chosen]
     inputs = _Inputs(force, wires, inertia, loops[0].own)
     budgets = []

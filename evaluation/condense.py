@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import Sampling, find_reversals, held_samples, sampling_of
+from evaluation.reversals import Sampling, find_reversals, held_samples
 from evaluation.spectra import HARMONICS
 from foundation.kind import Kind
 from foundation.ranks import median
@@ -51,7 +51,9 @@ _NEAR_BLOCKS = 4
 """Noise moves a coarse extreme: the extreme block is looked for among so many to both sides."""
 
 
-def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] | None, tuple[str, ...]]:
+def condensed_for(
+    record: Record, kind: Kind, sampling: Sampling | None = None
+) -> tuple[Record, NDArray[np.intp] | None, tuple[str, ...]]:
     """Return the record at the resolution that a run of this kind needs.
 
     Parameters
@@ -59,6 +61,8 @@ def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] 
     record : Record
     kind : Kind
         Of the run.
+    sampling : Sampling, optional
+        That of the stroke, if it is known already.
 
     Returns
     -------
@@ -77,7 +81,7 @@ def condensed_for(record: Record, kind: Kind) -> tuple[Record, NDArray[np.intp] 
         return record, None, _coarse_event(record)
     turns = None
     if record.time_s.size >= 2 * (POINTS_OF_A_SINE if kind == "harmonic" else points):
-        sampling = sampling_of(record.stroke_mm)
+        sampling = sampling or record.stroke_sampling
         turns = find_reversals(record.stroke_mm, sampling)
         if kind == "harmonic" and _is_sine(record, sampling, turns):
             points = POINTS_OF_A_SINE

@@ -18,7 +18,7 @@ from evaluation.defects import describe
 from evaluation.motion import Cycle, CycleColumns, TurnColumns, TurningPoint
 from evaluation.record import FloatArray, Record
 from evaluation.reversal_dwells import with_reversals
-from evaluation.reversals import Sampling, find_reversals, sampling_of, without_fast_hum
+from evaluation.reversals import Sampling, find_reversals
 from evaluation.spectra import spectra_between
 from evaluation.turn_sides import Reversals
 from evaluation.turning import fit_turning_points
@@ -68,13 +68,13 @@ def find_with_harmonics(
     ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already. At
     ``slips_s`` the stroke jumps, against its motion or with it, which is no motion.
     """
-    sampling = sampling_of(record.as_read(record.stroke_mm))
+    sampling = record.stroke_sampling
     index = find_reversals(record.stroke_mm, sampling) if reversals is None else reversals
     if slips_s:
         index = _without_slips(record.time_s, index, slips_s)
     if index.size < 3:
         return (), np.zeros(0, dtype=np.complex128)
-    calm = replace(sampling, sigma=without_fast_hum(record.as_read(record.stroke_mm), sampling.sigma))
+    calm = replace(sampling, sigma=record.stroke_noise_mm)
     turns = _with_edges(record, _fit_turns(record, index, calm), sampling)
     turns = with_reversals(record, turns, sampling.sigma)
     first = 0 if turns[0].kind == "lower" else 1

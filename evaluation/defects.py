@@ -139,7 +139,7 @@ class Cleaner:
             size > 1
             and time_s[0] > self._latest_s
             and shortest_s > 0.0
-            and _finite(time_s, stroke_mm, force_kN)
+            and finite_where_rising(time_s, stroke_mm, force_kN)
         ):
             self._latest_s = float(time_s[-1])
             self._touching = None
@@ -300,18 +300,20 @@ def _longest_usual_step_s(time_s: FloatArray, shortest_s: float, longest_s: floa
 def step_limits(time_s: FloatArray) -> tuple[float, float]:
     """Return the shortest and the longest step between samples [s]; NaN where a time is none."""
     shortest, longest = [np.inf], [-np.inf]
+    room = np.empty(min(_CHUNK, time_s.size))  # made once: fresh memory would cost more than the differences
     for first in range(0, time_s.size - 1, _CHUNK):
-        step = np.diff(time_s[first : first + _CHUNK + 1])
-        shortest.append(float(np.min(step)))
-        longest.append(float(np.max(step)))
+        part = time_s[first : first + _CHUNK + 1]
+        step = np.subtract(part[1:], part[:-1], out=room[: part.size - 1])
+        shortest.append(float(step.min()))
+        longest.append(float(step.max()))
     return float(np.min(shortest)), float(np.max(longest))
 
 
-def _finite(time: FloatArray, stroke: FloatArray, force: FloatArray) -> bool:
+def finite_where_rising(time_s: FloatArray, *columns: FloatArray) -> bool:
     """Say whether every sample is usable where time rises strictly: the usual case, told in a few passes."""
     # Strictly rising says that no time inside is NaN; a sum is finite only if all its terms are.
-    ends = bool(np.isfinite(time[0]) and np.isfinite(time[-1]))
-    return ends and bool(np.isfinite(np.sum(stroke)) and np.isfinite(np.sum(force)))
+    ends = bool(np.isfinite(time_s[0]) and np.isfinite(time_s[-1]))
+    return ends and all(bool(np.isfinite(np.sum(column))) for column in columns)
 
 
 def _longer_steps(time: FloatArray, limit_s: float) -> set[int]:

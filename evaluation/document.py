@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,7 @@ _TEMPERATURES = ("temperature_start_C", "temperature_max_C")
 LIGHT = RunEvaluation(RunFacts("", "harmonic"), _NO_SAMPLES, (), Summary((), {}), (), None, ())
 """A result that has only what trends and comparisons are made from; fill in facts, summary, mean loop."""
 CYCLE_QUANTITIES = tuple(n for n in Quantities._fields if n not in _TEMPERATURES)
+_figures_of = attrgetter(*CYCLE_QUANTITIES)
 
 
 def evaluate_paths(
@@ -247,7 +249,7 @@ def _cycle(result: CycleResult) -> dict[str, Any]:
         "end_s": cycle.end_s,
         "complete": cycle.complete,
         "steady": cycle.steady,
-        **{name: getattr(figures, name) for name in CYCLE_QUANTITIES},
+        **dict(zip(CYCLE_QUANTITIES, _figures_of(figures), strict=True)),
         "temperature_C": {"start": figures.temperature_start_C, "max": figures.temperature_max_C},
         "expanded_uncertainty": dict(result.expanded_uncertainty),
         "why": list(cycle.why),

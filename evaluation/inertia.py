@@ -18,7 +18,6 @@ import numpy as np
 from evaluation.choices import ForceCell
 from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
-from evaluation.reversals import noise_sigma
 from foundation.errors import BadInput
 from foundation.ranks import median
 from foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
@@ -130,7 +129,7 @@ def acceleration_noise_mm_per_s2(record: Record, window_s: float) -> float:
 
     step_s = median(np.diff(record.time_s))
     weights = savgol_coeffs(_odd_window(window_s, step_s), _DEGREE, deriv=2, delta=step_s)
-    return noise_sigma(record.as_read(record.stroke_mm)) * float(np.linalg.norm(weights))
+    return record.stroke_sampling.sigma * float(np.linalg.norm(weights))
 
 
 def _odd_window(window_s: float, step_s: float) -> int:

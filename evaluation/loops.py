@@ -13,6 +13,7 @@ from evaluation.motion import Cycle, CycleColumns, EndReading, Loop
 from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma, without_fast_hum
 from evaluation.turns import EndForces, Ends, ForceExtremes, Inside, continuous, end_forces, force_extremes
+from evaluation.turns.end_forces import MOST_ASKED
 from evaluation.turns.of_cycles import BY_SPEED, arriving, at_rests, by_speed, creeping
 
 __all__ = ["DENSE_SAMPLES", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
@@ -112,15 +113,16 @@ class LoopStack:
 
 def noise_of(record: Record) -> tuple[float, float]:
     """Return the noise of force [kN] and stroke [mm] by which loops are cut."""
-    force_kN, stroke_mm = (
-        without_fast_hum(values, noise_sigma(values))
-        for values in map(record.as_read, (record.force_kN, record.stroke_mm))
-    )
-    return force_kN, stroke_mm
+    force_kN = record.as_read(record.force_kN)
+    return without_fast_hum(force_kN, noise_sigma(force_kN)), record.stroke_noise_mm
 
 
 def cut_loops(
-    record: Record, cycles: Sequence[Cycle], noise: tuple[float, float] | None = None
+    record: Record,
+    cycles: Sequence[Cycle],
+    noise: tuple[float, float] | None = None,
+    *,
+    alone: bool = False,
 ) -> Iterator[LoopStack]:
     """Cut the loops of cycles with both lower turning points and the upper one as points of them.
 
@@ -136,6 +138,8 @@ def cut_loops(
         Of :func:`evaluation.cycles.find_cycles`, complete.
     noise : tuple of float, optional
         :func:`noise_of` the record, if it is known already.
+    alone : bool
+        Each as if it was the only one: none takes window, terms or a force from another one.
 
     Yields
     ------
@@ -156,7 +160,7 @@ def cut_loops(
         longest = np.maximum.accumulate(samples[first : first + _CHUNK_POINTS])
         fits = np.count_nonzero(longest * np.arange(1, longest.size + 1) <= _CHUNK_POINTS)
         part = slice(first, first + min(max(1, int(fits)), _CHUNK_LOOPS))
-        yield _cut(record, cycles[part], turns.rows(part), (up.rows(part), down.rows(part)), noise)
+        yield _cut(record, cycles[part], turns.rows(part), (up.rows(part), down.rows(part)), noise, alone)
         first = part.stop
 
 
@@ -166,7 +170,9 @@ def _cut(
     turns: CycleColumns,
     inner: tuple[Stretches, Stretches],
     noise: tuple[float, float],
+    alone: bool,
 ) -> LoopStack:
+    most_asked = 2 * len(cycles) if alone else MOST_ASKED
     both, own = inner[0].joined(inner[1]).trimmed(record.time_s), len(cycles)
     start, top, end = turns
     first = np.concatenate((start.leave_mm, top.leave_mm))
@@ -180,6 +186,7 @@ def _cut(
             record,
             Ends(at_s, stroke, both.first, both.last, np.full(at_s.size, begins), is_smooth),
             *noise,
+            most_asked=most_asked,
         )
         for at_s, stroke, begins, is_smooth in (
             (both.start_s, first, True, smooth[0]),
@@ -187,9 +194,9 @@ def _cut(
         )
     )
     loading, unloading = slice(0, own), slice(own, None)
-    before = arriving(record, turns, starts.rows(loading), ends.rows(unloading), noise)
-    before = at_rests(record, start, before, noise, leaving=True)
-    behind = at_rests(record, end, ends.rows(unloading), noise, leaving=False)
+    before = arriving(record, turns, starts.rows(loading), ends.rows(unloading), noise, alone=alone)
+    before = at_rests(record, start, before, noise, leaving=True, most_asked=most_asked)
+    behind = at_rests(record, end, ends.rows(unloading), noise, leaving=False, most_asked=most_asked)
     begin_kN, end_kN = starts.force_kN.copy(), ends.force_kN.copy()
     passes = inner[0].end_s == inner[1].start_s
     one = passes & continuous(ends.rows(loading), starts.rows(unloading))
@@ -206,7 +213,9 @@ def _cut(
     branches = closed(record, both, (first, begin_kN), (last, end_kN))
     read = before, creeping(top, ends.rows(loading)), behind
     parts = _inside(record, both, branches, dwells)
-    least, most = (force_extremes(record.time_s, read, parts, noise[0], sign) for sign in (-1.0, 1.0))
+    least, most = (
+        force_extremes(record.time_s, read, parts, noise[0], sign, most_asked) for sign in (-1.0, 1.0)
+    )
     low, high = starts.rows(loading), starts.rows(unloading)
     span_kN = most.force_kN - least.force_kN
     fast = most.force_kN - read[1].force_kN > BY_SPEED * span_kN
@@ -243,9 +252,9 @@ def _inside(
     return parts
 
 
-def cut_loop(record: Record, cycle: Cycle, noise: tuple[float, float] | None = None) -> Loop:
+def cut_loop(record: Record, cycle: Cycle) -> Loop:
     """Return the loop of one complete cycle (:func:`cut_loops`)."""
-    (stack,) = cut_loops(record, [cycle], noise)
+    (stack,) = cut_loops(record, [cycle])
     return stack.loop(0)
 
 

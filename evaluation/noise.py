@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -75,10 +76,14 @@ class Spectrum:
 
     def at(self, frequency_Hz: FloatArray) -> FloatArray:
         """Return the density at frequencies, 0 beyond what the samples can show."""
-        known = np.maximum(self.density, 1e-300)
         frequency = np.log(np.maximum(frequency_Hz, 1e-12))
-        found = np.exp(np.interp(frequency, np.log(self.frequency_Hz), np.log(known)))
+        found = np.exp(np.interp(frequency, *self._powers))
         return np.where(frequency_Hz <= 0.5 / self.step_s * (1.0 + 1e-9), found, 0.0)
+
+    @cached_property
+    def _powers(self) -> tuple[FloatArray, FloatArray]:
+        """Logarithms of its frequencies and densities."""
+        return np.log(self.frequency_Hz), np.log(np.maximum(self.density, 1e-300))
 
     def variance(self, time_s: FloatArray, weights: FloatArray) -> FloatArray:
         """Return the variance of sums of noise over points of a curve [unit²], shape (...,).
@@ -142,7 +147,7 @@ class Spectrum:
             )
         return found
 
-    @property
+    @cached_property
     def sigma(self) -> float:
         """Standard deviation of a sample's noise, of whatever frequency."""
         frequency = np.linspace(0.0, 0.5 / self.step_s, 2001)
@@ -184,7 +189,7 @@ def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Se
         Complete ones, in order. Without them the noise is taken for white.
     """
     time_s, forces, strokes = map(record.as_read, (record.time_s, record.force_kN, record.stroke_mm))
-    force_kN, stroke_mm = noise_sigma(forces), noise_sigma(strokes)
+    force_kN, stroke_mm = noise_sigma(forces), record.stroke_sampling.sigma
     force, stroke = (
         _spectrum(time_s, values, sigma, cycles)
         for values, sigma in ((forces, force_kN), (strokes, stroke_mm))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 from evaluation.inertia import InertiaForce
-from evaluation.loops import noise_of
+from evaluation.loops import cut_loops, noise_of
 from evaluation.motion import Cycle
 from evaluation.noise import Noise, record_noise
 from evaluation.own_errors import OwnErrors, own_errors
@@ -59,11 +59,26 @@ class Propagations(Mapping[int, CyclePropagation]):
     def _cut_by(self) -> tuple[float, float]:
         return noise_of(self._record)
 
+    def prepare(self, indices: Iterable[int]) -> None:
+        """Prepare the complete ones of some cycles together: loops cut one by one take ten times as long.
+
+        Parameters
+        ----------
+        indices : iterable of int
+            Numbers of cycles.
+        """
+        cycles = [self._cycles[i] for i in indices if i in self._cycles and i not in self._prepared]
+        for stack in cut_loops(self._record, cycles, self._cut_by, alone=True):
+            for row, cycle in enumerate(stack.cycles):
+                loop = stack.loop(row)
+                own = (self._record, cycle, self.noise, self._inertia, self.own, loop)
+                self._prepared[cycle.index] = CyclePropagation(*own)
+
     def __getitem__(self, index: int) -> CyclePropagation:
         if index not in self._prepared:
-            cycle = self._cycles[index]
-            own = (self._record, cycle, self.noise, self._inertia, self.own, self._cut_by)
-            self._prepared[index] = CyclePropagation(*own)
+            if index not in self._cycles:
+                raise KeyError(index)
+            self.prepare([index])
         return self._prepared[index]
 
     def __contains__(self, index: object) -> bool:

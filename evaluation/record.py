@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from evaluation.gaps.clock import understand
 from evaluation.gaps.even import even_stamps
 from evaluation.gaps.events import event_changes, lost_between
 from evaluation.gaps.steps import unusual_steps
+from evaluation.reversals import Sampling, sampling_of, without_fast_hum
 from foundation.errors import BadInput
 
 FloatArray = NDArray[np.float64]
@@ -142,6 +144,16 @@ class Record:
     def as_read(self, values: FloatArray) -> FloatArray:
         """Return those of a channel's samples, shape (N,), that were read."""
         return values[self.read] if self.filled_s else values
+
+    @cached_property
+    def stroke_sampling(self) -> Sampling:
+        """Noise, converter's step and held samples of its stroke as it was read."""
+        return sampling_of(self.as_read(self.stroke_mm))
+
+    @cached_property
+    def stroke_noise_mm(self) -> float:
+        """Noise of its stroke by which fits are judged (:func:`evaluation.reversals.without_fast_hum`)."""
+        return without_fast_hum(self.as_read(self.stroke_mm), self.stroke_sampling.sigma)
 
     def has_break(self, first: int, last: int) -> bool:
         """Say whether a break lies between sample ``first`` and sample ``last`` (both included)."""

@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
 from foundation.ranks import quantile
+
+FloatArray = NDArray[np.float64]
 
 IndexArray = NDArray[np.intp]
 

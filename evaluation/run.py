@@ -30,6 +30,7 @@ from evaluation.requirements.judge import assumptions, is_judged, judge_with_con
 from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from evaluation.requirements.rows import Case
 from evaluation.results import CycleResult, Measured, Options, RequirementResult, RunEvaluation, RunFacts
+from evaluation.reversals import Sampling
 from evaluation.steps import Division
 from evaluation.steps.corrections import with_settling
 from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
@@ -94,7 +95,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     seen, coded = without_codes(Channels(record))
     seen, calm, facts, wires = _looked_at(seen, facts)
     samples = seen.record
-    record, turns, coarse = condensed_for(_without_readings(calm), facts.kind)
+    record, turns, coarse = condensed_for(_without_readings(calm), facts.kind, _known_sampling(seen, calm))
     interval_s = limits.conditions.reading_interval_max_s
 
     def look_at(found: Found) -> Look:
@@ -227,6 +228,11 @@ def _looked_at(seen: Channels, facts: RunFacts) -> tuple[Channels, Record, RunFa
     if wires is not None and wires.out:
         seen = Channels(calm)
     return seen, calm, facts, wires
+
+
+def _known_sampling(seen: Channels, record: Record) -> Sampling | None:
+    """Return how the stroke of a record came about, where it is the one that was seen."""
+    return seen.stroke.sampling if seen.stroke.value is record.stroke_mm else None
 
 
 def _without_readings(record: Record) -> Record:

@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +44,7 @@ NUMBERS = (
     *(f"U({name})" for name in _WITH_UNCERTAINTY),
 )
 """Columns of a cycle that are numbers or flags."""
+_figures_of = itemgetter("index", "start_s", "end_s", "complete", "steady", *CYCLE_QUANTITIES)
 _OF_RUN = ("run", "path", "kind", "specimen")
 _TRACE = ("sha256", "settings_sha256", "version")
 COLUMNS = (*_OF_RUN, *NUMBERS, *_TRACE)
@@ -58,8 +60,7 @@ def cycle_numbers(entry: Mapping[str, Any]) -> NDArray[np.float64]:
     """
     rows = [
         (
-            cycle["index"],
-            *(cycle[name] for name in ("start_s", "end_s", "complete", "steady", *CYCLE_QUANTITIES)),
+            *_figures_of(cycle),
             cycle["temperature_C"]["start"],
             cycle["temperature_C"]["max"],
             *(cycle["expanded_uncertainty"].get(name) for name in _WITH_UNCERTAINTY),

@@ -8,10 +8,11 @@ import numpy as np
 
 from evaluation.error_model import Draws
 from evaluation.further_draws import further_draws, stroke_draws, temperature_draws
+from evaluation.propagations import Propagations
 from evaluation.record import FloatArray, Temperature
 from evaluation.results import CycleResult
 from evaluation.summary import MeanOfDraws
-from evaluation.uncertainty import COVERAGE, CyclePropagation, cycle_draws, expanded
+from evaluation.uncertainty import COVERAGE, cycle_draws, expanded
 
 MOST_DRAWN = 24
 """Of a run's steady cycles, which repeat each other, at most so many are drawn, evenly spread; …"""
@@ -29,7 +30,7 @@ _JUDGED = {"stored_energy_J", "absorbed_energy_J"}
 
 def with_uncertainty(
     results: Sequence[CycleResult],
-    prepared: Mapping[int, CyclePropagation],
+    prepared: Propagations,
     draws: Draws,
     parts: Sequence[tuple[Sequence[int], MeanOfDraws]],
     temperatures: Sequence[Temperature],
@@ -41,8 +42,8 @@ def with_uncertainty(
     Parameters
     ----------
     results : sequence of CycleResult
-    prepared : mapping of int to CyclePropagation
-        Loops of the complete cycles.
+    prepared : Propagations
+        Of the complete cycles.
     draws : Draws
     parts : sequence of (sequence of int, MeanOfDraws)
         Cycles that stand for each step, of which its summary is the mean, and where their draws go.
@@ -63,6 +64,7 @@ def with_uncertainty(
     kept: dict[int, Mapping[str, FloatArray]] = {}
     known: dict[int, CycleResult] = {}
     whole: dict[int, CycleResult] = {}  # as if all were on record
+    prepared.prepare(r.cycle.index for r in results if r.cycle.index not in left_out)
     for result in results:
         index = result.cycle.index
         if index in left_out:

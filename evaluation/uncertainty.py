@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from evaluation.inertia import InertiaForce
 from evaluation.loops import cut_loop
-from evaluation.motion import Cycle, EndReading, TurningPoint
+from evaluation.motion import Cycle, EndReading, Loop, TurningPoint
 from evaluation.noise import Noise, Spectrum, white
 from evaluation.own_errors import OwnErrors
 from evaluation.quantities import TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
@@ -87,8 +87,8 @@ class CyclePropagation:
         What the correction for a moving mass added to the record.
     own : OwnErrors, optional
         Hum and drift of the run.
-    cut_by : tuple of float, optional
-        :func:`evaluation.loops.noise_of` the record, if it is known already.
+    loop : Loop, optional
+        That of the cycle, if it is cut already.
     """
 
     def __init__(
@@ -98,13 +98,13 @@ class CyclePropagation:
         noise: Noise,
         inertia: InertiaForce | None = None,
         own: OwnErrors | None = None,
-        cut_by: tuple[float, float] | None = None,
+        loop: Loop | None = None,
     ) -> None:
         self.own = own or OwnErrors()
         self._drums_mm = record.drums_mm
         self.cycle = cycle
         self.noise = noise
-        self.loop = cut_loop(record, cycle, cut_by)
+        self.loop = loop or cut_loop(record, cycle)
         self._added_kN = None
         if inertia is not None:
             self._added_kN = np.interp(self.loop.time_s, record.time_s, inertia.added_kN)

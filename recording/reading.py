@@ -17,6 +17,8 @@ from foundation.errors import BadInput
 RESTORE = "restore the file from a copy"
 _ROWS_AT_ONCE = 131_072
 _ALL = slice(None)
+_BROKEN = (OSError, RuntimeError, ValueError, KeyError, TypeError)
+"""What h5py raises on a broken structure."""
 
 
 @contextmanager
@@ -54,8 +56,12 @@ def _opened(path: Path) -> Any:
 def _damage_named(path: Path) -> Iterator[None]:
     try:
         yield
-    except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:  # h5py on broken structure
-        raise BadInput(f"damaged: {_short(error)}", file=path, remedy=RESTORE) from None
+    except _BROKEN as error:
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: Path, error: Exception) -> BadInput:
+    return BadInput(f"damaged: {_short(error)}", file=path, remedy=RESTORE)
 
 
 class Reader:
@@ -112,10 +118,15 @@ class Reader:
         BadInput
             As :func:`read_column`.
         """
-        with self.held(), _damage_named(self.path):
+        if self._tree is None:
+            with self.held():
+                return self.column(place, facts, rows)
+        try:
             if self._sealed and rows == _ALL:
                 return _sealed_column(self._tree, place, facts)
             return read_column(self._tree, self.path, place, facts, rows)
+        except _BROKEN as error:
+            raise _damaged(self.path, error) from None
 
 
 def read_document(tree: Any, path: Path) -> dict[str, Any]:

@@ -139,7 +139,7 @@ class Run:
         """Get the hash of the run's whole content (survives repacking of the file)."""
         return str(self.metadata["content_sha256"])
 
-    @property
+    @cached_property
     def events(self) -> tuple[RunEvent, ...]:
         """Get what happened, on the run's time."""
         rows = self._rows("events", ("at_s", "kind", "text", "data"))

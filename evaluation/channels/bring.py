@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.defects import finite_where_rising, step_limits
 from evaluation.gaps.clock import understand
 from evaluation.splines import moved
 from foundation.ranks import median
@@ -66,6 +67,8 @@ def usable(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]
 
 def as_read(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the readings that are numbers, when they were taken: as a record understands their stamps."""
+    if at_s.size and step_limits(at_s)[0] > 0.0 and finite_where_rising(at_s, value):
+        return at_s, value  # as nearly always
     good = np.isfinite(at_s) & np.isfinite(value)
     if not good.all():
         at_s, value = at_s[good], value[good]

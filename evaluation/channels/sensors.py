@@ -165,6 +165,8 @@ def _disturbed_rows(time_s: FloatArray, shown_C: FloatArray, true: Mask) -> NDAr
     good = np.flatnonzero(true & np.isfinite(shown_C) & np.isfinite(time_s))
     value, at_s = shown_C[good], time_s[good]
     before = np.flatnonzero(np.abs(np.diff(value)) > _JUMP_K)
+    if not before.size:
+        return before
     disturbed = np.zeros(value.size, dtype=bool)
     for many in range(1, _MOST_DISTURBED + 1):
         first = before[before + many + 1 < value.size]

@@ -247,7 +247,8 @@ def _as_read(samples: Record, channel: str) -> Ends | None:
     if channel not in samples.as_recorded:
         return None
     time_s, value = samples.as_recorded[channel]
-    inside = (time_s >= samples.time_s[0]) & (time_s <= samples.time_s[-1])
+    first = np.searchsorted(time_s, samples.time_s[0])
+    inside = slice(int(first), int(np.searchsorted(time_s, samples.time_s[-1], side="right")))
     return peaks_of(time_s[inside], value[inside])
 
 
@@ -293,7 +294,7 @@ def _speeds(recorded: Recorded, results: Sequence[CycleResult], draws: Draws | N
             return _measured_speeds(ends, recorded, draws)
     peaks = greatest_speeds(recorded.evaluated, results)
     evaluated = recorded.evaluated
-    sigma_mm = 0.0 if draws is None else noise_sigma(evaluated.as_read(evaluated.stroke_mm))
+    sigma_mm = 0.0 if draws is None else evaluated.stroke_sampling.sigma
     both = [_of_slope(peak, draws, sigma_mm) for peak in peaks]
     return _three(*both)
 

@@ -88,11 +88,12 @@ def _pace(series: Series) -> _Pace:
     even = series.middle[first:] - series.middle[first] * share
     time = time - time[0]
     half, last = time.size // 2, float(time[-1])
-    whole, one, two = (
-        float(np.polyfit(time[part], even[part], 1)[0])
+    line, *halves = (
+        np.polyfit(time[part], even[part], 1)
         for part in (slice(None), slice(None, half + 1), slice(half, None))
     )
-    left = even - np.polyval(np.polyfit(time, even, 1), time)
+    whole, one, two = (float(fit[0]) for fit in (line, *halves))
+    left = even - np.polyval(line, time)
     # Standard deviation of a movement over the whole by what the cycles scatter about the line.
     u_kN = _LEAST * median(series.force_range) + float(
         np.sqrt(12.0 * np.dot(left, left) / (time.size - 2) / time.size)

@@ -96,7 +96,7 @@ def may_leap(channel: Samples, least: float) -> bool:
     return any(
         float(np.max(np.abs(_left(channel, part, width)[0]), initial=0.0)) > least
         for width in WIDTHS
-        if _most(channel, width) > least
+        if _most(channel, width) > least and (width > 1 or _unlike(channel) > least)
         for part in (slice(at, at + _CHUNK + width + 2 * BESIDE) for at in range(0, size, _CHUNK))
     )
 
@@ -110,6 +110,17 @@ def _most(channel: Samples, width: int) -> float:
         share = _MOVES[width] * channel.unevenness
         return min(own / (1.0 - share) if share < 1.0 else np.inf, own + width * step * channel.unevenness)
     return step * (1.0 + channel.unevenness)
+
+
+def _unlike(channel: Samples) -> float:
+    """Return what no leap over one sample is larger than, by how unlike steps are to the two before them.
+
+    The median of three speeds lies between any two of them, so no further from a step than one of these two.
+    """
+    step = np.diff(channel.value)
+    apart = [step[after:] - step[:-after] for after in (1, 2)]
+    most = max(max(float(own.max()), -float(own.min())) for own in apart)
+    return most + (channel.unevenness - 1.0) * float(np.max(channel.scan.step))
 
 
 def goes_on(channel: Samples, leap: Leap) -> bool:

@@ -10,6 +10,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.defects import step_limits
 from evaluation.plausibility.lone import least_apart, lone_rows
 from evaluation.record import FloatArray
 from evaluation.reversals import Sampling, sampling_of
@@ -93,9 +94,8 @@ class Samples:
         """How many times the shortest time between two samples the longest one is."""
         if self.time_s.size < 2:
             return 1.0
-        steps_s = np.diff(self.time_s)
-        shortest_s = float(np.min(steps_s))
-        return float(np.max(steps_s)) / shortest_s if shortest_s > 0.0 else float("inf")
+        shortest_s, longest_s = step_limits(self.time_s)
+        return longest_s / shortest_s if shortest_s > 0.0 else float("inf")
 
     @cached_property
     def codes(self) -> NDArray[np.intp]:

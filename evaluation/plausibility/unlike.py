@@ -48,6 +48,8 @@ def _outliers(series: Series, level: FloatArray) -> list[tuple[int, float]]:
     off = level[rows] - np.median(beside, axis=0)
     apart = np.ptp(beside, axis=0)
     suspect = (np.abs(off) > SHARE * scale) & (np.abs(off) > STANDS_OUT * apart)
+    if not suspect.any():
+        return []
     heat_K = series.temperature_C[rows] - np.median(
         [series.temperature_C[rows + k] for k in (-2, -1, 1, 2)], axis=0
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from evaluation.across_runs.shared import Regression, SharedErrors
@@ -11,11 +11,11 @@ from evaluation.budget_lines import Budget
 from evaluation.inertia import InertiaForce
 from evaluation.loops import CutLoops
 from evaluation.mean_loop import MeanLoop, mean_loop
+from evaluation.propagations import Propagations
 from evaluation.record import Record
 from evaluation.results import CycleResult, RunFacts, StepResult, Summary
 from evaluation.steps.divide import Division
 from evaluation.summary import MeanOfDraws, summarise
-from evaluation.uncertainty import CyclePropagation
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Evaluated:
     facts: RunFacts
     results: Sequence[CycleResult]
     loops: CutLoops
-    prepared: Mapping[int, CyclePropagation]
+    prepared: Propagations
     tallies: Sequence[MeanOfDraws]
     regression: Regression | None
     budgets: bool

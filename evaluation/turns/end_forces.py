@@ -25,8 +25,8 @@ from evaluation.turns.windows import Ends, Windows, end_windows
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-_ASKED = 24
-"""Of more ends so many, evenly spread, are asked for window and terms; the others take the nearest one's."""
+MOST_ASKED = 24
+"""So many readings show which window and terms suit those beside them."""
 _NEXT = 1.75
 """A branch without a hole begins at most one and a half steps behind its turn."""
 
@@ -98,6 +98,7 @@ def end_forces(
     sigma_mm: float,
     *,
     at_rest: bool = False,
+    most_asked: int = MOST_ASKED,
 ) -> EndForces:
     """Return the force of each branch at its end, by least squares over its last samples.
 
@@ -109,9 +110,11 @@ def end_forces(
         Noise of force and stroke.
     at_rest : bool
         The branches are rests: their force is read over time, and no error of the stroke counts.
+    most_asked : int
+        Of more ends so many, evenly spread, are asked for window and terms; others take the nearest one's.
     """
     number = ends.time_s.size
-    asked = np.unique(np.linspace(0, number - 1, min(number, _ASKED)).round().astype(np.intp))
+    asked = np.unique(np.linspace(0, number - 1, min(number, most_asked)).round().astype(np.intp))
     windows = end_windows(record, ends.rows(asked), sigma_mm, at_rest=at_rest)
     choice = choose(windows, sigma_kN, sigma_mm)
     if number > asked.size:

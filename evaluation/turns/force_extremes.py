@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from evaluation.motion import ExtremeReading
 from evaluation.record import FloatArray
 from evaluation.smoothing import smoothed
-from evaluation.turns.end_forces import EndForces
+from evaluation.turns.end_forces import MOST_ASKED, EndForces
 from evaluation.turns.nested_fits import MODELS, PEAK, Choice, choose, fit
 from evaluation.turns.windows import MOST_POINTS, Windows
 
@@ -28,8 +28,6 @@ BoolArray = NDArray[np.bool_]
 FORCE_WINDOW = 0.01
 """Where an extreme is: maximum of a local parabola over this share of a branch's samples (at least 5)."""
 _LEAST_WINDOW = 5
-_ASKED = 24
-"""Of more branches so many, evenly spread, are asked for window and terms."""
 _NEAR_LARGEST = 3.0
 """Readings within so many standard deviations of the largest may be the largest because of their noise."""
 _SURELY = 6.0
@@ -133,6 +131,7 @@ def force_extremes(
     parts: Sequence[Inside],
     sigma_kN: float,
     sign: float,
+    most_asked: int = MOST_ASKED,
 ) -> ForceExtremes:
     """Return the largest force of each cycle, or with ``sign`` -1 the least.
 
@@ -147,6 +146,8 @@ def force_extremes(
     sigma_kN : float
         Noise of a sample.
     sign : float
+    most_asked : int
+        Of more branches so many, evenly spread, are asked for window and terms.
     """
     at_ends = sign * np.stack([end.force_kN for end in ends])
     most, place = np.max(at_ends, axis=0), np.argmax(at_ends, axis=0)
@@ -158,7 +159,7 @@ def force_extremes(
             if not beyond.size:
                 continue
             own = part.rows(rows[beyond])
-            found = _read(own, time_s, (at[beyond], peak[beyond]), sigma_kN, sign)
+            found = _read(own, time_s, (at[beyond], peak[beyond]), sigma_kN, sign, most_asked)
             value = found.value
             for k in np.flatnonzero(value > most[own.cycle]).tolist():
                 cycle = int(own.cycle[k])
@@ -204,11 +205,12 @@ def _read(
     peaks: tuple[IndexArray, FloatArray],
     sigma_kN: float,
     sign: float,
+    most_asked: int,
 ) -> _Inner:
     """Return the forces about places of rows, by the surest fit, and how they were read."""
     at, peak = peaks
     scale = min(MOST_POINTS, int(np.max(part.count)))
-    asked = np.unique(np.linspace(0, at.size - 1, min(at.size, _ASKED)).round().astype(np.intp))
+    asked = np.unique(np.linspace(0, at.size - 1, min(at.size, most_asked)).round().astype(np.intp))
     windows = _windows_about(part.rows(asked), at[asked], sign, scale, scale)
     choice = choose(windows, sigma_kN, 0.0, PEAK)
     if at.size > asked.size:

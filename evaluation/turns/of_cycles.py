@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from evaluation.branches import Stretches
 from evaluation.motion import CycleColumns, TurnColumns
 from evaluation.record import Record
-from evaluation.turns.end_forces import EndForces, continuous, end_forces
+from evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
 from evaluation.turns.sharpness import LONGEST_S
 from evaluation.turns.windows import Ends
 
@@ -31,7 +31,13 @@ _EASED = 0.05
 
 
 def arriving(
-    record: Record, turns: CycleColumns, own: EndForces, ends: EndForces, noise: tuple[float, float]
+    record: Record,
+    turns: CycleColumns,
+    own: EndForces,
+    ends: EndForces,
+    noise: tuple[float, float],
+    *,
+    alone: bool = False,
 ) -> EndForces:
     """Return the forces at lower turning points that are no rests, read from the branch that arrives there.
 
@@ -46,10 +52,12 @@ def arriving(
         As the loading branches read them, and as the unloading ones read where they end.
     noise : (float, float)
         Of force [kN] and stroke [mm].
+    alone : bool
+        Each cycle by itself: none is read from the one before.
     """
     start, top, end = turns
     passes = start.leave_s == start.time_s
-    follows = np.append(False, start.time_s[1:] == end.time_s[:-1]) & passes
+    follows = np.append(False, start.time_s[1:] == end.time_s[:-1]) & passes & (not alone)
     rows = np.flatnonzero(follows)
     found = _continued(own, ends.rows(rows - 1), rows)
     rows = np.flatnonzero(passes & ~follows)
@@ -60,7 +68,7 @@ def arriving(
     inside = Stretches.between(record.time_s, at_s - _ARRIVES * shorter_s, at_s).trimmed(record.time_s)
     smooth = start.method[rows] == "polynomial"
     arrives = Ends(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
-    there = end_forces(record, arrives, *noise)
+    there = end_forces(record, arrives, *noise, most_asked=rows.size if alone else MOST_ASKED)
     known = inside.last - inside.first >= _LEAST_ARRIVING
     return _continued(found, there.rows(known), rows[known])
 
@@ -72,7 +80,13 @@ def _continued(own: EndForces, there: EndForces, rows: IndexArray) -> EndForces:
 
 
 def at_rests(
-    record: Record, turns: TurnColumns, own: EndForces, noise: tuple[float, float], *, leaving: bool
+    record: Record,
+    turns: TurnColumns,
+    own: EndForces,
+    noise: tuple[float, float],
+    *,
+    leaving: bool,
+    most_asked: int = MOST_ASKED,
 ) -> EndForces:
     """Return the forces at turning points, at a rest that of the rest as the stroke leaves or arrives.
 
@@ -88,7 +102,7 @@ def at_rests(
         inside = Stretches.between(record.time_s, begin_s, end_s - eased_s).trimmed(record.time_s)
         begins = np.full(rests.size, not leaving)
         ends = Ends(end_s if leaving else begin_s, stroke, inside.first, inside.last, begins, ~begins)
-        there = end_forces(record, ends, *noise, at_rest=True)
+        there = end_forces(record, ends, *noise, at_rest=True, most_asked=most_asked)
         known = inside.last - inside.first >= _LEAST_REST
         found = found.replaced(rests[known], there.rows(known))
     at = 0 if leaving else record.time_s.size - 1

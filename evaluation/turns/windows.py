@@ -190,7 +190,8 @@ def _moving(
     speed = per_s[:, None] * z * (2.0 * found[0] + z * (3.0 * found[1] + z * (4.0 * found[2])))
     known = (misfit <= _EXPLAINED * noise_mm) & (count > 4) & (_widest_step(z, used) <= _HOLED)
     rough = np.flatnonzero(~known)
-    speed[rough] = _slopes(away_s[rough], away_mm[rough], count[rough])
+    if rough.size:
+        speed[rough] = _slopes(away_s[rough], away_mm[rough], count[rough])
     return np.where(known[:, None] & used, away_mm - error, away_mm), np.where(used, speed, 0.0)
 
 

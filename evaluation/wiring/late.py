@@ -14,6 +14,7 @@ import numpy as np
 from evaluation.motion import Cycle
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
+from evaluation.plausibility.samples import Samples
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
 from evaluation.wiring.fit import fitted, lateness
@@ -56,7 +57,7 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     cut = {number for one in known if one.kind == "clipped" for number in one.cycles}
     complete = [r for r in look.results if r.cycle.complete and r.cycle.index not in cut]
     every = max(1, -(-len(complete) // _MOST_TURNS))
-    turns = _after_turns(record, complete[::every], look.stroke.sigma)
+    turns = _after_turns(record, complete[::every], look.stroke)
     late = [turn.late_s for turn in turns if turn.rise > RISE and turn.behind_s > least_s]
     if late and len(late) >= MOST * len(turns):
         size_s: float | None = median(late)
@@ -104,7 +105,7 @@ class _Turn(NamedTuple):
     late_s: float
 
 
-def _after_turns(record: Record, results: Sequence[CycleResult], noise_mm: float) -> list[_Turn]:
+def _after_turns(record: Record, results: Sequence[CycleResult], seen: Samples) -> list[_Turn]:
     """Return what the force does after upper turns; nothing of those that say nothing of its lateness."""
     known = [
         (result.cycle, own.force_min_kN, own.force_max_kN)
@@ -129,7 +130,7 @@ def _after_turns(record: Record, results: Sequence[CycleResult], noise_mm: float
         before_kN = max(float(at_turn[row]), float(np.max(loading, initial=-np.inf)))
         rise = (float(record.force_kN[peak]) - before_kN) / float(range_kN[row])
         behind_s = float(record.time_s[peak] - leave_s[row])
-        held_s = _held_later_s(record, known[row][0], noise_mm) if rise > RISE else 0.0
+        held_s = _held_later_s(record, known[row][0], seen.sigma) if rise > RISE else 0.0
         turns.append(_Turn(rise, behind_s, held_s if held_s > 0.0 else behind_s))
     return turns
 

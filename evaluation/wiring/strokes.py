@@ -287,13 +287,18 @@ def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: Fl
         return []
     time_s = signals.time_s[rows]
     left = {name: (signals.by_name[name] - expected)[rows] for name in signals.strokes}
+    most_mm = SLIP_MM + SLIP_SHARE * float(np.ptp(expected[rows]))
+    # A step is no larger than the range of the samples on both sides of it.
+    if all(float(np.ptp(left_mm)) <= most_mm for left_mm in left.values()):
+        return []
     moved = {name: _step(time_s, left_mm)[0] for name, left_mm in left.items()}
     one, other = sorted(moved, key=lambda name: -abs(moved[name]))[:2]
+    most_mm = max(most_mm, SLIP_ALONE * abs(moved[other]))
+    if abs(moved[one]) <= most_mm:
+        return []
     # What the frame gives is the same for both wires: their difference shows the step alone.
     size, at_s = _step(time_s, left[one] - left[other])
-    span_mm = float(np.ptp(expected[rows]))
-    most_mm = max(SLIP_MM + SLIP_SHARE * span_mm, SLIP_ALONE * abs(moved[other]))
-    if min(abs(moved[one]), abs(size)) <= most_mm:
+    if abs(size) <= most_mm:
         return []
     text = (
         f"{one} slips by {size:+.3g} mm about {at_s:.4g} s, and the other wire does not: look at its hook "
