@@ -14,7 +14,7 @@ from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
 from evaluation.plausibility.levels import level_jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
-from evaluation.plausibility.zero import zero_in_wrong_unit, zero_of_force
+from evaluation.plausibility.zero import zero_beside_turned_stroke, zero_in_wrong_unit, zero_of_force
 from foundation.ranks import quantile
 
 SHARE = 0.01
@@ -66,8 +66,10 @@ def jumps_in_newtons(look: Look) -> list[Finding]:
 
 
 def jumps_of_turned_stroke(look: Look) -> list[Finding]:
-    """Return those that a wrong sign of the stroke leaves: its lowest place is no release then."""
-    return stroke_jumps(look) or force_jumps(look) or level_jumps(look)
+    """Return those that a wrong sign of the stroke leaves: its highest place is the release then."""
+    found = stroke_jumps(look)
+    zero = zero_beside_turned_stroke(look, found)
+    return [*found, *zero] if found else force_jumps(look) or _with_gains(look, zero)
 
 
 def jumps_in_metres(look: Look) -> list[Finding]:

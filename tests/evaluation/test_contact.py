@@ -148,6 +148,25 @@ def test_a_force_that_is_off_does_not_hide_the_contact(offset_kN: float, drift_k
     assert found.beyond
 
 
+def test_a_short_approach_shows_that_stroke_and_force_are_both_off() -> None:
+    """0.4 mm before contact, in three samples: the specimen is released, and nothing on record says 0."""
+    test = replace(GOOD, contact_mm=2.6, approach_mm=0.4, offset_kN=16.0, speed_mm_per_s=12.0, rate_Hz=87.0)
+    run = test.evaluate()
+    (zero,) = (finding for finding in run.findings if finding.kind == "zero")
+    assert zero.size == pytest.approx(16.0, abs=0.3)
+    assert run.first_contact is not None
+    assert run.first_contact.beyond
+    assert run.first_contact.stroke_mm == pytest.approx(2.6, abs=0.2)
+    assert row(run, "full-release").verdict == "inconclusive"
+
+
+def test_a_preload_that_rests_on_the_cell_is_no_short_approach() -> None:
+    """It begins at contact, or with half its preload along the frame's compliance."""
+    for offset_mm in (0.06, 0.2):
+        run = replace(GOOD, approach_mm=-offset_mm, rate_Hz=400.0).evaluate()
+        assert not any(finding.kind == "zero" for finding in run.findings)
+
+
 def row(run: RunEvaluation, identity: str, cycle: int = 1) -> RequirementResult:
     return next(r for r in run.requirements if (r.id, r.cycle) == (identity, cycle))
 
