@@ -39,3 +39,16 @@ def test_no_lateness_is_told_by_a_peak_that_is_clipped() -> None:
     run = static(change)
     assert of_kind(run, "clipped")
     assert not of_kind(run, "delay")
+
+
+def test_no_lateness_is_told_by_a_turn_in_which_the_stroke_is_frozen() -> None:
+    """It stands at 60 mm on the way up until the way down: the force's peak is not late for that."""
+
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        rising = np.flatnonzero((stroke > 60.0) & (time_s > 60.0))
+        frozen = (time_s >= time_s[rising[0]]) & (time_s < time_s[rising[0]] + 12.0)
+        return time_s, np.where(frozen, stroke[rising[0]], stroke), -force
+
+    run = static(change)
+    assert of_kind(run, "frozen")
+    assert not of_kind(run, "delay")
