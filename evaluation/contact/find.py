@@ -253,20 +253,43 @@ def _rest(stroke_mm: FloatArray, force_kN: FloatArray, largest_kN: float) -> tup
     if np.count_nonzero(behind) >= _FEWEST_REST and np.ptp(stroke_mm[behind]) > _HELD_SHARE * _BRANCH_MM:
         slope = max(slope, float(np.polyfit(stroke_mm[behind], force_kN[behind], 1)[0]))
     before = below[stroke_mm[below] < stroke_mm[at] - min(band / slope, _FARTHEST_MM)]
-    if before.size < _FEWEST_REST:
-        return first, band, at
     stood = float(np.median(stroke_mm[:_FEWEST_REST]))
     moved = max(_MOVED_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
     moving = before[stroke_mm[before] > stood + moved]
     if moving.size >= 2 * _FEWEST_REST:
         rest = force_kN[moving[-_REST_SAMPLES:]]
         band = _SURE * _noise_kN(rest)
+    elif (short := _short_approach(stroke_mm, force_kN, stood)) is not None:
+        rest, band = short
+    elif before.size < _FEWEST_REST:
+        return first, band, at
     else:
         rest = force_kN[before[-_REST_SAMPLES:]]
     level = float(np.median(rest))
     band = max(band, 1e-4 * largest_kN)
     below = np.flatnonzero(force_kN <= level + band)
     return level, band, int(below[-1]) if below.size >= _FEWEST_REST else None
+
+
+def _short_approach(
+    stroke_mm: FloatArray, force_kN: FloatArray, stood_mm: float
+) -> tuple[FloatArray, float] | None:
+    """Return the force on an approach of few samples, and the band that noise makes; None: it shows no rest.
+
+    Its samples lie within the noise of those at which the stroke stood before it: guides rub by no more. On
+    as long a way behind it the force rises by many times that, which in contact it would on both.
+    """
+    moved = max(_SHORT_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
+    begins = int(np.argmax(stroke_mm > stood_mm + moved))
+    standing = force_kN[:begins][-_REST_SAMPLES:]
+    if standing.size < _FEWEST:
+        return None
+    band, level = _SURE * _noise_kN(standing), float(np.median(standing))
+    at = int(np.flatnonzero(force_kN <= level + band)[-1])
+    if at + 1 - begins < _FEWEST_MOVING:
+        return None
+    far = at + int(np.argmax(stroke_mm[at:] > 2.0 * stroke_mm[at] - stood_mm))
+    return (force_kN[begins : at + 1], band) if float(force_kN[far]) - level > _PUSHES * band else None
 
 
 def _scatter(values: FloatArray) -> float:

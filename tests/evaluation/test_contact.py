@@ -160,6 +160,18 @@ def test_a_short_approach_shows_that_stroke_and_force_are_both_off() -> None:
     assert row(run, "full-release").verdict == "inconclusive"
 
 
+@pytest.mark.parametrize("approach_mm", [1.0, 2.0])
+def test_a_short_approach_shows_a_small_preload(approach_mm: float) -> None:
+    """Half a per cent of the largest force, which guides may rub by, is half of it."""
+    test = replace(GOOD, contact_mm=2.0, preload_kN=8.0, speed_mm_per_s=20.0, rate_Hz=80.0)
+    found = replace(test, approach_mm=approach_mm).found()
+    assert found.how == "jump"
+    assert found.stroke_mm == pytest.approx(2.0, abs=0.2)
+    assert found.beyond
+    rubbing = replace(test, approach_mm=approach_mm, friction_kN=1.5).found()
+    assert rubbing.stroke_mm is None or abs(rubbing.stroke_mm - 2.0) <= (rubbing.expanded_uncertainty or 0.0)
+
+
 def test_a_preload_that_rests_on_the_cell_is_no_short_approach() -> None:
     """It begins at contact, or with half its preload along the frame's compliance."""
     for offset_mm in (0.06, 0.2):
