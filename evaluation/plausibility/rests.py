@@ -71,5 +71,9 @@ def rests_of(look: Look, jumps: Sequence[Finding] = (), *, turned: bool = False)
 
 
 def _is_frozen(force: Samples, rows: slice) -> bool:
-    """Say whether a force that is noisy stands still to the last digit in a part of a rest."""
-    return force.is_noisy and float(np.mean(np.diff(force.value[rows]) == 0.0)) > _FROZEN
+    """Say whether a force that is noisy stands still to the last digit in a part of a rest.
+
+    Where each reading is held over some rows, all but the first of them are the same as the one before.
+    """
+    changes = float(np.mean(np.diff(force.value[rows]) != 0.0)) * force.sampling.held
+    return force.is_noisy and changes < 1.0 - _FROZEN

@@ -97,6 +97,16 @@ def test_a_zero_is_named_beside_another_fault(other: str) -> None:
     assert "zero" not in {finding.kind for finding in right.findings}
 
 
+def test_a_drift_is_named_of_a_force_that_is_held() -> None:
+    """Two of three rows repeat the one before in every rest: nothing is frozen there."""
+
+    def held(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        drifting = f + 0.1 * np.ptp(f) * t / t[-1]
+        return t, x, np.repeat(drifting[::3], 3)[: t.size]
+
+    assert {finding.kind for finding in static(held).findings} == {"held", "drift"}
+
+
 def test_a_drift_is_named_where_the_record_begins_with_the_motion() -> None:
     """Of two strokes two rests are on record, both behind a stroke."""
 
