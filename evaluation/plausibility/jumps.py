@@ -23,6 +23,9 @@ NOISES, STEPS = 8.0, 2.0
 """… so many standard deviations of its noise, so many steps of its converter …"""
 ALONE = 3.0
 """… and so many times the next largest leap, but for two that may be jumps themselves."""
+OF_NOISE, ALONE_OF_NOISE = 12.0, 2.0
+"""… but twice that one, where noise makes it: of ten thousand samples its fourth largest leap is up to 12
+standard deviations, and the largest hardly more."""
 COARSE = 0.06
 """Where the record's own speed makes more than this share of the range from sample to sample (fewer than 50
 samples a cycle), nothing is looked for."""
@@ -121,7 +124,8 @@ def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
         return []
     leaps = largest_leaps(channel, look.breaks_s, _LOOKED_AT)
     if len(leaps) > _MOST:
-        least = max(least, ALONE * abs(leaps[_MOST].size))
+        usual = abs(leaps[_MOST].size)
+        least = max(least, (ALONE_OF_NOISE if usual < OF_NOISE * sampling.sigma else ALONE) * usual)
     fast = _fast(channel)
     found = []
     for leap in leaps[:_MOST]:
