@@ -18,6 +18,8 @@ _MOST_BANDS = 30.0
 """Samples further than this many bands from the dwell are no part of its flank, but for the least three."""
 _LEAST = 3
 _SURE = 3.0
+_RISES = 0.01
+"""Over its samples a flank rises by some bands. Values that are held rise by rounding alone."""
 
 
 def corner_moment(
@@ -42,7 +44,8 @@ def corner_moment(
     -------
     (float, float) or None
         Never before the last sample of the flank, nor after the dwell's first sample by more than what is
-        left to climb; None where the flank has fewer than three samples.
+        left to climb; None where the flank has fewer than three samples, or does not rise (values that
+        are held over many rows).
     """
     near = first_in - int(np.searchsorted(-value[:first_in][::-1], -(level - 9.0 * band), side="right"))
     first = min(near, first_in - FLANK_SAMPLES)
@@ -52,7 +55,7 @@ def corner_moment(
     if first_in - first < _LEAST:
         return None
     line = _line(time_s[first:first_in] - time_s[first_in], value[first:first_in], sigma)
-    if line.speed <= 0.0:
+    if line.speed * float(time_s[first_in - 1] - time_s[first]) <= _RISES * band:
         return None
     corner_s, u_s = line.reaches(level)
     u_s = float(np.hypot(u_s, _eased_s(time_s, value, (first, first_in), level, band, line, sigma)))

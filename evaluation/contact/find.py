@@ -9,12 +9,17 @@ place is anywhere between the two.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from evaluation.motion import Cycle
 from evaluation.record import FloatArray, Record
+
+IndexArray = NDArray[np.intp]
 
 _FEWEST = 20
 """Samples up to the first upper turning point, below which nothing is looked for."""
@@ -38,6 +43,10 @@ _FARTHEST_MM = 4.0
 """So much of the approach is left out at most, as it may lie behind the contact."""
 _MOVED_MM = 0.1
 """The approach moves where it is so far from where it stood."""
+_SHORT_MM = 0.05
+"""A short approach, of a record that begins just before contact, moves where it is so far from there …"""
+_FEWEST_MOVING = 2
+"""… in so many samples."""
 _CURVED = 0.15
 """A branch that is extrapolated may bend by this share of the way."""
 _PUSHES = 4.0
@@ -49,6 +58,8 @@ _FROZEN = 1e-5
 """A force that has less noise than this share of that is frozen: it shows nothing of a contact."""
 _BRANCH_MM = 2.0
 """The branch that is extrapolated back: so far from where the force rises, without its first third."""
+_STROKES = 3
+"""A first contact that the first stroke does not show is looked for in so many."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +97,37 @@ class FirstContact:
     def entry(self) -> dict[str, Any]:
         """Return it as the document holds it."""
         return dict(self.__dict__)
+
+
+def first_shown(
+    record: Record,
+    cycles: Sequence[Cycle],
+    stated_zero_mm: float = 0.0,
+    jumped_s: float = np.inf,
+    *,
+    moves: bool = False,
+) -> FirstContact:
+    """Return the first contact as the first stroke shows it, or a later one; at least one cycle is needed.
+
+    Parameters
+    ----------
+    record : Record
+    cycles : sequence of Cycle
+    stated_zero_mm, moves
+        As in :func:`find_first_contact`.
+    jumped_s : float
+        When the stroke jumps [s]: behind that nothing is looked for.
+    """
+    first = find_first_contact(record, cycles[0].top.time_s, stated_zero_mm, moves=moves)
+    if first.stroke_mm is not None or record.between is not None:  # a force that is read rarely blurs it
+        return first
+    for cycle in cycles[1:_STROKES]:
+        if cycle.top.time_s >= jumped_s:
+            break
+        again = find_first_contact(record, cycle.top.time_s, stated_zero_mm, cycle.start.time_s, moves=moves)
+        if again.stroke_mm is not None:
+            return again
+    return first
 
 
 def find_first_contact(
@@ -129,7 +171,7 @@ def find_first_contact(
     lowest = level if moves else float(np.partition(record.force_kN, low)[low])
     above = max(_LEAST_UNLOADED_KN, _UNLOADED_SHARE * largest)
     loaded = abs(level) > _OFFSET_SHARE * largest or level - lowest > above
-    if loaded and not _approaches(stroke, force, at, level, band):
+    if loaded and not _approaches(stroke, force, at, level):
         return _not_shown(f"the record begins loaded, with {level:.1f} kN", stated_zero_mm)
     if at + 1 >= stroke.size or record.has_break(first + max(0, at - 1), first + at + 1):
         return _not_shown("the record has a hole where the force begins to rise", stated_zero_mm)
@@ -144,29 +186,44 @@ def find_first_contact(
     return FirstContact(place, expanded, -place, level, stated_zero_mm, beyond, how, why)
 
 
-def _approaches(
-    stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float, band_kN: float
-) -> bool:
+def _approaches(stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float) -> bool:
     """Say whether the stroke moves on freely up to sample ``at``, whatever the cell shows of nothing.
 
     A specimen that is in contact pushes as soon as it is moved. One that does not on a way, and pushes by
-    many times the band of noise on as long a way behind it, was not in contact: the force's zero is off.
+    many times what noise hides on as long a way behind it, was not in contact: the force's zero is off.
     """
-    moved = max(_MOVED_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
+    moved = max(_SHORT_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
     stood = float(np.median(stroke_mm[:_FEWEST_REST]))
     way = float(stroke_mm[at]) - stood
     moving = np.flatnonzero(stroke_mm[: at + 1] > stood + moved)
-    # A stroke whose samples are held may show one place of the whole way.
-    if moving.size < _FEWEST_REST or np.ptp(stroke_mm[moving]) <= _ONE_PLACE * way:
+    # A stroke whose samples are held may show one place of the whole way, a force one reading.
+    if moving.size < _FEWEST_MOVING or np.ptp(stroke_mm[moving]) <= _ONE_PLACE * way:
         return False
     far = int(np.argmax(stroke_mm[at:] > stroke_mm[at] + way)) + at
     rise = float(force_kN[far]) - level_kN
-    slope, offset = np.polyfit(stroke_mm[moving], force_kN[moving], 1)
-    noise = _noise_kN(force_kN[moving] - slope * stroke_mm[moving] - offset)
-    if noise <= _FROZEN * abs(rise):
+    change, noise = _on_the_way(stroke_mm, force_kN, moving, way)
+    if noise <= _FROZEN * abs(rise) or np.ptp(force_kN[moving]) == 0.0:
         return False
     hidden = 0.5 * _SURE * noise * float(np.sqrt(12.0 / moving.size))
-    return rise > _PUSHES * band_kN and abs(float(slope)) * way < _FLAT * rise + hidden
+    return rise > _PUSHES * _SURE * noise and change < _FLAT * rise + hidden
+
+
+def _on_the_way(
+    stroke_mm: FloatArray, force_kN: FloatArray, moving: IndexArray, way_mm: float
+) -> tuple[float, float]:
+    """Return by how much the force changes over a way (absolute), and the deviation of its noise [kN].
+
+    By its slope, which leaves out by how much guides rub as they start; few samples on the way have none, and
+    are held against those in which the stroke stood: a force that rises evenly is half its rise above them.
+    """
+    force = force_kN[moving]
+    if moving.size < _FEWEST_REST:
+        stood = force_kN[: int(moving[0])][-_REST_SAMPLES:]
+        if stood.size < _FEWEST_REST:
+            return float("inf"), 0.0
+        return 2.0 * abs(float(np.mean(force) - np.median(stood))), _noise_kN(stood)
+    slope, offset = np.polyfit(stroke_mm[moving], force, 1)
+    return abs(float(slope)) * way_mm, _noise_kN(force - slope * stroke_mm[moving] - offset)
 
 
 def _not_shown(why: str, stated_zero_mm: float) -> FirstContact:
@@ -196,20 +253,43 @@ def _rest(stroke_mm: FloatArray, force_kN: FloatArray, largest_kN: float) -> tup
     if np.count_nonzero(behind) >= _FEWEST_REST and np.ptp(stroke_mm[behind]) > _HELD_SHARE * _BRANCH_MM:
         slope = max(slope, float(np.polyfit(stroke_mm[behind], force_kN[behind], 1)[0]))
     before = below[stroke_mm[below] < stroke_mm[at] - min(band / slope, _FARTHEST_MM)]
-    if before.size < _FEWEST_REST:
-        return first, band, at
     stood = float(np.median(stroke_mm[:_FEWEST_REST]))
     moved = max(_MOVED_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
     moving = before[stroke_mm[before] > stood + moved]
     if moving.size >= 2 * _FEWEST_REST:
         rest = force_kN[moving[-_REST_SAMPLES:]]
         band = _SURE * _noise_kN(rest)
+    elif (short := _short_approach(stroke_mm, force_kN, stood)) is not None:
+        rest, band = short
+    elif before.size < _FEWEST_REST:
+        return first, band, at
     else:
         rest = force_kN[before[-_REST_SAMPLES:]]
     level = float(np.median(rest))
     band = max(band, 1e-4 * largest_kN)
     below = np.flatnonzero(force_kN <= level + band)
     return level, band, int(below[-1]) if below.size >= _FEWEST_REST else None
+
+
+def _short_approach(
+    stroke_mm: FloatArray, force_kN: FloatArray, stood_mm: float
+) -> tuple[FloatArray, float] | None:
+    """Return the force on an approach of few samples, and the band that noise makes; None: it shows no rest.
+
+    Its samples lie within the noise of those at which the stroke stood before it: guides rub by no more. On
+    as long a way behind it the force rises by many times that, which in contact it would on both.
+    """
+    moved = max(_SHORT_MM, _SURE * _scatter(stroke_mm[:_REST_SAMPLES]))
+    begins = int(np.argmax(stroke_mm > stood_mm + moved))
+    standing = force_kN[:begins][-_REST_SAMPLES:]
+    if standing.size < _FEWEST:
+        return None
+    band, level = _SURE * _noise_kN(standing), float(np.median(standing))
+    at = int(np.flatnonzero(force_kN <= level + band)[-1])
+    if at + 1 - begins < _FEWEST_MOVING:
+        return None
+    far = at + int(np.argmax(stroke_mm[at:] > 2.0 * stroke_mm[at] - stood_mm))
+    return (force_kN[begins : at + 1], band) if float(force_kN[far]) - level > _PUSHES * band else None
 
 
 def _scatter(values: FloatArray) -> float:

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.contact.find import FirstContact, find_first_contact
+from evaluation.contact.find import FirstContact, first_shown
 from evaluation.contact.rows import COUNTED
 from evaluation.plausibility.finding import Finding
 from evaluation.record import Record
 from evaluation.results import CycleResult, RequirementResult, RunFacts
 
 _ZERO_MOVES = ("drift", "offset-jump", "gain-jump")
-_STROKES = 3
-"""A first contact that the first stroke does not show is looked for in so many."""
 
 
 def first_contact_of(
@@ -37,17 +35,8 @@ def first_contact_of(
     wires = facts.stroke_uncertainty
     stated_mm = sum(wire.zero or 0.0 for wire in wires) / max(1, len(wires))
     moves = any(one.quantity == "force" and one.kind in _ZERO_MOVES for one in findings)
-    first = find_first_contact(record, results[0].cycle.top.time_s, stated_mm, moves=moves)
-    if first.stroke_mm is not None or record.between is not None:  # a force that is read rarely blurs it
-        return first
     jumped_s = min((one.start_s for one in findings if one.kind == "stroke-jump"), default=np.inf)
-    for cycle in (result.cycle for result in results[1:_STROKES]):
-        if cycle.top.time_s >= jumped_s:
-            break
-        again = find_first_contact(record, cycle.top.time_s, stated_mm, cycle.start.time_s, moves=moves)
-        if again.stroke_mm is not None:
-            return again
-    return first
+    return first_shown(record, [result.cycle for result in results], stated_mm, jumped_s, moves=moves)
 
 
 def contact_warnings(contact: FirstContact | None, requirements: Sequence[RequirementResult]) -> list[str]:

@@ -14,7 +14,7 @@ from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
 from evaluation.plausibility.levels import level_jumps
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
-from evaluation.plausibility.zero import zero_in_wrong_unit, zero_of_force
+from evaluation.plausibility.zero import zero_beside_turned_stroke, zero_in_wrong_unit, zero_of_force
 from foundation.ranks import quantile
 
 SHARE = 0.01
@@ -23,6 +23,9 @@ NOISES, STEPS = 8.0, 2.0
 """… so many standard deviations of its noise, so many steps of its converter …"""
 ALONE = 3.0
 """… and so many times the next largest leap, but for two that may be jumps themselves."""
+OF_NOISE, ALONE_OF_NOISE = 12.0, 2.0
+"""… but twice that one, where noise makes it: of ten thousand samples its fourth largest leap is up to 12
+standard deviations, and the largest hardly more."""
 COARSE = 0.06
 """Where the record's own speed makes more than this share of the range from sample to sample (fewer than 50
 samples a cycle), nothing is looked for."""
@@ -66,8 +69,10 @@ def jumps_in_newtons(look: Look) -> list[Finding]:
 
 
 def jumps_of_turned_stroke(look: Look) -> list[Finding]:
-    """Return those that a wrong sign of the stroke leaves: its lowest place is no release then."""
-    return stroke_jumps(look) or force_jumps(look) or level_jumps(look)
+    """Return those that a wrong sign of the stroke leaves: its highest place is the release then."""
+    found = stroke_jumps(look)
+    zero = zero_beside_turned_stroke(look, found)
+    return [*found, *zero] if found else force_jumps(look) or _with_gains(look, zero)
 
 
 def jumps_in_metres(look: Look) -> list[Finding]:
@@ -119,7 +124,8 @@ def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
         return []
     leaps = largest_leaps(channel, look.breaks_s, _LOOKED_AT)
     if len(leaps) > _MOST:
-        least = max(least, ALONE * abs(leaps[_MOST].size))
+        usual = abs(leaps[_MOST].size)
+        least = max(least, (ALONE_OF_NOISE if usual < OF_NOISE * sampling.sigma else ALONE) * usual)
     fast = _fast(channel)
     found = []
     for leap in leaps[:_MOST]:

@@ -34,7 +34,7 @@ class Rest(NamedTuple):
     u_kN: float
 
 
-def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
+def rests_of(look: Look, jumps: Sequence[Finding] = (), *, turned: bool = False) -> list[Rest]:
     """Return the rests at the lowest place at which the stroke rests, in order of time.
 
     Parameters
@@ -42,8 +42,14 @@ def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
     look : Look
     jumps : sequence of Finding
         Jumps of the stroke: a place behind one is taken for what it was before.
+    turned : bool
+        Whether the stroke has the wrong sign: its upper turns are the lower ones.
     """
-    turns = {turn.time_s: turn for r in look.results for turn in (r.cycle.start, r.cycle.end)}
+    turns = {
+        turn.time_s: turn
+        for cycle in (result.cycle for result in look.results)
+        for turn in ((cycle.top,) if turned else (cycle.start, cycle.end))
+    }
     force, found = look.force, []
     for turn in sorted(turns.values(), key=lambda turn: turn.time_s):
         rows = force.rows(turn.time_s, turn.leave_s)
@@ -57,6 +63,7 @@ def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
         )
         at_mm = median(look.stroke.at(force.time_s[rows]))
         at_mm -= sum((jump.size or 0.0) for jump in jumps if jump.start_s < times_s[0]) / len(look.strokes)
+        at_mm = -at_mm if turned else at_mm
         u_kN = 1.25 * force.sampling.sigma / float(np.sqrt(third))
         found.append(Rest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))
     lowest_mm = min((rest.stroke_mm for rest in found), default=0.0)
@@ -64,5 +71,9 @@ def rests_of(look: Look, jumps: Sequence[Finding] = ()) -> list[Rest]:
 
 
 def _is_frozen(force: Samples, rows: slice) -> bool:
-    """Say whether a force that is noisy stands still to the last digit in a part of a rest."""
-    return force.is_noisy and float(np.mean(np.diff(force.value[rows]) == 0.0)) > _FROZEN
+    """Say whether a force that is noisy stands still to the last digit in a part of a rest.
+
+    Where each reading is held over some rows, all but the first of them are the same as the one before.
+    """
+    changes = float(np.mean(np.diff(force.value[rows]) != 0.0)) * force.sampling.held
+    return force.is_noisy and changes < 1.0 - _FROZEN

@@ -14,6 +14,7 @@ from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import pass_of, ways_of
 from evaluation.plausibility.samples import Samples
+from evaluation.record import FloatArray
 from foundation.ranks import median
 
 FORCE_KN, STROKE_MM = 5000.0, 1000.0
@@ -147,14 +148,14 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
     length_mm = _length_mm(look)
     if length_mm is None:
         return
-    table = look.whole_figures
+    table = look.whole_figures if look.whole_figures.size else _cut_in_force(look)
     if table.size:
         ranges_mm = table[:, 8]
         range_mm = median(ranges_mm)
         moved = ranges_mm > 0.0
         stiffness = median((table[:, 4] - table[:, 3])[moved] / ranges_mm[moved])
     elif look.figures.size:
-        return  # of clipped cycles alone
+        return  # of cycles alone whose stroke is clipped
     else:
         low, high = _ends(look.stroke)
         range_mm, stiffness = high - low, _as_found(look)
@@ -163,6 +164,12 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
         channel = "stroke" if range_mm < 0.1 * length_mm else "force"
         why = f"{stiffness:.4g} kN/mm over {range_mm:.3g} mm, which no such specimen has (up to {limit:.0f})"
         yield _Suspect(channel, stiffness, "kN/mm", why)
+
+
+def _cut_in_force(look: Look) -> FloatArray:
+    """Return the figures of cycles whose force alone is clipped: they are stiffer than what is on record."""
+    table = look.figures
+    return table[~np.isin(table[:, 0], [*look.clipped.get("stroke", ())])]
 
 
 def _static_forces(look: Look) -> Iterator[_Suspect]:

@@ -38,6 +38,7 @@ UPPER = 0.5
 BETTER, PROPER = 0.4, 0.5
 """Shifted, the force follows the stroke so much better, where it follows it badly as it is."""
 _FEWEST, _LOOKED_AT, _MOST_TURNS = 100, 8000, 400
+_LOST = ("clipped", "frozen")
 
 
 def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
@@ -48,13 +49,14 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     look : Look
         Of an impact, and of a record without cycles, nothing can be told.
     known : iterable of Finding
-        What else was found. Cycles in which a channel is clipped have lost their turn, or the force's peak.
+        What else was found. Cycles in which a channel is clipped or frozen may have lost their turn, or the
+        force's peak.
     """
     record = look.record
     if look.facts.kind not in KINDS or record.time_s.size < _FEWEST:
         return []
     least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(record.time_s)))
-    cut = {number for one in known if one.kind == "clipped" for number in one.cycles}
+    cut = {number for one in known if one.kind in _LOST for number in one.cycles}
     complete = [r for r in look.results if r.cycle.complete and r.cycle.index not in cut]
     every = max(1, -(-len(complete) // _MOST_TURNS))
     turns = _after_turns(record, complete[::every], look.stroke)

@@ -241,7 +241,8 @@ def _wires_alone(look: Look, signals: Signals) -> list[Finding]:
         name, other = ("stroke_2", "stroke_1") if late[0] > 0.0 else ("stroke_1", "stroke_2")
         text = f"{name} comes {abs(late[0]):.3g} s later than {other}: look at delay_s of both ({SETTING})"
         return [doubt(look, "delay", name, abs(late[0]), "s", text)]
-    if abs(fit.factor - 1.0) <= FACTOR_WIRES or fit.left > AT_ALL:
+    # What a factor leaves is less than what it explains: a wire that slips, or jumps, has none.
+    if abs(fit.factor - 1.0) <= max(FACTOR_WIRES, fit.left) or fit.left > AT_ALL:
         return []
     kind: Literal["scale", "sign"] = "scale" if fit.factor > 0.0 else "sign"
     text = (

@@ -148,6 +148,37 @@ def test_a_force_that_is_off_does_not_hide_the_contact(offset_kN: float, drift_k
     assert found.beyond
 
 
+def test_a_short_approach_shows_that_stroke_and_force_are_both_off() -> None:
+    """0.4 mm before contact, in three samples: the specimen is released, and nothing on record says 0."""
+    test = replace(GOOD, contact_mm=2.6, approach_mm=0.4, offset_kN=16.0, speed_mm_per_s=12.0, rate_Hz=87.0)
+    run = test.evaluate()
+    (zero,) = (finding for finding in run.findings if finding.kind == "zero")
+    assert zero.size == pytest.approx(16.0, abs=0.3)
+    assert run.first_contact is not None
+    assert run.first_contact.beyond
+    assert run.first_contact.stroke_mm == pytest.approx(2.6, abs=0.2)
+    assert row(run, "full-release").verdict == "inconclusive"
+
+
+@pytest.mark.parametrize("approach_mm", [1.0, 2.0])
+def test_a_short_approach_shows_a_small_preload(approach_mm: float) -> None:
+    """Half a per cent of the largest force, which guides may rub by, is half of it."""
+    test = replace(GOOD, contact_mm=2.0, preload_kN=8.0, speed_mm_per_s=20.0, rate_Hz=80.0)
+    found = replace(test, approach_mm=approach_mm).found()
+    assert found.how == "jump"
+    assert found.stroke_mm == pytest.approx(2.0, abs=0.2)
+    assert found.beyond
+    rubbing = replace(test, approach_mm=approach_mm, friction_kN=1.5).found()
+    assert rubbing.stroke_mm is None or abs(rubbing.stroke_mm - 2.0) <= (rubbing.expanded_uncertainty or 0.0)
+
+
+def test_a_preload_that_rests_on_the_cell_is_no_short_approach() -> None:
+    """It begins at contact, or with half its preload along the frame's compliance."""
+    for offset_mm in (0.06, 0.2):
+        run = replace(GOOD, approach_mm=-offset_mm, rate_Hz=400.0).evaluate()
+        assert not any(finding.kind == "zero" for finding in run.findings)
+
+
 def row(run: RunEvaluation, identity: str, cycle: int = 1) -> RequirementResult:
     return next(r for r in run.requirements if (r.id, r.cycle) == (identity, cycle))
 

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from evaluation.channels.signals import Signals
 from evaluation.document import evaluation_document
 from evaluation.load import load_run
+from evaluation.plausibility import Look
 from evaluation.record import Record, make_record
 from evaluation.results import RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
+from evaluation.wiring.strokes import strokes_and_piston
 from foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse, Floats
 from tests.evaluation.test_load import write
@@ -124,3 +128,19 @@ def test_from_a_run_file(tmp_path: Path) -> None:
     np.testing.assert_allclose(loaded.wire_difference_mm, 2.0, atol=1e-3)
     assert facts.force_delay_s == 0.0008
     assert facts.moving_mass_kg is None
+
+
+def told_of(two_of: Callable[[Floats, Floats], Floats]) -> list[str]:
+    """Return the kinds of findings about two wires alone; fifteen samples a cycle, one wire is right."""
+    time, stroke, force = ELLIPSE.columns(1.0, 15.0, 2.6)
+    two = two_of(time, stroke)
+    seen = record(stroke, two, (time, stroke, force))
+    signals = Signals(time, {"force": force, "stroke_1": stroke, "stroke_2": two})
+    return [finding.kind for finding in strokes_and_piston(Look(seen, seen, (), FACTS), signals, None)]
+
+
+def test_a_wire_that_slips_is_no_factor() -> None:
+    """A straight line through both says one, but what it leaves is more than what it explains."""
+    assert told_of(lambda t, x: x - 9.0 * (t > 0.3)) == []
+    assert told_of(lambda _, x: 1.08 * x) == ["scale"]
+    assert told_of(lambda _, x: 7.0 - x) == ["sign"]

@@ -56,6 +56,18 @@ def test_a_wire_that_slips_while_it_swings(rate_Hz: float, share: float) -> None
     assert len(run.cycles) == len(harmonic(rate_Hz=rate_Hz).cycles)
 
 
+@pytest.mark.parametrize(("slips_mm", "count"), [(2.4, 1), (0.0, 0)])
+def test_a_wire_that_slips_amid_noise(slips_mm: float, count: int) -> None:
+    """Twice what noise makes of its largest leaps in 9000 samples, but less than three times."""
+
+    def change(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        noise = 0.1 * np.random.default_rng(4).standard_normal(t.size)
+        return t, x + noise + slips_mm * (t > 33.3), f
+
+    run = harmonic(change, rate_Hz=150.0, cycles=60.2, amplitude_mm=7.0)
+    assert jumps(run) == [("stroke-jump", "stroke")] * count
+
+
 @pytest.mark.parametrize(
     ("column", "gain", "kind"), [(1, 0.001, "unit"), (1, -1.0, "sign"), (2, -1.0, "sign")]
 )

@@ -68,6 +68,14 @@ def test_inches_where_no_stroke_has_figures() -> None:
     assert not of_kind(right, "unit")
 
 
+@pytest.mark.parametrize(("stroke", "kinds"), [(1.0 / 25.4, {"clipped", "unit"}), (1.0, {"clipped"})])
+def test_inches_where_every_force_is_clipped(stroke: float, kinds: set[str]) -> None:
+    """What is cut off makes a specimen softer, not stiffer: too stiff for any it is all the same."""
+    run = static(lambda t, x, f: (t, stroke * x, np.minimum(f, 480.0)))
+    assert {found.kind for found in run.findings} == kinds
+    assert not {row.verdict for row in run.requirements if row.id == "full-release"} & {"fail"}
+
+
 def test_a_force_that_relaxes_at_rest_is_no_unit() -> None:
     """The stroke hums by 10 µm, which makes cycles of it."""
 

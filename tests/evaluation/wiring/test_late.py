@@ -57,3 +57,16 @@ def test_a_damper_with_the_other_sign_is_told_to_be_that_or_late() -> None:
     run = harmonic(lambda time_s, stroke, force: (time_s, stroke, 100.0 - force), storage=0.02, loss=4.0)
     (finding,) = of_kind(run, "delay") + of_kind(run, "sign")
     assert "--invert force" in finding.text
+
+
+def test_no_lateness_is_told_by_a_turn_in_which_the_stroke_is_frozen() -> None:
+    """It stands at 60 mm on the way up until the way down: the force's peak is not late for that."""
+
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        rising = np.flatnonzero((stroke > 60.0) & (time_s > 60.0))
+        frozen = (time_s >= time_s[rising[0]]) & (time_s < time_s[rising[0]] + 12.0)
+        return time_s, np.where(frozen, stroke[rising[0]], stroke), -force
+
+    run = static(change)
+    assert of_kind(run, "frozen")
+    assert not of_kind(run, "delay")
