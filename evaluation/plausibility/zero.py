@@ -146,8 +146,8 @@ def _jump(look: Look, times_s: Sequence[float], levels_kN: Sequence[float], size
 def _over_first_stroke(look: Look, rests: Sequence[Rest]) -> Finding | None:
     """Return a jump over the first stroke that no specimen makes of the force at rest at one stroke.
 
-    It may push less than before, as it recovers. But it does not pull; nor does it push more than it did on its
-    first way in, up to a little further than where it rests now.
+    It may push less than before, as it recovers. But it does not pull; nor does it push more than it did on
+    its first way in, up to a little further than where it rests now.
     """
     first = look.results[0].cycle
     before = [rest for rest in rests if rest.times_s[1] <= first.start.leave_s]
