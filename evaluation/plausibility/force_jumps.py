@@ -44,24 +44,22 @@ ALONE_IN_PASS = 4.0
 """… if it is so many times the next largest one of the pass."""
 TURN = 0.1
 """… and is so far from the ends of the pass, as a share of its stroke: friction turns there."""
-TURNS_SHARE, TURNS_LONE = 0.05, 2.0
-"""Where the motion turns and no pass can be compared, a leap that friction does not make counts from this
-share of the range on, if it is so many times the next largest one but for contacts. Friction that turns takes
-from the force where the stroke is greatest and gives to it where it is least: no leap goes the other way.
-Nor does friction turn within less way than its size over the stiffness of the stiffest specimen
-(:data:`evaluation.plausibility.scale.STIFFEST`), nor the share of a force that comes of speed stay away while
-the speed changes by less than :data:`SLOWED` of the fastest on record."""
 SLOWED = 0.1
-OF_FORCE, SMALL_SHARE, SMALL_ALONE = 0.03, 0.0015, 4.0
+"""Near a turn where no pass can be compared, a leap counts that friction and speed do not make. Friction that
+turns takes from the force where the stroke is greatest and gives to it where it is least: no leap goes the
+other way. Nor does it turn within less way than its size over the stiffness of the stiffest specimen
+(:data:`evaluation.plausibility.scale.STIFFEST`), nor is a share of the force that comes of speed let go while
+the speed changes by less than this part of the fastest on record."""
+OF_FORCE, SMALL_SHARE = 0.03, 0.0015
 """A smaller leap counts from this share of the force there on, as a gain that changes at a small force makes
-it, if it is this share of the range, so many times the twentieth largest, and other passes are without it."""
+it, if it is this share of the range, and other passes are without it."""
 LONE, LONE_SHARE, LONE_ABOVE = 8.0, 0.012, 0.02
 """In a harmonic run of more than three cycles, a leap of this share of the range (twice the least) counts
 wherever it is, if it is so many times the fourth largest, and not within this share of the least force."""
 EVEN = 0.5
 """… and the speed of the stroke changes there by less than this share of itself."""
 LOADED_SHARE = 0.03
-"""At a rest under load, in which friction may let go, a leap counts from this share on."""
+"""At a rest under load, in which friction may let go, and near a turn a leap counts from this share on."""
 STIFFER = 2.0
 """Where the stroke leaps, too, the force may change by so many times what the stiffness beside makes."""
 _MET = 8
@@ -90,7 +88,7 @@ def force_jumps(look: Look) -> list[Finding]:
     leaps = [leap for leap in largest_leaps(force, look.breaks_s, _LOOKED_AT) if not _is_spike(force, leap)]
     if len(leaps) > _LOOKED_AT // 2:
         twentieth = abs(leaps[_LOOKED_AT // 2].size)
-        least, small = max(least, ALONE * twentieth), max(small, SMALL_ALONE * twentieth)
+        least, small = max(least, ALONE * twentieth), max(small, ALONE * twentieth)
     told = [
         leap
         for leap in leaps
@@ -210,7 +208,7 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
         return beyond
     if _against_friction(look, leap, own) or _has_no_way(look, leap):
         next_kN = _next_largest(look, leap, leaps, ways)
-        return abs(leap.size) > max(TURNS_SHARE * force.span, TURNS_LONE * next_kN)
+        return abs(leap.size) > max(LOADED_SHARE * force.span, ALONE_IN_PASS * next_kN)
     return not others and _alone_in_pass(look, leap, leaps, way)
 
 
