@@ -52,7 +52,10 @@ other way. Nor does it turn within less way than its size over the stiffness of 
 the speed changes by less than this part of the fastest on record."""
 OF_FORCE, SMALL_SHARE = 0.03, 0.0015
 """A smaller leap counts from this share of the force there on, as a gain that changes at a small force makes
-it, if it is this share of the range, and other passes are without it."""
+it, if it is this share of the range, and other passes are without it …"""
+AT_ONCE = 0.8
+"""… and one step from sample to sample makes so much of it: an amplifier is switched at once, what slips
+takes its time."""
 LONE, LONE_SHARE, LONE_ABOVE = 8.0, 0.012, 0.02
 """In a harmonic run of more than three cycles, a leap of this share of the range (twice the least) counts
 wherever it is, if it is so many times the fourth largest, and not within this share of the least force."""
@@ -112,7 +115,10 @@ def force_jumps(look: Look) -> list[Finding]:
 
 
 def _of_force(force: Samples, leap: Leap) -> float:
-    """Return the share of the force at a leap from which on a small one counts [kN]."""
+    """Return the share of the force at a leap from which on a small one counts [kN]; infinite: none does."""
+    made_at_once = float(np.max(np.abs(np.diff(force.value[leap.first : leap.last + 1]))))
+    if made_at_once < AT_ONCE * abs(leap.size):
+        return float("inf")
     return OF_FORCE * float(np.max(np.abs(force.value[[leap.first, leap.last]])))
 
 
