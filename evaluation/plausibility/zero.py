@@ -136,7 +136,7 @@ def _moving(look: Look, rests: list[Rest]) -> Finding | None:
 def _jump(look: Look, times_s: Sequence[float], levels_kN: Sequence[float], size: float) -> Finding:
     from_s, to_s = times_s
     text = (
-        f"force offset jumps between {from_s:.6g} and {to_s:.6g} s: at rest at one stroke it is "
+        f"force offset jumps between {from_s:.6g} and {to_s:.6g} s: unloaded at one stroke it is "
         f"{levels_kN[0]:+.3g} kN before and {levels_kN[1]:+.3g} kN after ({_stated(look)}): look for a loose "
         "plug or an amplifier that was set, and repeat the test"
     )
@@ -153,13 +153,16 @@ def _over_first_stroke(look: Look, rests: Sequence[Rest]) -> Finding | None:
     before = [rest for rest in rests if rest.times_s[1] <= first.start.leave_s]
     after = [rest for rest in rests if rest.times_s[0] >= first.end.time_s]
     low_kN, high_kN = look.force.ends
-    if not before or not after or -low_kN > high_kN:  # what is pulled
+    if not after or -low_kN > high_kN:  # what is pulled
         return None
-    one, two = before[-1], after[0]
+    two, met_kN = after[0], _met(look, after[0].stroke_mm + ALIKE_MM)
+    if not before:  # the record begins with the motion, or within it
+        before = [Rest(two.stroke_mm, (first.start.time_s,) * 2, (met_kN,) * 2, two.u_kN)]
+    one = before[-1]
     was, is_now = one.levels_kN[1], two.levels_kN[0]
     limit = _limit(look, UNSTATED, free=_free(look, [one, two])) + SURE * (one.u_kN + two.u_kN)
     pulls = is_now < -limit and was - is_now > limit
-    if not pulls and is_now - max(was, _met(look, two.stroke_mm + ALIKE_MM)) <= limit:
+    if not np.isfinite(was) or (not pulls and is_now - max(was, met_kN) <= limit):
         return None
     return _jump(look, (one.times_s[1], two.times_s[0]), (was, is_now), is_now - was)
 

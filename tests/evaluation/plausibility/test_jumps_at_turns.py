@@ -114,3 +114,17 @@ def test_a_motion_that_stops_within_a_pass_makes_no_jump() -> None:
     )
     run = evaluate_run(make_record(time_s, stroke, force), RunFacts("h", "harmonic"), Options(draws=0))
     assert not of_kind(run, "gain-jump")
+
+
+@pytest.mark.parametrize(("offset_kN", "count"), [(45.0, 1), (-45.0, 1), (0.0, 0)])
+def test_the_force_at_rest_is_not_that_of_the_way_in(offset_kN: float, count: int) -> None:
+    """The record begins with the motion; the zero moves 0.1 s before the first stroke ends."""
+
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        there = time_s >= 2.0
+        made = force + np.where(time_s > 42.7, offset_kN, 0.0)
+        return time_s[there], stroke[there], made[there]
+
+    run = static(change)
+    assert len([*of_kind(run, "offset-jump"), *of_kind(run, "gain-jump")]) == count
+    assert not count or run.verdict == "inconclusive"
