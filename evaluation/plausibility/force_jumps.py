@@ -315,17 +315,23 @@ def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool |
 
 
 def _stops(look: Look, leap: Leap, own: Pass) -> bool:
-    """Say whether the stroke stands still on one side of a leap that is not near an end of its pass."""
+    """Say whether the motion stops or starts at a leap, within its pass, and speed may have made it so.
+
+    What of the force comes of the speed is let go against the way, and comes with it.
+    """
     force, stroke = look.force, look.stroke
     at_mm = float(stroke.at(force.time_s[[leap.first]])[0])
     near_mm = TURN * float(own.stroke_mm[-1] - own.stroke_mm[0])
     if min(at_mm - float(own.stroke_mm[0]), float(own.stroke_mm[-1]) - at_mm) < near_mm:
         return False
-    sides = (
-        slice(max(0, leap.first - _STILL_SAMPLES), max(0, leap.first - _STOPPING)),
-        slice(leap.last + _STOPPING, leap.last + _STILL_SAMPLES),
+    before, after = (
+        _is_still(stroke, stroke.at(force.time_s[side]))
+        for side in (
+            slice(max(0, leap.first - _STILL_SAMPLES), max(0, leap.first - _STOPPING)),
+            slice(leap.last + _STOPPING, leap.last + _STILL_SAMPLES),
+        )
     )
-    return any(_is_still(stroke, stroke.at(force.time_s[side])) for side in sides)
+    return before != after and (leap.size * own.way > 0.0) == before
 
 
 def _is_still(stroke: Samples, values_mm: FloatArray) -> bool:

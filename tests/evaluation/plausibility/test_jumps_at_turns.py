@@ -103,17 +103,18 @@ def test_a_held_force_makes_no_jump_and_hides_none(*, jumps: bool) -> None:
     assert len(of_kind(run, "gain-jump")) == int(jumps)
 
 
-def test_a_motion_that_stops_within_a_pass_makes_no_jump() -> None:
-    """What of the force comes of the speed is let go where the motion stops on the way to a sine."""
+@pytest.mark.parametrize("jumps_kN", [0.0, 14.0])
+def test_a_motion_that_stops_within_a_pass_makes_no_jump(jumps_kN: float) -> None:
+    """What comes of the speed is let go where the motion stops, for 2 s, on the way to a sine."""
     time_s = np.arange(0.0, 12.0, 0.005)
     angle = 2.0 * np.pi * np.clip(time_s - 5.0, 0.0, None)
     stroke = np.interp(time_s, [1.0, 3.0], [0.0, 60.0]) + 26.0 * np.sin(angle)
     moves = np.gradient(stroke, time_s) / 30.0
-    force = (
-        4.0 * stroke + 12.0 * np.tanh(moves) + 0.05 * np.random.default_rng(1).standard_normal(time_s.size)
-    )
+    force = 4.0 * stroke + 12.0 * np.tanh(moves) + jumps_kN * (time_s > 4.0)
+    force = force + 0.05 * np.random.default_rng(1).standard_normal(time_s.size)
     run = evaluate_run(make_record(time_s, stroke, force), RunFacts("h", "harmonic"), Options(draws=0))
-    assert not of_kind(run, "gain-jump")
+    found = [*of_kind(run, "gain-jump"), *of_kind(run, "offset-jump")]
+    assert [one.start_s for one in found] == pytest.approx([4.0] if jumps_kN else [], abs=0.01)
 
 
 @pytest.mark.parametrize(("offset_kN", "count"), [(45.0, 1), (-45.0, 1), (0.0, 0)])
