@@ -157,7 +157,8 @@ def _over_first_stroke(look: Look, rests: Sequence[Rest]) -> Finding | None:
         return None
     two, met_kN = after[0], _met(look, after[0].stroke_mm + ALIKE_MM)
     if not before:  # the record begins with the motion, or within it
-        before = [Rest(two.stroke_mm, (first.start.time_s,) * 2, (met_kN,) * 2, two.u_kN)]
+        begun_s = first.start.time_s
+        before = [Rest(two.stroke_mm, (begun_s, begun_s), (met_kN, met_kN), two.u_kN)]
     one = before[-1]
     was, is_now = one.levels_kN[1], two.levels_kN[0]
     limit = _limit(look, UNSTATED, free=_free(look, [one, two])) + SURE * (one.u_kN + two.u_kN)
