@@ -84,14 +84,25 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
         if detector is unlike_cycles and any(kind in ("unit", "sign") for kind, _ in wrong):
             continue
         own = detector
+        seen = look
         if detector is jumps:
             own = next((instead for what, instead in _DOUBTED.items() if what in wrong), jumps)
-        found += sorted(own(look), key=lambda finding: finding.start_s)
+            seen = _as_it_moves(look, found)
+        found += sorted(own(seen), key=lambda finding: finding.start_s)
         if detector is clipped and (cut := _clipped_cycles(found)):
             look = replace(look, given=look.seen, clipped=cut)
         if detector is turned_signs and any(one.kind == "sign" for one in found) and force_falls(look):
             look = look.with_force_turned()
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)
+
+
+def _as_it_moves(look: Look, found: Iterable[Finding]) -> Look:
+    """Return a run without the steps that held samples make, and with what is known of a frozen stroke."""
+    stood = [one for one in found if one.kind == "frozen" and one.quantity == "stroke"]
+    if stood:
+        look = replace(look, given=look.seen, frozen_s=tuple((one.start_s, one.end_s) for one in stood))
+    repeating = {one.channel for one in found if one.kind == "held"}
+    return look.without_repeats(repeating) if repeating else look
 
 
 def _clipped_cycles(found: Iterable[Finding]) -> dict[str, frozenset[int]]:

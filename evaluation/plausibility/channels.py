@@ -5,15 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from evaluation.plausibility.samples import Samples
 from evaluation.record import FloatArray, Record
 
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """The channels of a record, each on its own instants."""
+    """The channels of a record, each on its own instants; of those ``held`` each value once, as it comes."""
 
     record: Record
+    held: frozenset[str] = frozenset()
 
     @cached_property
     def force(self) -> Samples:
@@ -31,7 +34,8 @@ class Channels:
         """The stroke as it is evaluated: the mean of draw wires where there are two."""
         if len(self.strokes) == 1:
             return self.strokes[0]
-        return Samples("stroke", self.record.time_s, self.record.stroke_mm)
+        mean = Samples("stroke", self.record.time_s, self.record.stroke_mm)
+        return _without_repeats(mean) if self.held.issuperset(one.name for one in self.strokes) else mean
 
     @property
     def all(self) -> tuple[Samples, ...]:
@@ -43,6 +47,13 @@ class Channels:
         return self.stroke if channel.quantity == "force" else self.force
 
     def _own(self, name: str, otherwise: FloatArray) -> Samples:
-        if name in self.record.as_recorded:
-            return Samples(name, *self.record.as_recorded[name])
-        return Samples(name, self.record.time_s, otherwise)
+        time_s, value = self.record.as_recorded.get(name, (self.record.time_s, otherwise))
+        samples = Samples(name, time_s, value)
+        return _without_repeats(samples) if name in self.held else samples
+
+
+def _without_repeats(samples: Samples) -> Samples:
+    """Return a channel without the samples that repeat the one before, but for its last one."""
+    rows = np.append(True, np.diff(samples.value) != 0.0)
+    rows[-1] = True
+    return Samples(samples.name, samples.time_s[rows], samples.value[rows])

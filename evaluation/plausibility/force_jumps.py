@@ -16,7 +16,9 @@ from evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, 
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
 from evaluation.plausibility.samples import Samples
-from foundation.ranks import median
+from evaluation.plausibility.scale import STIFFEST
+from evaluation.record import FloatArray
+from foundation.ranks import median, quantile
 
 SHARE = 0.006
 """A jump is at least this share of the range of the force …"""
@@ -33,21 +35,34 @@ MOST_PASSES = 0.7
 PULLED = 2.0
 """A force goes below zero by so many times as far as above it: what is released shows its greatest one."""
 UNLOADED = 0.02
-"""A leap with the motion from or to the force at the low end of its pass, within this share of the range, is
-a contact: what is met or let go. Against the motion it is none."""
+"""A leap with the motion from or to the force at the low end of its pass, within this share of the range and
+its own size, is a contact: what is met or let go. Against the motion it is none."""
 ALONE_SHARE = 0.05
-"""Of a pass that no other is like (a ramp), a leap counts from this share of the range on …"""
+"""Of a pass that no other is like (a ramp), a leap counts from this share of the range on, or from
+:data:`OF_FORCE` of the force there …"""
 ALONE_IN_PASS = 4.0
 """… if it is so many times the next largest one of the pass."""
 TURN = 0.1
 """… and is so far from the ends of the pass, as a share of its stroke: friction turns there."""
+SLOWED = 0.1
+"""Near a turn where no pass can be compared, a leap counts that friction and speed do not make. Friction that
+turns takes from the force where the stroke is greatest and gives to it where it is least: no leap goes the
+other way. Nor does it turn within less way than its size over the stiffness of the stiffest specimen
+(:data:`evaluation.plausibility.scale.STIFFEST`), nor is a share of the force that comes of speed let go while
+the speed changes by less than this part of the fastest on record."""
+OF_FORCE, SMALL_SHARE = 0.03, 0.0015
+"""A smaller leap counts from this share of the force there on, as a gain that changes at a small force makes
+it, if it is this share of the range, and other passes are without it …"""
+AT_ONCE = 0.8
+"""… and one step from sample to sample makes so much of it: an amplifier is switched at once, what slips
+takes its time."""
 LONE, LONE_SHARE, LONE_ABOVE = 8.0, 0.012, 0.02
 """In a harmonic run of more than three cycles, a leap of this share of the range (twice the least) counts
 wherever it is, if it is so many times the fourth largest, and not within this share of the least force."""
 EVEN = 0.5
 """… and the speed of the stroke changes there by less than this share of itself."""
 LOADED_SHARE = 0.03
-"""At a rest under load, in which friction may let go, a leap counts from this share on."""
+"""At a rest under load, in which friction may let go, and near a turn a leap counts from this share on."""
 STIFFER = 2.0
 """Where the stroke leaps, too, the force may change by so many times what the stiffness beside makes."""
 AT_TURN = 3
@@ -58,6 +73,7 @@ _LOOKED_AT = 40
 _ASIDES = (0.012, 0.004)
 """Shares of the stroke's range beside a leap that are left out of the comparison; the smaller near a turn."""
 _STILL_SAMPLES = 40
+_STOPPING = 10
 _STILL = 5e-5
 _STEADY = 0.4
 
@@ -70,27 +86,32 @@ def force_jumps(look: Look) -> list[Finding]:
     look : Look
     """
     force = look.force
-    least = max(SHARE * force.span, NOISES * force.sampling.sigma, STEPS * force.sampling.step)
-    if not may_leap(force, least):
+    floor = max(NOISES * force.sampling.sigma, STEPS * force.sampling.step)
+    least, small = max(SHARE * force.span, floor), max(SMALL_SHARE * force.span, floor)
+    if not may_leap(force, small):
         return []
     leaps = [leap for leap in largest_leaps(force, look.breaks_s, _LOOKED_AT) if not _is_spike(force, leap)]
     if len(leaps) > _LOOKED_AT // 2:
-        least = max(least, ALONE * abs(leaps[_LOOKED_AT // 2].size))
-    large = [
+        twentieth = abs(leaps[_LOOKED_AT // 2].size)
+        least, small = max(least, ALONE * twentieth), max(small, ALONE * twentieth)
+    told = [
         leap
         for leap in leaps
-        if abs(leap.size) > max(least, _rounded(force, leap))
+        if abs(leap.size) > max(min(least, max(small, _of_force(force, leap))), _rounded(force, leap))
         and goes_on(force, leap)
         and not _made_by_stroke(look, leap)
+        and not any(begun_s <= force.time_s[leap.last] <= end_s for begun_s, end_s in look.frozen_s)
     ]
-    if not large:
+    if not told:
         return []
     ways = ways_of([result.cycle for result in look.results])
     lone = _lone_size(look, leaps)
     jumps = [
         leap
-        for leap in large
-        if (_is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways)) and not _rings(force, leap, ways)
+        for leap in told
+        if (_is_lone(look, leap, lone) or _is_jump(look, leap, leaps, ways))
+        and (abs(leap.size) > least or _is_beyond(look, leap, ways))
+        and not _rings(force, leap, ways)
     ]
     # What jumps again and again is not the measuring chain.
     return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
@@ -104,6 +125,14 @@ def _rings(force: Samples, leap: Leap, ways: Sequence[Way]) -> bool:
         return False
     rows = force.rows(way.start_s, way.end_s)
     return rings(force, leap, slice(rows.start + AT_TURN, rows.stop - AT_TURN))
+
+
+def _of_force(force: Samples, leap: Leap) -> float:
+    """Return the share of the force at a leap from which on a small one counts [kN]; infinite: none does."""
+    made_at_once = float(np.max(np.abs(np.diff(force.value[leap.first : leap.last + 1]))))
+    if made_at_once < AT_ONCE * abs(leap.size):
+        return float("inf")
+    return OF_FORCE * float(np.max(np.abs(force.value[[leap.first, leap.last]])))
 
 
 def _is_spike(force: Samples, leap: Leap) -> bool:
@@ -187,17 +216,77 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
         low = float(np.min(np.abs(force.value[[leap.first, leap.last]])))
         loaded = low > UNLOADED * force.span
         return not loaded or abs(leap.size) > LOADED_SHARE * force.span
-    from_s, to_s = float(force.time_s[leap.first]), float(force.time_s[leap.last])
-    way = next((one for one in ways if one.start_s <= from_s and to_s <= one.end_s), None)
+    way = _way_of(force, leap, ways)
     if way is None:
         return False
     own = pass_of(look, way)
-    if not own.force_kN.size or (leap.size * way.way > 0.0 and _is_contact(force, leap, way, own)):
+    if not own.force_kN.size or _is_contact(force, leap, way, own):
         return False
     others = others_of(look, ways, way, own)
-    if others:
-        return _beyond(look, leap, own, others)
-    return _alone_in_pass(look, leap, leaps, way)
+    if others and (beyond := _beyond(look, leap, own, others)) is not None:
+        return beyond
+    if _against_friction(look, leap, own) or _has_no_way(look, leap):
+        next_kN = _next_largest(look, leap, leaps, ways)
+        return abs(leap.size) > max(LOADED_SHARE * force.span, ALONE_IN_PASS * next_kN)
+    return not others and _alone_in_pass(look, leap, leaps, way)
+
+
+def _is_beyond(look: Look, leap: Leap, ways: Sequence[Way]) -> bool:
+    """Say whether other passes, with which it can be compared, are without a leap."""
+    way = _way_of(look.force, leap, ways)
+    if way is None:
+        return False
+    own = pass_of(look, way)
+    return bool(_beyond(look, leap, own, others_of(look, ways, way, own)))
+
+
+def _way_of(force: Samples, leap: Leap, ways: Sequence[Way]) -> Way | None:
+    from_s, to_s = float(force.time_s[leap.first]), float(force.time_s[leap.last])
+    return next((one for one in ways if one.start_s <= from_s and to_s <= one.end_s), None)
+
+
+def _against_friction(look: Look, leap: Leap, own: Pass) -> bool:
+    """Say whether a leap is near a turn and goes the other way than friction does that turns there."""
+    areas_J = look.figures[:, 5]
+    at_mm = float(look.stroke.at(look.force.time_s[[leap.first]])[0])
+    low_mm, high_mm = float(own.stroke_mm[0]), float(own.stroke_mm[-1])
+    near_mm = TURN * (high_mm - low_mm)
+    if not areas_J.size:
+        return False
+    taken = leap.size * float(np.sign(median(areas_J)))
+    return (taken > 0.0 and high_mm - at_mm < near_mm) or (taken < 0.0 and at_mm - low_mm < near_mm)
+
+
+def _has_no_way(look: Look, leap: Leap) -> bool:
+    """Say whether neither the way nor the change of speed at a leap could make it, however stiff it be."""
+    force, stroke = look.force, look.stroke
+    sides = (
+        np.arange(max(0, leap.first - _MET), leap.first + 1),
+        np.arange(leap.last, min(force.time_s.size, leap.last + _MET + 1)),
+    )
+    if min(side.size for side in sides) <= _MET:
+        return False
+    times_s = [force.time_s[side] for side in sides]
+    before_mm, after_mm = (stroke.at(one) for one in times_s)
+    way_mm = float(abs(np.mean(after_mm[: _MET // 2]) - np.mean(before_mm[-_MET // 2 :])))
+    if abs(leap.size) < STIFFEST * (way_mm + stroke.sigma):
+        return False
+    moved_mm, lasts_s = np.abs(np.diff(stroke.value)), np.diff(stroke.time_s)
+    fastest = quantile(moved_mm[lasts_s > 0.0] / lasts_s[lasts_s > 0.0], 0.95)
+    slopes = [
+        float(np.polyfit(one - one[0], values, 1)[0])
+        for one, values in zip(times_s, (before_mm, after_mm), strict=True)
+    ]
+    return abs(slopes[1] - slopes[0]) < SLOWED * fastest
+
+
+def _next_largest(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way]) -> float:
+    """Return the size of the largest other leap that is no contact [kN]."""
+    for other in leaps:  # the largest first
+        way = _way_of(look.force, other, ways)
+        if other != leap and not (way and _is_contact(look.force, other, way, pass_of(look, way))):
+            return abs(other.size)
+    return 0.0
 
 
 def _is_pulled(force: Samples) -> bool:
@@ -206,19 +295,28 @@ def _is_pulled(force: Samples) -> bool:
 
 
 def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
-    """Say whether a leap with the motion is from or to the force at the released end of its pass.
+    """Say whether a leap is with the motion, and from or to the force at the released end of its pass.
 
     That is the low one; of a specimen that is pulled, or of a stroke with the other sign, the high one.
     """
+    if leap.size * way.way <= 0.0 or not own.force_kN.size:
+        return False
     pulled = _is_pulled(force)
     released_kN = float(force.value[leap.first if (way.way > 0) != pulled else leap.last])
     end_kN = median(own.force_kN[-3:] if pulled else own.force_kN[:3])
-    return abs(released_kN - end_kN) < UNLOADED * force.span
+    near_kN = max(abs(leap.size), NOISES * force.sampling.sigma)
+    return abs(released_kN - end_kN) < min(UNLOADED * force.span, near_kN)
 
 
-def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool:
-    """Say whether the force leaves, with a leap, what it is at that stroke in most other passes."""
+def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool | None:
+    """Say whether the force leaves, with a leap, what it is at that stroke in most other passes.
+
+    None: with no pass it can be compared there. Where the motion stops within a pass, what its speed makes of
+    the force is let go, which others that go on there do not show.
+    """
     force, stroke = look.force, look.stroke
+    if _stops(look, leap, own):
+        return False
     low_mm, high_mm = sorted(stroke.at(force.time_s[[leap.first, leap.last]]).tolist())
     step = float(force.value[leap.last] - force.value[leap.first])
     least = max(AGREE * abs(leap.size), OF_STEP * abs(step))
@@ -226,7 +324,37 @@ def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool:
         sizes = own.way * beyond_others(own, others, (low_mm, high_mm), share * stroke.span)
         if sizes.size:
             return float(np.mean(sizes * np.sign(leap.size) > least)) > MOST_PASSES
-    return False
+    return None
+
+
+def _stops(look: Look, leap: Leap, own: Pass) -> bool:
+    """Say whether the motion stops or starts at a leap, within its pass, and speed may have made it so.
+
+    What of the force comes of the speed is let go against the way, and comes with it.
+    """
+    force, stroke = look.force, look.stroke
+    at_mm = float(stroke.at(force.time_s[[leap.first]])[0])
+    near_mm = TURN * float(own.stroke_mm[-1] - own.stroke_mm[0])
+    if min(at_mm - float(own.stroke_mm[0]), float(own.stroke_mm[-1]) - at_mm) < near_mm:
+        return False
+    before, after = (
+        _is_still(stroke, stroke.at(force.time_s[side]))
+        for side in (
+            slice(max(0, leap.first - _STILL_SAMPLES), max(0, leap.first - _STOPPING)),
+            slice(leap.last + _STOPPING, leap.last + _STILL_SAMPLES),
+        )
+    )
+    return before != after and (leap.size * own.way > 0.0) == before
+
+
+def _is_still(stroke: Samples, values_mm: FloatArray) -> bool:
+    """Say whether a stretch of the stroke moves by no more than noise."""
+    noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
+    third = values_mm.size // 3
+    if not third:
+        return False
+    moved_mm = abs(median(values_mm[-third:]) - median(values_mm[:third]))
+    return moved_mm <= noise_mm and float(np.ptp(values_mm)) <= 8.0 * noise_mm
 
 
 def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> bool:
@@ -237,15 +365,17 @@ def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> b
     near_mm = TURN * abs(float(ends_mm[3] - ends_mm[0]))
     if np.min(np.abs(ends_mm[1:3, None] - ends_mm[None, [0, 3]])) < near_mm:
         return False
+    noise_kN = NOISES * force.sampling.sigma
     within = [
         abs(other.size)
         for other in leaps
         if other != leap
+        and abs(other.size) > noise_kN
         and way.start_s <= force.time_s[other.first] <= way.end_s
         and _is_loaded(look, other, way)
     ]
-    least = max(ALONE_SHARE * force.span, ALONE_IN_PASS * max(within, default=0.0))
-    return abs(leap.size) > least
+    least = min(ALONE_SHARE * force.span, _of_force(force, leap))
+    return abs(leap.size) > max(least, ALONE_IN_PASS * max(within, default=0.0))
 
 
 def _is_loaded(look: Look, leap: Leap, way: Way) -> bool:

@@ -17,13 +17,15 @@ from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import pass_of, ways_of
 from evaluation.plausibility.series import Series, series_of
+from evaluation.plausibility.ways_in import uneven_stroke
 from evaluation.record import FloatArray
 from foundation.ranks import median
 
 HARDER = 0.03
 """A loop that grows by this share from one cycle to the next, force and area alike, has another gain …"""
-RESTED, LONGER = 0.08, 1.5
-"""… a single stroke by this one after a pause so many times longer than the one before: a spring recovers."""
+RESTED, LONGER, RECOVERS_S = 0.08, 1.5, 60.0
+"""… a single stroke by this one after a pause of a minute and more that is so many times longer than the one
+before: a spring recovers."""
 SOFTER, SOFTER_SINGLE = 0.03, 0.05
 """One that shrinks by this share has, of single strokes by this one …"""
 PER_K, STEADY_K, UNKNOWN_K = 0.02, 1.0, 5.0
@@ -76,6 +78,8 @@ def level_jumps(look: Look) -> list[Finding]:
             size = look.sign * offset.size
             text = f"all forces move by {size:+.3g} kN"
             found.append(_finding(look, series, offset, "offset-jump", size, "kN", text))
+    if not found and look.facts.kind == "static" and (stroke := uneven_stroke(look)):
+        found.append(stroke)
     return found
 
 
@@ -135,10 +139,10 @@ def _gain_step(series: Series, *, single: bool) -> Step | None:
 
 def _by_heat(series: Series, step: Step, *, single: bool) -> float:
     """Return what the temperature of the specimen may make of a change; unknown, what it may have been."""
-    heat_K = abs(float(series.temperature_C[step.first] - series.temperature_C[step.last]))
-    if np.isnan(heat_K):
-        return PER_K * UNKNOWN_K if single else 0.0
-    return PER_K * heat_K if heat_K > STEADY_K else 0.0
+    heat_K = float(series.temperature_C[step.first] - series.temperature_C[step.last])
+    if np.isnan(heat_K):  # strokes warm a spring: none is harder by it
+        return PER_K * UNKNOWN_K if single and step.size < 0.0 else 0.0
+    return PER_K * abs(heat_K) if abs(heat_K) > STEADY_K else 0.0
 
 
 def _least_of_single(series: Series, step: Step) -> float:
@@ -146,7 +150,8 @@ def _least_of_single(series: Series, step: Step) -> float:
     pauses = series.pause_s[step.last + 1 : step.first + 1]
     before_s = float(series.pause_s[step.last])
     if step.size > 0.0:
-        return RESTED if float(np.max(pauses)) > LONGER * before_s else HARDER
+        rested = float(np.max(pauses)) > max(LONGER * before_s, RECOVERS_S)
+        return RESTED if rested else HARDER
     if step.last == 0:
         return FIRST_SOFTER
     return TIRED if LONGER * float(np.min(pauses)) < before_s else SOFTER_SINGLE

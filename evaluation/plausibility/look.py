@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -37,6 +37,8 @@ class Look:
         Codes in the place of readings that ``samples`` are without.
     clipped : mapping of str to set of int
         Cycles in which force or stroke is known to be clipped: the ends of their loops are not on record.
+    frozen_s : tuple of (float, float)
+        When the stroke is known to be frozen [s].
     turned : bool
         The force is that of the record with the other sign (:meth:`with_force_turned`).
     """
@@ -49,7 +51,12 @@ class Look:
     given: Channels | None = None
     coded: tuple[Coded, ...] = ()
     clipped: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    frozen_s: tuple[tuple[float, float], ...] = ()
     turned: bool = False
+
+    def without_repeats(self, held: Iterable[str]) -> Look:
+        """Return the run as it is with each value of these channels once."""
+        return replace(self, given=Channels(self.samples, frozenset(held)))
 
     def with_force_turned(self) -> Look:
         """Return the run as it is with the other sign of the force."""

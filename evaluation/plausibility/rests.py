@@ -14,7 +14,7 @@ from foundation.ranks import median
 
 _FEWEST = 5
 """A rest of fewer samples shows no level."""
-_ALIKE_MM = 0.3
+ALIKE_MM = 0.3
 """Rests whose strokes agree within this are at one place."""
 
 _FROZEN = 0.3
@@ -67,7 +67,7 @@ def rests_of(look: Look, jumps: Sequence[Finding] = (), *, turned: bool = False)
         u_kN = 1.25 * force.sampling.sigma / float(np.sqrt(third))
         found.append(Rest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))
     lowest_mm = min((rest.stroke_mm for rest in found), default=0.0)
-    return [rest for rest in found if rest.stroke_mm - lowest_mm <= _ALIKE_MM]
+    return [rest for rest in found if rest.stroke_mm - lowest_mm <= ALIKE_MM]
 
 
 def _is_frozen(force: Samples, rows: slice) -> bool:

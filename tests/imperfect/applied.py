@@ -58,6 +58,7 @@ class Applied:
         False  # of the list, and so large that it must be named unless figures stay within U
     )
     harmless: bool = False  # costs no cycle and no verdict
+    factor: float = 1.0  # by which it changes the force from start_s on
     right: Callable[[float], bool] | None = None  # whether the size that a finding of its kinds tells is true
 
     def touches(self, figure: str) -> bool:

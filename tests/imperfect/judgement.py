@@ -20,7 +20,7 @@ FALSE = (
     "false alarm",
     "document",
 )
-COUNTED = ("beyond U", "gross", "spoilt", "quiet", "needless", "no U")
+COUNTED = ("not distinguishable", "beyond U", "gross", "spoilt", "quiet", "needless", "no U")
 
 
 @dataclass

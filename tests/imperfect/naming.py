@@ -2,7 +2,8 @@
 
 A fault is named by a plausibility finding of a fitting kind and channel whose time overlaps the fault's, or
 by a warning that says in one clause what is wrong and with what. It need not be named where its effect is
-shown to be within U (the brief): where figures that it falsifies are there, and all of them are right.
+shown to be within U (the brief): where figures that it falsifies are there, and all of them are right. One
+that nothing on record tells from what a sound specimen does is counted apart (``indistinct.py``).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from .applied import Applied
 from .chain import Scene
+from .indistinct import is_indistinct
 from .judgement import Judgement
 
 # Words of a fault in a warning, and the imperfections that may make one say so.
@@ -106,7 +108,9 @@ def _unnamed(j: Judgement, scene: Scene, a: Applied, named: list[bool]) -> None:
         if b is not a and (known or b.figures == "hidden")
     ]
     own = [o for o in wrong if not any(b.touches(o[0]) and b.overlaps(o[1], o[2]) for b in others)]
-    if own or (wrong and a.plain):
+    if is_indistinct(scene, a):
+        j.say("not distinguishable", a.name, a.size)
+    elif own or (wrong and a.plain):
         j.say("unnamed", a.name, f"{a.size}: {(own or wrong)[0][3]}")
     elif a.plain and not any(a.touches(n) and a.overlaps(s, e) for n, s, e in j.held):
         j.say("unnamed", a.name, f"{a.size}: no figure shows that its effect is within U")

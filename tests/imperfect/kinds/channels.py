@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.imperfect.applied import Applied
@@ -173,7 +175,7 @@ def gain_jump(rng: np.random.Generator, s: Scene) -> Applied:
     """The force's gain changes within the motion."""
     at, factor = inner(rng, s), 1.0 + rng.uniform(0.05, 0.25) * rng.choice([-1.0, 1.0])
     s.force_read_kN = np.where(s.true_time_s >= at, factor * s.force_read_kN, s.force_read_kN)
-    return _jump("gain-jump", f"force x {factor:.3f} from {at:.2f} s", at)
+    return replace(_jump("gain-jump", f"force x {factor:.3f} from {at:.2f} s", at), factor=factor)
 
 
 def offset_jump(rng: np.random.Generator, s: Scene) -> Applied:
