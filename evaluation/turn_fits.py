@@ -342,8 +342,9 @@ def _beyond_quartic(coefficients: FloatArray, z: FloatArray, variance: FloatArra
 
     A turn whose second and fourth terms are those of a sine, a2 < 0 < a4, goes on as one, with
     a5 = 3/5 a3 a4 / a2 and a6 = 2/5 a4² / a2. Over -1 … 1 a quartic leaves z⁵ - 10/9 z³ + 5/21 z, and
-    z⁶ - 15/11 z⁴ + 5/11 z² - 5/231. Over a fifth of a stroke that is 1e-5 of it, alike at all turns: less than the noise of one, more than
-    that of the mean of some. ``variance``: that of a4, which counts where it is told from noise.
+    z⁶ - 15/11 z⁴ + 5/11 z² - 5/231. Over a fifth of a stroke that is 1e-5 of it, alike at all turns: less
+    than the noise of one, more than that of the mean of some. ``variance``: that of a4, which counts where it
+    is told from noise.
     """
     second, third, fourth = coefficients[:, 2:].T
     told = (second < 0.0) & (fourth > 0.0) & (fourth**2 > _TOLD**2 * variance) & (np.abs(z) <= _NEAR_MIDDLE)
