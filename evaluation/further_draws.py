@@ -19,6 +19,8 @@ _SPEED_PARTS = 24
 """A branch is looked at in so many parts for where its speed may be largest …"""
 _NEAR_LARGEST = 0.95
 """… which are those whose speed is at least this share of the largest."""
+_MADE_BY_WIRES = 2.0
+"""A fall of the speed by so many standard uncertainties of what the wires make of it may be none."""
 
 
 def stroke_draws(draws: Draws, cycle: Cycle) -> dict[str, FloatArray]:
@@ -82,13 +84,17 @@ def _stretch(draws: Draws, loop: Loop, branch: slice) -> FloatArray:
     """Return the relative error that the draw wires make of the largest speed of a branch, for every draw.
 
     Their deviation stretches the stroke here and shortens it there. Where the speed is even, the largest one
-    is found where the stretch is largest, so that the error leans to one side, as that by noise does.
+    is found where the stretch is largest, so that the error leans to one side, as that by noise does; where
+    it has a peak, what it has fallen by beside it counts against that, but for what the wires may have made.
     """
     share, stroke_mm = _speeds(loop, branch)
-    slopes = np.stack(
-        [stroke_term_slopes(float(at), draws.drums_mm) for at in stroke_mm[share >= _NEAR_LARGEST]]
-    )
-    return np.asarray(np.max(draws.stroke @ slopes.T, axis=1))
+    near = share >= _NEAR_LARGEST
+    share = share[near]
+    slopes = np.stack([stroke_term_slopes(float(at), draws.drums_mm) for at in stroke_mm[near]])
+    stretch = draws.stroke @ slopes.T
+    apart = stretch - stretch[:, [int(np.argmax(share))]]
+    even = np.minimum(1.0, share + _MADE_BY_WIRES * np.sqrt(np.mean(apart**2, axis=0)))
+    return np.asarray(np.max(even * (1.0 + stretch), axis=1) - 1.0)
 
 
 def _distortion(draws: Draws, propagation: CyclePropagation) -> FloatArray:

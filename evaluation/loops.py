@@ -211,7 +211,7 @@ def _cut(
             inside = slice(int(rest.first[row]), int(rest.last[row]))
             dwells[row] = np.stack([column[inside] for column in columns])
     branches = closed(record, both, (first, begin_kN), (last, end_kN))
-    read = before, creeping(top, ends.rows(loading)), behind
+    read = before, creeping(record, top, ends.rows(loading), noise[1]), behind
     parts = _inside(record, both, branches, dwells)
     least, most = (
         force_extremes(record.time_s, read, parts, noise[0], sign, most_asked) for sign in (-1.0, 1.0)

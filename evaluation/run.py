@@ -17,6 +17,7 @@ from evaluation.gaps.found import Found, found_in
 from evaluation.held_against import held_against
 from evaluation.history import history_of
 from evaluation.noise import Noise, record_noise
+from evaluation.noisy_speeds import noisy_speed_warnings
 from evaluation.nulls import missing_warnings, temperature_warnings
 from evaluation.plausibility import Channels, Look, Spoiled, doubted, look_for_implausible, without_claims
 from evaluation.plausibility.codes import without_codes
@@ -125,7 +126,10 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     warnings += _record_warnings(record, facts, results, division)
     if samples.time_s.size:
         warnings += _missing_facts(facts) if options.draws else [_NOT_DRAWN]
-    warnings += _cycle_warnings(results)
+    warnings += [
+        *_cycle_warnings(results),
+        *(noisy_speed_warnings(record, results, prepared) if draws is None and options.draws else ()),
+    ]
 
     whole = sum_up(
         Evaluated(

@@ -24,11 +24,11 @@ _SMOOTH_SAMPLES = 9.0
 _MOST_SMOOTH = 0.3
 """The noise of a speed is smoothed away over so many samples, and twice the window that it is read from, but
 over no more of the branch than this share."""
-_BY_NOISE, _AT_ENDS = 4.0, 12.0
+_BY_NOISE, BY_NOISE_AT_ENDS = 4.0, 12.0
 """The largest of some hundred readings is so many standard deviations too large at most: a speed that is no
 larger than the same one smoothed over all of that share is even, but for noise. At its end a parabola's slope
 has four times the noise."""
-_LEAST_WINDOW = 5
+LEAST_WINDOW = 5
 _BENT_OVER = 0.1
 """How a speed bends at its peak is read over this share of the branch to both sides."""
 
@@ -45,7 +45,7 @@ def _odd(points: float, most: int) -> int:
 
 
 def _window(share: float, count: int) -> int:
-    return max(_LEAST_WINDOW, 2 * int(0.5 * share * count) + 1)
+    return max(LEAST_WINDOW, 2 * int(0.5 * share * count) + 1)
 
 
 def _made(noise: Spectrum, loop: Loop, part: slice, generator: np.random.Generator) -> FloatArray:
@@ -95,7 +95,7 @@ def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum, number:
         half = window // 2
         noise_left = float(np.std(slopes[:, half:-half])) * (window / wide) ** 1.5
         inner, whole = float(np.max(speed[wide // 2 : -(wide // 2)])), float(np.max(speed))
-        if max(inner, whole - _AT_ENDS * noise_left) - np.max(even) <= _BY_NOISE * noise_left:
+        if max(inner, whole - BY_NOISE_AT_ENDS * noise_left) - np.max(even) <= _BY_NOISE * noise_left:
             speed, wide = even, widest
     noisy = speed + slopes
     over = np.max(noisy, axis=1) - np.max(speed)

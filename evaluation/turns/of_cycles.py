@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.branches import Stretches
+from evaluation.dwells import EASED_S
 from evaluation.motion import CycleColumns, TurnColumns
 from evaluation.record import Record
 from evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
@@ -26,6 +27,8 @@ _ARRIVES = 0.4
 """The branch that arrives at a cycle's begin is as steady as the cycle itself for so much of its length."""
 _CREEP = 0.3
 """Of what a stroke creeps in a rest: standard uncertainty of the place where arriving ends."""
+_AN_EIGHTH = 0.125
+"""The level of a rest is read this share of it, or less, behind its begin (:mod:`evaluation.dwells`)."""
 _EASED = 0.05
 """A stand eases out of a rest over so much of it, at most."""
 
@@ -113,13 +116,27 @@ def at_rests(
     return found
 
 
-def creeping(top: TurnColumns, own: EndForces) -> EndForces:
+def creeping(record: Record, top: TurnColumns, own: EndForces, sigma_mm: float) -> EndForces:
     """Return the forces at upper turning points, with what creep leaves open: where arriving ends.
 
-    A stroke that creeps while it rests goes on from its arrival without a corner that noise would leave.
+    A stroke that creeps while it rests goes on from its arrival without a corner that noise would leave. Its
+    level is read behind the moment of arriving, lest a stand's easing count, and it has crept until there: as
+    far as that the branch does not reach, and its force is none that the specimen ever had.
     """
     crept_mm = np.abs(top.leave_mm - top.stroke_mm)
-    return replace(own, doubt_kN=np.hypot(own.doubt_kN, _CREEP * crept_mm * own.slope_kN_per_mm))
+    before_mm, u_mm = np.zeros((2, crept_mm.size))
+    for row in np.flatnonzero(crept_mm > 0.0).tolist():
+        at_s = top.time_s[row]
+        eased_s = min(EASED_S, _AN_EIGHTH * (top.leave_s[row] - at_s))
+        first, last = np.searchsorted(record.time_s, (at_s, at_s + eased_s)).tolist()
+        if last - first >= _LEAST_ARRIVING:
+            away_s = record.time_s[first:last] - at_s
+            there_mm = float(np.polyfit(away_s, record.stroke_mm[first:last], 1)[1])
+            before_mm[row] = np.clip(top.stroke_mm[row] - there_mm, 0.0, crept_mm[row])
+            u_mm[row] = 2.0 * sigma_mm / np.sqrt(last - first)  # of a line at its end
+    doubt = np.hypot(_CREEP * crept_mm, u_mm) * own.slope_kN_per_mm
+    force_kN = own.force_kN - before_mm * own.slope_kN_per_mm
+    return replace(own, force_kN=force_kN, doubt_kN=np.hypot(own.doubt_kN, doubt))
 
 
 def by_speed(arrives: EndForces, leaves: EndForces, fast: BoolArray) -> EndForces:

@@ -388,6 +388,21 @@ def test_a_force_that_was_read_more_often_than_the_stroke_has_its_own_extremes(t
     assert value(run, "stroke_max_mm") == pytest.approx(np.nanmax(slow), abs=0.01)
 
 
+def test_readings_that_were_moved_have_the_noise_that_they_were_read_with() -> None:
+    """Half way between two readings the mean of both has 0.7 of their noise; the extreme is one of them."""
+    time, stroke, force = StaticTest(noise_kN=0.8).columns()
+    moved = 0.5 * (force + np.append(force[1:], force[-1]))
+    facts = RunFacts("m", "static", force_uncertainty=ChannelUncertainty(accuracy_percent=0.1, zero=0.01))
+    facts = replace(facts, stroke_uncertainty=(ChannelUncertainty(accuracy_percent=0.1),))
+    brought = replace(make_record(time, stroke, moved), as_recorded={"force": (time, force)})
+    halves = []
+    for record in (make_record(time, stroke, force), brought):
+        least = evaluate_run(record, facts, Options(draws=1000)).extremes["force_min_kN"]
+        assert least.half_width_95 is not None
+        halves.append(least.half_width_95)
+    assert halves[1] == pytest.approx(halves[0], rel=0.05)
+
+
 LINEAR = np.linspace(-1.0, 1.0, 1001)
 
 

@@ -9,6 +9,8 @@ from evaluation.cycles import find_cycles
 from evaluation.error_model import draw_errors, mean_of_wires, missing_facts
 from evaluation.noise import Noise, record_noise
 from evaluation.record import make_record
+from evaluation.results import Options, RunFacts
+from evaluation.run import evaluate_run
 from evaluation.uncertainty import (
     CyclePropagation,
     cycle_draws,
@@ -18,6 +20,7 @@ from evaluation.uncertainty import (
     turn_errors,
 )
 from foundation.channel import ChannelUncertainty
+from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 NOTHING = ChannelUncertainty(accuracy_percent=0.0, linearity=0.0)
@@ -93,6 +96,34 @@ def test_two_wires_are_better_than_one() -> None:
     one, two = relative_u(wires=(wire,)), relative_u(wires=(wire, wire))
     for name in ("stored_energy_J", "force", "slope"):
         assert two[name] == pytest.approx(one[name] / np.sqrt(2.0), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("loop", "share"),
+    [(Progressive(), 1.0), (Progressive(0.0, 100.0, 0.025, 0.5, "static", 20.0), 1.45)],
+    ids=["sine", "even"],
+)
+def test_a_largest_speed_is_stretched_where_it_is_largest(loop: Progressive, share: float) -> None:
+    """Three waves in 120 mm, of 0.46 limit together, stretch by 0.92 % at a stroke (two wires of 0.5 mm).
+
+    A sine is fastest at one stroke; even speed is largest wherever the waves stretch most (rms 1.34 %, by
+    numbers).
+    """
+    nothing = (ChannelUncertainty(linearity=0.0, zero=0.0),)
+    sure = ChannelUncertainty(accuracy_percent=0.0, zero=0.0)
+    rate_Hz = 400.0 * loop.frequency_Hz
+    random = np.random.default_rng(1)
+    columns = measured(
+        loop, random, cycles=3.02, rate_Hz=rate_Hz, force=sure, wires=nothing, noise=(1e-3, 1e-4)
+    )
+    facts = RunFacts("s", loop.kind, force_uncertainty=FORCE, stroke_uncertainty=WIRES)
+    run = evaluate_run(make_record(*columns), facts, Options(draws=4000))
+    speed = run.summary.values["speed_loading_max_mm_per_s"]
+    assert speed.value is not None
+    assert speed.expanded_uncertainty is not None
+    rates = np.pi * np.array([1.0, 2.0, 3.0]) / 120.0
+    stretch = 0.46 * 0.5 / np.sqrt(2.0) * np.sqrt(np.mean(rates**2))
+    assert 0.5 * speed.expanded_uncertainty / speed.value == pytest.approx(share * stretch, rel=0.025)
 
 
 def test_budget_of_the_reference() -> None:

@@ -78,6 +78,15 @@ def test_a_damper_has_a_linear_closed_form() -> None:
     assert cycle.figures["frequency_Hz"][0] == pytest.approx(1.0, rel=1e-4)
 
 
+@pytest.mark.parametrize("frequency_Hz", [0.2833, 0.9371, 2.417])
+def test_a_period_is_known_better_than_a_step_of_the_grid(frequency_Hz: float) -> None:
+    t = np.arange(0.0, 6.0 / frequency_Hz, 1e-3)
+    damper = specimens.Damper("elastomer", viscous_kN=20.0, power=1.0, linear_kN_per_mm=0.3)
+    x = 10.0 * np.cos(2.0 * np.pi * frequency_Hz * t + 0.4)
+    for cycle in truth.cycles(t, x, damper.force(t, x, t), t, static=False)[1:-1]:
+        assert cycle.figures["frequency_Hz"][0] == pytest.approx(frequency_Hz, rel=2e-6)
+
+
 @pytest.mark.parametrize("number", range(40))
 def test_strokes_are_as_many_as_were_made(number: int) -> None:
     motion = motions.static(np.random.default_rng([1, number]))

@@ -139,3 +139,11 @@ def test_hum_as_fast_as_the_samples_hides_no_misfit() -> None:
     for seed in range(4):
         count(STANDS[4], Sampling(1000, 0.05, 0.25, "hum"), 7000 + seed, counts)
     assert min(counts[name].share for name in ("stroke_max_mm", "stored_energy_J")) > 0.7
+
+
+def test_the_branch_ends_where_the_creep_begins() -> None:
+    """It was read 0.06 mm further, at the level an eighth of the rest later: 1 kN beyond every sample."""
+    counts: dict[str, Count] = defaultdict(Count)
+    for seed in range(4):
+        count(STANDS[7], Sampling(1000, 0.01, 0.05), 9100 + seed, counts)
+    assert min(counts[name].share for name in ("secant_stiffness_kN_per_mm", "force_max_kN")) > 0.8
