@@ -181,16 +181,17 @@ def _between_motions(places: IndexArray, half_s: FloatArray, u_s: FloatArray) ->
     The middle between unlike flanks is not when the stroke turns. From crossing to crossing it takes another
     time there than at the turn before and at the one behind; within a motion, at one of them the same.
     """
-    unlike = np.ones((2, places.size), dtype=bool)
-    if places.size > 1:
-        most_s = np.maximum(
-            _TOLD * np.hypot(u_s[1:], u_s[:-1]), _HALF_ALIKE * np.minimum(half_s[1:], half_s[:-1])
-        )
-        alike = (np.diff(places) == 2) & (np.abs(np.diff(half_s)) <= most_s)
-        unlike[0, 1:] = unlike[1, :-1] = ~alike
-    beside = np.append(np.diff(places) == 2, False)
-    alone = ~(beside | np.roll(beside, 1))
-    return np.asarray(unlike.all(axis=0) & ~alone)
+    if places.size < 2:
+        return np.zeros(places.size, dtype=bool)
+    in_row = np.diff(places) == 2
+    most_s = np.maximum(
+        _TOLD * np.hypot(u_s[1:], u_s[:-1]), _HALF_ALIKE * np.minimum(half_s[1:], half_s[:-1])
+    )
+    alike = in_row & (np.abs(np.diff(half_s)) <= most_s)
+    has_neighbour, has_like_one = (
+        np.append(False, pairs) | np.append(pairs, False) for pairs in (in_row, alike)
+    )
+    return np.asarray(has_neighbour & ~has_like_one)
 
 
 def _of_same_motion(both: BoolArray, before: BoolArray) -> IndexArray:

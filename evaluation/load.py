@@ -11,7 +11,7 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from evaluation.across_runs.identity import Occasion, identity_of
-from evaluation.channels.bring import as_read, same_instants
+from evaluation.channels.bring import as_taken, same_instants
 from evaluation.channels.joined import are_apart, joined
 from evaluation.channels.rows import is_stamped
 from evaluation.channels.sensors import said, true_readings
@@ -186,7 +186,7 @@ def _as_recorded(run: Run, names: Sequence[str]) -> dict[str, tuple[FloatArray, 
     for name in names:
         series = run.series(name)
         value = to_inside(series.value, name.split("_", maxsplit=1)[0], series.unit)
-        found[name] = as_read(series.time_s, value)
+        found[name] = as_taken(series.time_s, value)
     return found
 
 

@@ -43,7 +43,7 @@ _DIFFERENCES = ((-1.0, 3.0, -3.0, 1.0), (-1.0, 5.0, -10.0, 10.0, -5.0, 1.0))
 _STANDS_STILL = 0.05
 """Of a channel that stands still to the last digit for this share of its samples and more, their differences,
 which are 0, would pass for a lack of noise: those of the others are looked at."""
-_WHITE = 0.4
+WHITE = 0.4
 """Noise makes third and fifth differences of one size: of a motion these are smaller by more than this."""
 _FAST_HUM = 0.7
 """Of white noise means of two have so little (its root half) in none of a thousand records."""
@@ -104,7 +104,7 @@ def _white_sigma(values: FloatArray) -> float:
     if values.size < _LEAST_DIFFERENT:
         return 0.0
     third, fifth = (_difference_sigma(values, weights) for weights in _DIFFERENCES)
-    return min(third, fifth) if fifth > _WHITE * third else 0.0
+    return min(third, fifth) if fifth > WHITE * third else 0.0
 
 
 def without_fast_hum(values: FloatArray, sigma: float) -> float:

@@ -65,17 +65,16 @@ def usable(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]
     return at_s, value
 
 
-def as_read(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+def as_taken(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the readings that are numbers, when they were taken: as a record understands their stamps."""
     if at_s.size and step_limits(at_s)[0] > 0.0 and finite_where_rising(at_s, value):
         return at_s, value  # as nearly always
     good = np.isfinite(at_s) & np.isfinite(value)
-    if not good.all():
-        at_s, value = at_s[good], value[good]
-    if at_s.size and not np.all(np.diff(at_s) > 0.0):
-        understood = understand(at_s)
-        at_s = at_s if understood is None else understood.time_s
-    return usable(at_s, value)
+    at_s, value = at_s[good], value[good]
+    if not at_s.size or np.all(np.diff(at_s) > 0.0):
+        return at_s, value
+    understood = understand(at_s)
+    return usable(at_s if understood is None else understood.time_s, value)
 
 
 def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:

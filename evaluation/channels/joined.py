@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.channels.between import Between
-from evaluation.channels.bring import as_read, bring, same_instants, usable, usual_step_s
+from evaluation.channels.bring import as_taken, bring, same_instants, usable, usual_step_s
 from evaluation.channels.rates import Rates, Readings, Seen, within
 from evaluation.channels.rows import Rows, readings_of, without_blanks
 from evaluation.extremes.peaks import peaks_of
@@ -130,7 +130,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         clock_s,
         _ends(readings, Readings(base.time_s, stroke), wires),
         {
-            name: as_read(*readings[name])
+            name: as_taken(*readings[name])
             for name in (*wires, "force")
             if (apart if name == "force" else len(wires) > 1)
         },

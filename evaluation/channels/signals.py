@@ -113,9 +113,9 @@ def _known(time_s: FloatArray, own_s: FloatArray) -> NDArray[np.bool_]:
     if own_s is time_s or float(np.min(steps_s, initial=0.0)) < 0.0:
         return np.ones(time_s.size, dtype=np.bool_)
     longest_s = float(np.max(steps_s, initial=0.0))
-    if longest_s <= HOLE_S or longest_s <= hole_from_s(own_s):
+    most_s = HOLE_S if longest_s <= HOLE_S else hole_from_s(own_s)
+    if longest_s <= most_s:
         return np.asarray((time_s > own_s[0]) & (time_s <= own_s[-1]))
-    most_s = hole_from_s(own_s)
     after = np.searchsorted(own_s, time_s)
     inside = (after > 0) & (after < own_s.size)
     at = np.clip(after, 1, own_s.size - 1)

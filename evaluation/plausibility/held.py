@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from evaluation.plausibility.finding import Effect, Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.samples import Samples
-from foundation.ranks import median
+from foundation.ranks import median, quantile
 
 LEAST_CHANGES = 20
 """So many changes tell how far they are apart."""
@@ -113,7 +113,7 @@ def _grid(apart: NDArray[np.intp]) -> int:
 
     So are those of a held channel of coarse steps, which at rest changes now and then.
     """
-    rows = int(np.quantile(apart, 1.0 - _ON_GRID))
+    rows = int(quantile(apart, 1.0 - _ON_GRID))
     return rows if rows > 1 and np.count_nonzero(apart % rows == 0) >= _ON_GRID * apart.size else 0
 
 
@@ -128,15 +128,14 @@ def hold_by_event(channel: Samples) -> _Hold | None:
     changes = _changes(channel)
     if changes.size < LEAST_CHANGES:
         return None
-    looks_s = float(np.quantile(np.diff(channel.time_s), _LOOK))
+    looks_s = quantile(np.diff(channel.time_s), _LOOK)
     apart = np.diff(channel.time_s[changes])[np.diff(changes) > 1] / looks_s
     if apart.size < LEAST_CHANGES:
         return None
-    usual = float(np.median(apart))
-    apart = apart[apart <= _RESTS * usual]
+    apart = apart[apart <= _RESTS * median(apart)]
     mean = float(np.mean(apart))
     sizes = np.abs(channel.value[changes] - channel.value[changes - 1])
-    small, large = np.quantile(sizes, _SIZES)
+    small, large = (quantile(sizes, share) for share in _SIZES)
     if mean < 2.5 or large < _UNLIKE * small:
         return None
     if np.count_nonzero(np.abs(apart - mean) < 1.5) < REGULAR * apart.size:

@@ -77,8 +77,8 @@ def jumps_of_turned_stroke(look: Look) -> list[Finding]:
 
 def jumps_in_metres(look: Look) -> list[Finding]:
     """Return those that a wrong unit of the stroke or sign of the force leaves: of rests, drifts alone."""
-    zero = [one for one in zero_in_wrong_unit(look) if one.kind == "drift"]
-    return stroke_jumps(look) or force_jumps(look) or _with_gains(look, zero)
+    found = stroke_jumps(look) or force_jumps(look)
+    return found or _with_gains(look, [one for one in zero_in_wrong_unit(look) if one.kind == "drift"])
 
 
 def _with_gains(look: Look, zero: list[Finding]) -> list[Finding]:

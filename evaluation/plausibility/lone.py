@@ -113,7 +113,7 @@ def _is_alone(value: FloatArray, first: int, last: int) -> bool:
     """Say whether samples are off by far more than most of those about them are."""
     before, after = value[max(0, first - ABOUT) : first], value[last + 1 : last + 1 + ABOUT]
     off = np.concatenate((_all_off(before), _all_off(after)))
-    own = max(abs(_off(value, first)), abs(_off(value, last)))
+    own = max(abs(_off(value, row)) for row in {first, min(last, value.size - 3)})
     return off.size == 0 or own > SCATTER * quantile(off, MOST_LIKE)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from evaluation.defects import step_limits
 from evaluation.plausibility.lone import least_apart, lone_rows
 from evaluation.record import FloatArray
-from evaluation.reversals import Sampling, sampling_of
+from evaluation.reversals import WHITE, Sampling, sampling_of
 from foundation.ranks import median, quantile, sorted_quantile
 
 UNITS: Mapping[str, str] = {"force": "kN", "stroke": "mm", "temperature": "°C", "speed": "mm/s"}
@@ -33,7 +33,6 @@ _NOISY = 2.0
 _COMPARED = 4096
 _ROUNDING = 1e-9
 """Values that differ by less than this share of the span differ by rounding."""
-_WHITE = 0.4
 _LEAST_DIFFERENT = 40
 _NORMAL_LOWER_FIFTH = 0.2533471
 """A fifth of all normal deviates lie within 0.2533 standard deviations."""
@@ -156,7 +155,7 @@ class Samples:
                 return 0.0
             gain = float(np.sqrt(comb(2 * order, order)))
             spreads.append(quantile(sizes, 0.2) / _NORMAL_LOWER_FIFTH / gain)
-        return spreads[1] if spreads[1] > _WHITE * spreads[0] else 0.0
+        return spreads[1] if spreads[1] > WHITE * spreads[0] else 0.0
 
     @cached_property
     def sigma(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.channels.bring import as_read
+from evaluation.channels.bring import as_taken
 from evaluation.channels.signals import Signals
 from evaluation.plausibility.channels import Channels
 from evaluation.plausibility.codes import without_codes
@@ -55,7 +55,7 @@ def test_a_wire_that_slips_near_a_turn_does_not_leave_the_other_one_still() -> N
 def test_a_channel_goes_on_behind_a_clock_that_was_set_back() -> None:
     true_s = np.arange(400) * 0.01
     stamps_s = np.where(true_s > 2.0, true_s - 0.3, true_s)
-    time_s, value = as_read(stamps_s, true_s)
+    time_s, value = as_taken(stamps_s, true_s)
     assert time_s == pytest.approx(true_s)
     assert value == pytest.approx(true_s)
 
