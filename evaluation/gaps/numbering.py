@@ -16,6 +16,8 @@ _FEW_SAMPLES = 64
 """Fewer samples than this in all may be too few to tell strokes from noise."""
 _FELL = 0.05
 """A record in which the stroke first falls by this share of the first cycle's range begins within one."""
+_SHORTER = 0.9
+"""A stroke that is not on record may be this much of the shortest one that is: those to one force differ."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,8 @@ class Numbering:
 def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole]) -> Numbering:
     """Return where the numbers of strokes are not certain.
 
-    A hole hides a stroke if the shortest stroke of the record fits into it, after the time that the fastest
-    one takes from the stroke before the hole to that behind it.
+    A hole hides a stroke if one fits into it that takes nine tenths of the shortest on record, after the time
+    that the fastest one takes from the stroke before the hole to that behind it.
 
     Parameters
     ----------
@@ -93,7 +95,7 @@ def _hidden(cycles: Sequence[Cycle], known: Sequence[Cycle], holes: Sequence[Hol
     hidden = []
     for hole in holes:
         free_s = hole.length_s - hole.change_mm / fastest_mm_per_s
-        if free_s < shortest_s and not hole.unknown:
+        if free_s < _SHORTER * shortest_s and not hole.unknown:
             continue
         behind = [cycle.index for cycle in cycles if cycle.start_s >= hole.start_s]
         length = "of unknown length" if hole.unknown else f"of {hole.length_s:.4g} s"

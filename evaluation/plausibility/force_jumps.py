@@ -338,7 +338,7 @@ def _stops(look: Look, leap: Leap, own: Pass) -> bool:
     if min(at_mm - float(own.stroke_mm[0]), float(own.stroke_mm[-1]) - at_mm) < near_mm:
         return False
     before, after = (
-        _is_still(stroke, stroke.at(force.time_s[side]))
+        _stands_or_returns(stroke, own.way * stroke.at(force.time_s[side]))
         for side in (
             slice(max(0, leap.first - _STILL_SAMPLES), max(0, leap.first - _STOPPING)),
             slice(leap.last + _STOPPING, leap.last + _STILL_SAMPLES),
@@ -347,14 +347,11 @@ def _stops(look: Look, leap: Leap, own: Pass) -> bool:
     return before != after and (leap.size * own.way > 0.0) == before
 
 
-def _is_still(stroke: Samples, values_mm: FloatArray) -> bool:
-    """Say whether a stretch of the stroke moves by no more than noise."""
+def _stands_or_returns(stroke: Samples, values_mm: FloatArray) -> bool:
+    """Say whether a stretch of the stroke, positive along its pass, goes on by no more than noise."""
     noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
     third = values_mm.size // 3
-    if not third:
-        return False
-    moved_mm = abs(median(values_mm[-third:]) - median(values_mm[:third]))
-    return moved_mm <= noise_mm and float(np.ptp(values_mm)) <= 8.0 * noise_mm
+    return third > 0 and median(values_mm[-third:]) - median(values_mm[:third]) <= noise_mm
 
 
 def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> bool:

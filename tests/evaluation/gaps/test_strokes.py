@@ -134,6 +134,16 @@ def test_a_rest_longer_than_a_stroke_makes_the_count_inconclusive_and_leaves_the
     assert table(judged(without(record, behind))) == table(whole), "no judged stroke is behind it"
 
 
+@pytest.mark.parametrize(("share", "verdict"), [(0.95, "inconclusive"), (0.8, "pass")])
+def test_a_hole_a_little_shorter_than_a_stroke_may_hide_one_too(share: float, verdict: str) -> None:
+    """Strokes to one force are not of one length; one of eight tenths is none of the test."""
+    stroke_s = min(result.cycle.duration_s for result in judged(GOOD.record()).cycles)
+    record = MadeTest(tuple(replace(cycle, pause_s=30.0) for cycle in GOOD.cycles)).record()
+    begins_s = judged(record).cycles[0].cycle.end_s + 2.0
+    lost = (record.time_s > begins_s) & (record.time_s < begins_s + share * stroke_s)
+    assert table(judged(without(record, lost)))["cycle-count", None] == verdict
+
+
 def test_a_record_that_begins_while_the_stroke_falls_cannot_tell_which_stroke_is_the_first() -> None:
     """A first stroke of 0.46 fails as a first one and passes as a later one; 0.56 passes as either."""
     made = MadeTest((OneCycle(), OneCycle(loss=0.46), OneCycle(loss=0.46), OneCycle(loss=0.46)))
