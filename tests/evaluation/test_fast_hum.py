@@ -30,3 +30,9 @@ def test_the_summit_of_a_parabola_sees_waves_that_a_mean_does_not() -> None:
     noise = white(1.0, 0.01)
     assert noise.summit_variance(50.0) == pytest.approx(2.25 / 50.0, rel=0.01)
     assert noise.mean_variance(50.0) == pytest.approx(1.0 / 50.0, rel=0.01)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 9, 11, 31])
+def test_of_a_handful_of_samples_nothing_is_told(size: int) -> None:
+    """An imperfect record of 11 rows ended in a fault."""
+    assert without_fast_hum(np.random.default_rng(1).standard_normal(size), 0.1) == 0.1
