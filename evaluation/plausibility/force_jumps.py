@@ -220,7 +220,7 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
     if way is None:
         return False
     own = pass_of(look, way)
-    if not own.force_kN.size or _is_contact(force, leap, way, own):
+    if not own.force_kN.size or _is_contact(force, leap, way, own) or _stops(look, leap, own):
         return False
     others = others_of(look, ways, way, own)
     if others and (beyond := _beyond(look, leap, own, others)) is not None:
@@ -311,12 +311,9 @@ def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
 def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool | None:
     """Say whether the force leaves, with a leap, what it is at that stroke in most other passes.
 
-    None: with no pass it can be compared there. Where the motion stops within a pass, what its speed makes of
-    the force is let go, which others that go on there do not show.
+    None: with no pass it can be compared there.
     """
     force, stroke = look.force, look.stroke
-    if _stops(look, leap, own):
-        return False
     low_mm, high_mm = sorted(stroke.at(force.time_s[[leap.first, leap.last]]).tolist())
     step = float(force.value[leap.last] - force.value[leap.first])
     least = max(AGREE * abs(leap.size), OF_STEP * abs(step))
@@ -330,28 +327,32 @@ def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool |
 def _stops(look: Look, leap: Leap, own: Pass) -> bool:
     """Say whether the motion stops or starts at a leap, within its pass, and speed may have made it so.
 
-    What of the force comes of the speed is let go against the way, and comes with it.
+    What of the force comes of the speed is let go against the way, and comes with it, which other passes that
+    go on there do not show. It stops, too, where it goes on by less than a tenth (:data:`SLOWED`) of what it
+    did: stands creep, and a draw wire's error changes with them.
     """
     force, stroke = look.force, look.stroke
     at_mm = float(stroke.at(force.time_s[[leap.first]])[0])
     near_mm = TURN * float(own.stroke_mm[-1] - own.stroke_mm[0])
     if min(at_mm - float(own.stroke_mm[0]), float(own.stroke_mm[-1]) - at_mm) < near_mm:
         return False
-    before, after = (
-        _stands_or_returns(stroke, own.way * stroke.at(force.time_s[side]))
+    before_mm, after_mm = (
+        _goes_on_by(own.way * stroke.at(force.time_s[side]))
         for side in (
             slice(max(0, leap.first - _STILL_SAMPLES), max(0, leap.first - _STOPPING)),
             slice(leap.last + _STOPPING, leap.last + _STILL_SAMPLES),
         )
     )
+    noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
+    before = before_mm <= max(noise_mm, SLOWED * after_mm)
+    after = after_mm <= max(noise_mm, SLOWED * before_mm)
     return before != after and (leap.size * own.way > 0.0) == before
 
 
-def _stands_or_returns(stroke: Samples, values_mm: FloatArray) -> bool:
-    """Say whether a stretch of the stroke, positive along its pass, goes on by no more than noise."""
-    noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
+def _goes_on_by(values_mm: FloatArray) -> float:
+    """Return by how much a stretch of the stroke, positive along its pass, goes on; too short: NaN."""
     third = values_mm.size // 3
-    return third > 0 and median(values_mm[-third:]) - median(values_mm[:third]) <= noise_mm
+    return median(values_mm[-third:]) - median(values_mm[:third]) if third else float("nan")
 
 
 def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> bool:

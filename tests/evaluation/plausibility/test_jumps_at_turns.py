@@ -129,3 +129,18 @@ def test_the_force_at_rest_is_not_that_of_the_way_in(offset_kN: float, count: in
     run = static(change)
     assert len([*of_kind(run, "offset-jump"), *of_kind(run, "gain-jump")]) == count
     assert not count or run.verdict == "inconclusive"
+
+
+@pytest.mark.parametrize("waves_mm", [0.0, 0.2])
+def test_a_ramp_that_no_other_pass_is_like_may_stop(waves_mm: float) -> None:
+    """Friction is let go where a ramp stops, as no other pass shows; a draw wire may wave there."""
+    time_s = np.arange(0.0, 16.0, 0.02)
+    angle = 2.0 * np.pi * 0.25 * np.clip(time_s - 6.0, 0.0, None)
+    stroke = np.interp(time_s, [1.0, 4.0], [0.0, 70.0]) + 14.0 * (1.0 - np.cos(angle))
+    speed = np.diff(stroke, append=stroke[-1]) / 0.02
+    force = 5.0 * stroke + 22.0 * np.tanh(speed / 20.0)
+    random = np.random.default_rng(1)
+    seen = stroke + waves_mm * np.sin(3.0 * time_s) + 0.01 * random.standard_normal(time_s.size)
+    force = force + 0.05 * random.standard_normal(time_s.size)
+    run = evaluate_run(make_record(time_s, seen, force), RunFacts("h", "harmonic"), Options(draws=0))
+    assert not [*of_kind(run, "gain-jump"), *of_kind(run, "offset-jump")]
