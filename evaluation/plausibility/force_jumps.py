@@ -297,15 +297,23 @@ def _is_pulled(force: Samples) -> bool:
 def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
     """Say whether a leap is with the motion, and from or to the force at the released end of its pass.
 
-    That is the low one; of a specimen that is pulled, or of a stroke with the other sign, the high one.
+    That is the low one; of a specimen that is pulled, or of a stroke with the other sign, the high one. A
+    filter or a force between two rows spreads a contact over more samples than a leap has, and of a stroke
+    that is held one sample may be all that its pass has of the release.
     """
     if leap.size * way.way <= 0.0 or not own.force_kN.size:
         return False
     pulled = _is_pulled(force)
-    released_kN = float(force.value[leap.first if (way.way > 0) != pulled else leap.last])
-    end_kN = median(own.force_kN[-3:] if pulled else own.force_kN[:3])
+    before = (way.way > 0) != pulled
+    beside = (
+        slice(max(0, leap.first - BESIDE), leap.first + 1)
+        if before
+        else slice(leap.last, leap.last + BESIDE + 1)
+    )
+    released_kN = float(np.max(force.value[beside]) if pulled else np.min(force.value[beside]))
+    ends_kN = own.force_kN[-3:] if pulled else own.force_kN[:3]
     near_kN = max(abs(leap.size), NOISES * force.sampling.sigma)
-    return abs(released_kN - end_kN) < min(UNLOADED * force.span, near_kN)
+    return float(np.min(np.abs(ends_kN - released_kN))) < min(UNLOADED * force.span, near_kN)
 
 
 def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool | None:
