@@ -97,10 +97,14 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
 
 
 def _as_it_moves(look: Look, found: Iterable[Finding]) -> Look:
-    """Return a run without the steps that held samples make, and with what is known of a frozen stroke."""
+    """Return a run without the steps that held samples make, and with what is known of a frozen channel."""
     stood = [one for one in found if one.kind == "frozen" and one.quantity == "stroke"]
     if stood:
         look = replace(look, given=look.seen, frozen_s=tuple((one.start_s, one.end_s) for one in stood))
+    if still := {
+        number for one in found if (one.kind, one.quantity) == ("frozen", "force") for number in one.cycles
+    }:
+        look = replace(look, stood=frozenset(still))
     repeating = {one.channel for one in found if one.kind == "held"}
     return look.without_repeats(repeating) if repeating else look
 

@@ -220,7 +220,7 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
     if way is None:
         return False
     own = pass_of(look, way)
-    if not own.force_kN.size or _is_contact(force, leap, way, own):
+    if not own.force_kN.size or _is_contact(force, leap, way, own) or _stops(look, leap, own):
         return False
     others = others_of(look, ways, way, own)
     if others and (beyond := _beyond(look, leap, own, others)) is not None:
@@ -297,26 +297,31 @@ def _is_pulled(force: Samples) -> bool:
 def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
     """Say whether a leap is with the motion, and from or to the force at the released end of its pass.
 
-    That is the low one; of a specimen that is pulled, or of a stroke with the other sign, the high one.
+    That is the low one; of a specimen that is pulled, or of a stroke with the other sign, the high one. A
+    filter or a force between two rows spreads a contact over more samples than a leap has, and of a stroke
+    that is held one sample may be all that its pass has of the release.
     """
     if leap.size * way.way <= 0.0 or not own.force_kN.size:
         return False
     pulled = _is_pulled(force)
-    released_kN = float(force.value[leap.first if (way.way > 0) != pulled else leap.last])
-    end_kN = median(own.force_kN[-3:] if pulled else own.force_kN[:3])
+    before = (way.way > 0) != pulled
+    beside = (
+        slice(max(0, leap.first - BESIDE), leap.first + 1)
+        if before
+        else slice(leap.last, leap.last + BESIDE + 1)
+    )
+    released_kN = float(np.max(force.value[beside]) if pulled else np.min(force.value[beside]))
+    ends_kN = own.force_kN[-3:] if pulled else own.force_kN[:3]
     near_kN = max(abs(leap.size), NOISES * force.sampling.sigma)
-    return abs(released_kN - end_kN) < min(UNLOADED * force.span, near_kN)
+    return float(np.min(np.abs(ends_kN - released_kN))) < min(UNLOADED * force.span, near_kN)
 
 
 def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool | None:
     """Say whether the force leaves, with a leap, what it is at that stroke in most other passes.
 
-    None: with no pass it can be compared there. Where the motion stops within a pass, what its speed makes of
-    the force is let go, which others that go on there do not show.
+    None: with no pass it can be compared there.
     """
     force, stroke = look.force, look.stroke
-    if _stops(look, leap, own):
-        return False
     low_mm, high_mm = sorted(stroke.at(force.time_s[[leap.first, leap.last]]).tolist())
     step = float(force.value[leap.last] - force.value[leap.first])
     least = max(AGREE * abs(leap.size), OF_STEP * abs(step))
@@ -330,28 +335,32 @@ def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool |
 def _stops(look: Look, leap: Leap, own: Pass) -> bool:
     """Say whether the motion stops or starts at a leap, within its pass, and speed may have made it so.
 
-    What of the force comes of the speed is let go against the way, and comes with it.
+    What of the force comes of the speed is let go against the way, and comes with it, which other passes that
+    go on there do not show. It stops, too, where it goes on by less than a tenth (:data:`SLOWED`) of what it
+    did: stands creep, and a draw wire's error changes with them.
     """
     force, stroke = look.force, look.stroke
     at_mm = float(stroke.at(force.time_s[[leap.first]])[0])
     near_mm = TURN * float(own.stroke_mm[-1] - own.stroke_mm[0])
     if min(at_mm - float(own.stroke_mm[0]), float(own.stroke_mm[-1]) - at_mm) < near_mm:
         return False
-    before, after = (
-        _stands_or_returns(stroke, own.way * stroke.at(force.time_s[side]))
+    before_mm, after_mm = (
+        _goes_on_by(own.way * stroke.at(force.time_s[side]))
         for side in (
             slice(max(0, leap.first - _STILL_SAMPLES), max(0, leap.first - _STOPPING)),
             slice(leap.last + _STOPPING, leap.last + _STILL_SAMPLES),
         )
     )
+    noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
+    before = before_mm <= max(noise_mm, SLOWED * after_mm)
+    after = after_mm <= max(noise_mm, SLOWED * before_mm)
     return before != after and (leap.size * own.way > 0.0) == before
 
 
-def _stands_or_returns(stroke: Samples, values_mm: FloatArray) -> bool:
-    """Say whether a stretch of the stroke, positive along its pass, goes on by no more than noise."""
-    noise_mm = max(stroke.sampling.sigma, 0.25 * stroke.sampling.step, _STILL * stroke.span)
+def _goes_on_by(values_mm: FloatArray) -> float:
+    """Return by how much a stretch of the stroke, positive along its pass, goes on; too short: NaN."""
     third = values_mm.size // 3
-    return third > 0 and median(values_mm[-third:]) - median(values_mm[:third]) <= noise_mm
+    return median(values_mm[-third:]) - median(values_mm[:third]) if third else float("nan")
 
 
 def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> bool:

@@ -39,6 +39,8 @@ class Look:
         Cycles in which force or stroke is known to be clipped: the ends of their loops are not on record.
     frozen_s : tuple of (float, float)
         When the stroke is known to be frozen [s].
+    stood : set of int
+        Cycles in which the force is known to be frozen: their loops are none.
     turned : bool
         The force is that of the record with the other sign (:meth:`with_force_turned`).
     """
@@ -52,6 +54,7 @@ class Look:
     coded: tuple[Coded, ...] = ()
     clipped: Mapping[str, frozenset[int]] = field(default_factory=dict)
     frozen_s: tuple[tuple[float, float], ...] = ()
+    stood: frozenset[int] = frozenset()
     turned: bool = False
 
     def without_repeats(self, held: Iterable[str]) -> Look:

@@ -55,14 +55,14 @@ def series_of(look: Look, *, whole_only: bool = False) -> list[Series]:
     ----------
     look : Look
     whole_only : bool
-        Without cycles of which a channel is clipped.
+        Without cycles of which a channel is clipped. Those in which the force is frozen never count.
     """
     table = look.whole_figures if whole_only else look.figures
     if not table.size:
         return []
     times = look.stroke.time_s
     samples = np.searchsorted(times, table[:, 2]) - np.searchsorted(times, table[:, 1])
-    table = table[samples >= _FEWEST]
+    table = table[(samples >= _FEWEST) & ~np.isin(table[:, 0], [*look.stood])]
     if not table.size:
         return []
     cuts = np.flatnonzero(_differ(table, harmonic=look.facts.kind == "harmonic")) + 1

@@ -71,7 +71,27 @@ def _growth(look: Look, ways: tuple[Way, Way], one: Pass, two: Pass) -> float | 
     at_mm = low_mm + np.linspace(*_PART, _POINTS) * (high_mm - low_mm)
     if high_mm - low_mm < COMMON * look.stroke.span or not _as_fast(look, ways, at_mm[[0, -1]]):
         return None
-    before, after = (np.interp(at_mm, own.stroke_mm, own.force_kN) for own in (one, two))
+    after = np.interp(at_mm, two.stroke_mm, two.force_kN)
+    shares = [
+        _share(look, np.interp(at_mm - by_mm, one.stroke_mm, one.force_kN), after)
+        for by_mm in (0.0, _moved_mm(look, one, two))
+    ]
+    # A jump is one whether the stroke from the release or that on record is compared.
+    told = [share for share in shares if share is not None]
+    return min(told, key=abs) if len(told) == len(shares) else None
+
+
+def _moved_mm(look: Look, one: Pass, two: Pass) -> float:
+    """Return by how much the stroke at release moved from one way in to the next [mm]; 0: none is on record.
+
+    A draw wire that slips while the stroke is clipped leaves no leap, and a spring takes a set.
+    """
+    released = max(float(own.force_kN[0]) for own in (one, two)) < _LOADED * look.force.span
+    return float(two.stroke_mm[0] - one.stroke_mm[0]) if released else 0.0
+
+
+def _share(look: Look, before: FloatArray, after: FloatArray) -> float | None:
+    """Return the one share by which forces at the same places differ (logarithm); None: there is none."""
     loaded = np.minimum(before, after) > _LOADED * look.force.span
     if np.count_nonzero(loaded) < _FEWEST:
         return None

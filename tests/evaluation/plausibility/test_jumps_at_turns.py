@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from evaluation.plausibility.force_jumps import _is_contact
+from evaluation.plausibility.leaps import Leap
+from evaluation.plausibility.passes import Pass, Way
+from evaluation.plausibility.samples import Samples
 from evaluation.record import make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
@@ -129,3 +133,37 @@ def test_the_force_at_rest_is_not_that_of_the_way_in(offset_kN: float, count: in
     run = static(change)
     assert len([*of_kind(run, "offset-jump"), *of_kind(run, "gain-jump")]) == count
     assert not count or run.verdict == "inconclusive"
+
+
+@pytest.mark.parametrize("waves_mm", [0.0, 0.2])
+def test_a_ramp_that_no_other_pass_is_like_may_stop(waves_mm: float) -> None:
+    """Friction is let go where a ramp stops, as no other pass shows; a draw wire may wave there."""
+    time_s = np.arange(0.0, 16.0, 0.02)
+    angle = 2.0 * np.pi * 0.25 * np.clip(time_s - 6.0, 0.0, None)
+    stroke = np.interp(time_s, [1.0, 4.0], [0.0, 70.0]) + 14.0 * (1.0 - np.cos(angle))
+    speed = np.diff(stroke, append=stroke[-1]) / 0.02
+    force = 5.0 * stroke + 22.0 * np.tanh(speed / 20.0)
+    random = np.random.default_rng(1)
+    seen = stroke + waves_mm * np.sin(3.0 * time_s) + 0.01 * random.standard_normal(time_s.size)
+    force = force + 0.05 * random.standard_normal(time_s.size)
+    run = evaluate_run(make_record(time_s, seen, force), RunFacts("h", "harmonic"), Options(draws=0))
+    assert not [*of_kind(run, "gain-jump"), *of_kind(run, "offset-jump")]
+
+
+def test_a_preload_that_a_filter_spreads_makes_no_jump() -> None:
+    """No other pass is like the first, which goes on to the top; its contact takes nine samples."""
+    time_s = np.arange(0.0, 12.0, 0.005)
+    angle = np.pi * np.clip(time_s - 4.0, 0.0, None)
+    stroke = np.interp(time_s, [1.0, 4.0], [0.0, 40.0]) + 12.0 * (1.0 - np.cos(angle))
+    met = 0.5 * (1.0 + np.tanh((time_s - 1.05) / 0.0125))
+    force = 26.0 * met + 1.6 * stroke + 0.02 * np.random.default_rng(1).standard_normal(time_s.size)
+    run = evaluate_run(make_record(time_s, stroke, force), RunFacts("h", "harmonic"), Options(draws=0))
+    assert not of_kind(run, "gain-jump")
+
+
+def test_a_preload_that_is_let_go_while_the_stroke_is_held_makes_no_jump() -> None:
+    time_s = np.linspace(0.0, 1.0, 101)
+    force = Samples("force", time_s, np.where(time_s < 0.5, 0.2, 23.0 + 100.0 * (time_s - 0.5))[::-1])
+    own = Pass(-1, np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.2, 23.0, 23.9, 24.8]))
+    assert _is_contact(force, Leap(49, 53, -22.0), Way(1, -1, 0.0, 1.0), own)
+    assert not _is_contact(force, Leap(39, 43, -22.0), Way(1, -1, 0.0, 1.0), own)

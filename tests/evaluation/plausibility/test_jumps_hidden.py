@@ -9,7 +9,7 @@ from evaluation.plausibility.passes import Pass, beyond_others
 from evaluation.record import make_record
 from evaluation.results import Options, RunFacts
 from evaluation.run import evaluate_run
-from tests.evaluation.plausibility.records import Floats, of_kind, static
+from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 
 def test_a_gain_that_changes_between_strokes_is_told_beside_a_drift() -> None:
@@ -60,3 +60,26 @@ def test_a_leap_is_not_hidden_by_those_of_the_noise() -> None:
 
     (jump,) = of_kind(static(change, noise_kN=0.3), "gain-jump")
     assert jump.start_s == pytest.approx(33.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("gain", "count"), [(1.0, 0), (0.75, 1)])
+def test_a_wire_that_slips_while_the_stroke_is_clipped_makes_no_gain(gain: float, count: int) -> None:
+    """It slips at the top of stroke 2: stroke 3 begins at 6 mm, and is softer at every place on record."""
+
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        later = time_s > 68.4
+        return time_s, np.minimum(stroke + 6.0 * later, 90.0), np.where(later, gain, 1.0) * force
+
+    run = static(change, preload_kN=0.0)
+    assert of_kind(run, "clipped")
+    assert len(of_kind(run, "gain-jump")) == count
+
+
+def test_cycles_in_which_the_force_is_frozen_are_not_compared() -> None:
+    def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+        still = (time_s > 0.9) & (time_s < 1.3)
+        return time_s, np.minimum(stroke, 67.0), np.where(still, force[450], force)
+
+    run = harmonic(change)
+    assert of_kind(run, "frozen")
+    assert not of_kind(run, "gain-jump")
