@@ -33,6 +33,12 @@ _NO_MORE = 2.2
 """What changes in a wait is no more than so many times what changes in a look: lost samples make it so."""
 _LARGER = 2.5
 """A wait with so many times the usual change, and what the next step makes, was not ended when it should."""
+_BEATS = 5
+"""So many of the longest waits, equal to a look, are those of a timer that writes while nothing changes …"""
+_STILL = 0.5
+"""… where less than this share of what nearly every look of the motion changed did change in them …"""
+_FALLEN_SILENT = 1.5
+"""… and a wait that is longer than so many of them lost what the timer would have written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,3 +85,25 @@ def lost_between(events: EventChanges) -> IndexArray:
     looks = np.where(events.waited, 0.0, change)
     beside = np.maximum(np.append(looks[1:], 0.0), np.append(0.0, looks[:-1]))
     return np.asarray(np.flatnonzero(events.waited & (change > _LARGER + beside)) + 1, dtype=np.intp)
+
+
+def silent_beyond_beat(time_s: FloatArray, events: EventChanges) -> IndexArray:
+    """Return the samples before which a logger was silent that writes by a timer, too, while nothing changes.
+
+    None where no timer shows: such a logger makes a rest of any length one step.
+    """
+    step = np.diff(time_s)
+    waits = np.flatnonzero(events.waited)
+    waits = waits[np.argsort(-step[waits], kind="stable")]
+    look_s = quantile(step, _SHORTEST)
+    length_s = step[waits]
+    if waits.size < _BEATS:
+        return np.zeros(0, dtype=np.intp)
+    alike = length_s[: 1 - _BEATS] - length_s[_BEATS - 1 :] <= look_s
+    first = int(np.argmax(alike))
+    if not alike[first] or first == 0:
+        return np.zeros(0, dtype=np.intp)
+    event = quantile(events.changes[~events.waited], _ALIKE[0])
+    if median(events.changes[waits[first : first + _BEATS]]) >= _STILL * event:
+        return np.zeros(0, dtype=np.intp)
+    return np.asarray(np.sort(waits[length_s > _FALLEN_SILENT * length_s[first]]) + 1, dtype=np.intp)
