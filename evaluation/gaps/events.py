@@ -37,8 +37,10 @@ _BEATS = 5
 """So many of the longest waits, equal to a look, are those of a timer that writes while nothing changes …"""
 _STILL = 0.5
 """… where less than this share of what nearly every look of the motion changed did change in them …"""
+_SLOW = 10.0
+"""… and which last so many looks: shorter waits are alike by chance."""
 _FALLEN_SILENT = 1.5
-"""… and a wait that is longer than so many of them lost what the timer would have written."""
+"""A wait of more than so many of them lost what the timer would have written; none is a little longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,18 +94,20 @@ def silent_beyond_beat(time_s: FloatArray, events: EventChanges) -> IndexArray:
 
     None where no timer shows: such a logger makes a rest of any length one step.
     """
-    step = np.diff(time_s)
+    step, none = np.diff(time_s), np.zeros(0, dtype=np.intp)
     waits = np.flatnonzero(events.waited)
-    waits = waits[np.argsort(-step[waits], kind="stable")]
-    look_s = quantile(step, _SHORTEST)
-    length_s = step[waits]
-    if waits.size < _BEATS:
-        return np.zeros(0, dtype=np.intp)
+    longest = waits[np.argsort(-step[waits], kind="stable")][: 2 * _BEATS - 1]
+    if longest.size <= _BEATS:
+        return none
+    length_s, look_s = step[longest], quantile(step, _SHORTEST)
     alike = length_s[: 1 - _BEATS] - length_s[_BEATS - 1 :] <= look_s
     first = int(np.argmax(alike))
-    if not alike[first] or first == 0:
-        return np.zeros(0, dtype=np.intp)
+    beat_s = float(length_s[first])
+    if not alike[first] or first == 0 or length_s[first - 1] <= _FALLEN_SILENT * beat_s:
+        return none
+    if beat_s < _SLOW * look_s:
+        return none
     event = quantile(events.changes[~events.waited], _ALIKE[0])
-    if median(events.changes[waits[first : first + _BEATS]]) >= _STILL * event:
-        return np.zeros(0, dtype=np.intp)
-    return np.asarray(np.sort(waits[length_s > _FALLEN_SILENT * length_s[first]]) + 1, dtype=np.intp)
+    if median(events.changes[longest[first : first + _BEATS]]) >= _STILL * event:
+        return none
+    return np.asarray(np.sort(longest[:first]) + 1, dtype=np.intp)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from evaluation.gaps.bridge import bridged
 from evaluation.gaps.clock import understand
-from evaluation.gaps.events import event_changes
+from evaluation.gaps.events import EventChanges, event_changes, silent_beyond_beat
 from evaluation.gaps.steps import unusual_steps
 from evaluation.record import make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
@@ -132,6 +132,18 @@ def test_a_stroke_that_a_logger_with_a_timer_lost_may_have_happened(beat_s: floa
     (row,) = (r for r in run.requirements if r.id == "cycle-count")
     assert (row.verdict, row.measured) == ("inconclusive", 2.0)
     assert "may hide a stroke" in row.why
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_waits_that_noise_ends_are_no_timer(seed: int) -> None:
+    """Some of many are alike by chance; longer ones beside them have lost nothing."""
+    rng = np.random.default_rng(seed)
+    step_s = np.full(2000, 0.02)
+    waited = np.zeros(2000, dtype=bool)
+    waited[:60] = True
+    step_s[:60] = 0.02 * np.round(2.0 + rng.exponential(50.0, 60))
+    events = EventChanges(np.where(waited, 0.1, 1.0), waited)
+    assert silent_beyond_beat(np.append(0.0, np.cumsum(step_s)), events).size == 0
 
 
 @pytest.mark.parametrize("columns", [WAVE.columns(1.0, 200.0, 8.0), StaticTest().columns()])
