@@ -140,8 +140,8 @@ def test_waits_that_noise_ends_are_no_timer(seed: int) -> None:
     rng = np.random.default_rng(seed)
     step_s = np.full(2000, 0.02)
     waited = np.zeros(2000, dtype=bool)
-    waited[:60] = True
-    step_s[:60] = 0.02 * np.round(2.0 + rng.exponential(50.0, 60))
+    waited[:300] = True
+    step_s[:300] = 0.02 * np.round(2.0 + rng.exponential(20.0, 300))
     events = EventChanges(np.where(waited, 0.1, 1.0), waited)
     assert silent_beyond_beat(np.append(0.0, np.cumsum(step_s)), events).size == 0
 
