@@ -17,7 +17,7 @@ from evaluation.channels.signals import Signals
 from evaluation.defects import Cleaner, Defect, gap
 from evaluation.gaps.clock import understand
 from evaluation.gaps.even import even_stamps
-from evaluation.gaps.events import event_changes, lost_between
+from evaluation.gaps.events import event_changes, lost_between, silent_beyond_beat
 from evaluation.gaps.steps import unusual_steps
 from evaluation.reversals import Sampling, sampling_of, without_fast_hum
 from foundation.errors import BadInput
@@ -263,10 +263,13 @@ def with_even_stamps(record: Record) -> Record:
 def with_own_steps(record: Record) -> Record:
     """Return a record of uneven steps with the breaks that show only beside the steps around them."""
     changes = event_changes(record.time_s, record.stroke_mm, record.force_kN)
-    found = unusual_steps(record.time_s) if changes is None else lost_between(changes)
-    new, gone, notes = set(found.tolist()) - set(record.breaks), set(), record.notes
+    if changes is None:
+        found = set(unusual_steps(record.time_s).tolist())
+    else:
+        found = {*lost_between(changes).tolist(), *silent_beyond_beat(record.time_s, changes).tolist()}
+    new, gone, notes = found - set(record.breaks), set(), record.notes
     if changes is not None:
-        gone = _steps_alone(record) - set(found.tolist())
+        gone = _steps_alone(record) - found
         notes = (*notes, _BY_EVENT)
     left_s = {float(record.time_s[at - 1]) for at in gone}
     known = [defect for defect in record.defects if defect.kind != "gap" or defect.start_s not in left_s]

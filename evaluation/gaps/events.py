@@ -33,6 +33,14 @@ _NO_MORE = 2.2
 """What changes in a wait is no more than so many times what changes in a look: lost samples make it so."""
 _LARGER = 2.5
 """A wait with so many times the usual change, and what the next step makes, was not ended when it should."""
+_BEATS = 5
+"""So many of the longest waits, equal to a look, are those of a timer that writes while nothing changes …"""
+_STILL = 0.5
+"""… where less than this share of what nearly every look of the motion changed did change in them …"""
+_SLOW = 10.0
+"""… and which last so many looks: shorter waits are alike by chance."""
+_FALLEN_SILENT = 1.5
+"""A wait of more than so many of them lost what the timer would have written; none is a little longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,3 +87,27 @@ def lost_between(events: EventChanges) -> IndexArray:
     looks = np.where(events.waited, 0.0, change)
     beside = np.maximum(np.append(looks[1:], 0.0), np.append(0.0, looks[:-1]))
     return np.asarray(np.flatnonzero(events.waited & (change > _LARGER + beside)) + 1, dtype=np.intp)
+
+
+def silent_beyond_beat(time_s: FloatArray, events: EventChanges) -> IndexArray:
+    """Return the samples before which a logger was silent that writes by a timer, too, while nothing changes.
+
+    None where no timer shows: such a logger makes a rest of any length one step.
+    """
+    step, none = np.diff(time_s), np.zeros(0, dtype=np.intp)
+    waits = np.flatnonzero(events.waited)
+    longest = waits[np.argsort(-step[waits], kind="stable")][: 2 * _BEATS - 1]
+    if longest.size <= _BEATS:
+        return none
+    length_s, look_s = step[longest], quantile(step, _SHORTEST)
+    alike = length_s[: 1 - _BEATS] - length_s[_BEATS - 1 :] <= look_s
+    first = int(np.argmax(alike))
+    beat_s = float(length_s[first])
+    if not alike[first] or first == 0 or length_s[first - 1] <= _FALLEN_SILENT * beat_s:
+        return none
+    if beat_s < _SLOW * look_s:
+        return none
+    event = quantile(events.changes[~events.waited], _ALIKE[0])
+    if median(events.changes[longest[first : first + _BEATS]]) >= _STILL * event:
+        return none
+    return np.asarray(np.sort(longest[:first]) + 1, dtype=np.intp)

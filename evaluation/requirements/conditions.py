@@ -202,6 +202,10 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     why = f"{stroke:.2f} mm and {force:.1f} kN {when}"
     if unsure := bridged_why(limits, stroke, abs(result.gap_limits.get("stroke_min_mm", 0.0))):
         verdict, why = "inconclusive", f"{why}; {unsure}"
+    # After a stroke that may be a later one than the last judged, nobody asks for release.
+    doubt = case.numbering.uncertain(cycle.index)
+    if doubt and verdict == "fail" and limits.meets(cycle.stroke_min_mm - case.zero_mm):
+        verdict, why = "inconclusive", f"{why}; that it is the last one judged is not known: {doubt}"
     return condition_row(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from evaluation.record import FloatArray, Temperature
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
 from evaluation.results import CycleResult, RequirementResult, Verdict
-from evaluation.thermometry import Hole, longest_hole, readings_of
+from evaluation.thermometry import Hole, longest_hole, read_at, readings_of
 
 _IDENTITY = "temperature-range"
 
@@ -65,17 +65,17 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
 
 
 def _seen(sensor: Temperature, start_s: float, end_s: float, interval_s: float) -> _Seen | None:
-    """Return what a sensor shows of a cycle: its readings in it, and its ends where they are interpolated.
+    """Return what a sensor shows of a cycle: its readings in it, and what they say of its ends.
 
-    An end without a reading within ``interval_s`` is not interpolated. None where nothing is left.
+    They say nothing of an end without a reading within ``interval_s``. None where nothing is left.
     """
     time_s, value_C = readings_of(sensor)
     hole = longest_hole(time_s, start_s, end_s)
     if hole is None:
         return None
-    ends = [at for at in (start_s, end_s) if float(np.min(np.abs(time_s - at))) <= interval_s]
+    ends = read_at(time_s, value_C, np.array([start_s, end_s]), interval_s)
     inside = value_C[(time_s >= start_s) & (time_s <= end_s)]
-    shown_C: FloatArray = np.concatenate((inside, np.interp(ends, time_s, value_C)))
+    shown_C: FloatArray = np.concatenate((inside, ends[np.isfinite(ends)]))
     if shown_C.size == 0:
         return None
     return _Seen(sensor, float(np.min(shown_C)), float(np.max(shown_C)), hole)

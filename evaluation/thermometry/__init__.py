@@ -1,6 +1,13 @@
 """Temperatures of cycles: what the sensors show, and whether their readings cover a cycle."""
 
-from evaluation.thermometry.coverage import READING_INTERVAL_S, Hole, covers, longest_hole, readings_of
+from evaluation.thermometry.coverage import (
+    READING_INTERVAL_S,
+    Hole,
+    covers,
+    longest_hole,
+    read_at,
+    readings_of,
+)
 from evaluation.thermometry.of_cycles import temperatures_of
 from evaluation.thermometry.why import why_no_temperature
 
@@ -9,6 +16,7 @@ __all__ = [
     "Hole",
     "covers",
     "longest_hole",
+    "read_at",
     "readings_of",
     "temperatures_of",
     "why_no_temperature",

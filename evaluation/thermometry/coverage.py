@@ -47,6 +47,28 @@ def readings_of(sensor: Temperature) -> tuple[FloatArray, FloatArray]:
     return time_s, value_C
 
 
+def read_at(time_s: FloatArray, value_C: FloatArray, at_s: FloatArray, interval_s: float) -> FloatArray:
+    """Return what readings say at some moments [°C]: the line between those beside a moment, or the nearest.
+
+    Readings farther apart than ``interval_s`` do not speak for what is between them: the nearest counts. NaN
+    where it is farther away than that, too.
+
+    Parameters
+    ----------
+    time_s, value_C : arrays, shape (N,)
+        Valid readings in order of time, at least one.
+    at_s : array, shape (C,)
+    interval_s : float
+    """
+    after = np.searchsorted(time_s, at_s)
+    before, behind = np.maximum(after - 1, 0), np.minimum(after, time_s.size - 1)
+    to_before, to_behind = np.abs(at_s - time_s[before]), np.abs(time_s[behind] - at_s)
+    nearest = value_C[np.where(to_before < to_behind, before, behind)]
+    joined = time_s[behind] - time_s[before] <= interval_s
+    read = np.where(joined, np.interp(at_s, time_s, value_C), nearest)
+    return np.where(np.minimum(to_before, to_behind) <= interval_s, read, np.nan)
+
+
 def longest_hole(time_s: FloatArray, start_s: float, end_s: float) -> Hole | None:
     """Return the longest stretch without a reading in a cycle.
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Temperature
-from evaluation.thermometry.coverage import READING_INTERVAL_S, covers, readings_of
+from evaluation.thermometry.coverage import READING_INTERVAL_S, covers, read_at, readings_of
 
 
 def temperatures_of(
@@ -40,10 +39,9 @@ def temperatures_of(
         time_s, value_C = readings_of(sensor)
         if sensor.role != "specimen" or time_s.size == 0:
             continue
-        at_start, at_end = np.interp(start_s, time_s, value_C), np.interp(end_s, time_s, value_C)
-        begins, ends = _near(time_s, start_s, interval_s), _near(time_s, end_s, interval_s)
-        starts = np.fmax(starts, np.where(begins, at_start, np.nan))
-        within = np.fmax(np.where(begins, at_start, np.nan), np.where(ends, at_end, np.nan))
+        at_start, at_end = (read_at(time_s, value_C, at_s, interval_s) for at_s in (start_s, end_s))
+        starts = np.fmax(starts, at_start)
+        within = np.fmax(at_start, at_end)
         first, last = np.searchsorted(time_s, start_s), np.searchsorted(time_s, end_s, side="right")
         some = np.flatnonzero(last > first)
         if some.size:
@@ -54,11 +52,3 @@ def temperatures_of(
         highest = np.fmax(highest, within)
         covered |= covers(time_s, start_s, end_s, interval_s)
     return starts, np.where(covered, highest, np.nan)
-
-
-def _near(time_s: FloatArray, moment_s: FloatArray, interval_s: float) -> NDArray[np.bool_]:
-    """Say which moments have a reading within ``interval_s``."""
-    after = np.searchsorted(time_s, moment_s)
-    before = np.abs(moment_s - time_s[np.maximum(after - 1, 0)])
-    behind = np.abs(time_s[np.minimum(after, time_s.size - 1)] - moment_s)
-    return np.asarray(np.minimum(before, behind) <= interval_s)

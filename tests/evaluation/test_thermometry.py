@@ -121,6 +121,16 @@ def test_temperature_known_in_the_first_second_of_each_cycle_only() -> None:
     )
 
 
+def test_a_far_reading_after_a_cycle_does_not_speak_for_its_end() -> None:
+    """A specimen that is warmed in a pause without readings was not warm before it."""
+    end = CYCLES[-1][1]
+    at = np.append(ALL[end - 10.0 >= ALL], end + 14.0)
+    warmed = Temperature("temperature_1", at, np.where(at > end, 40.0, 20.0), accuracy_C=0.5)
+    run = judged([warmed])
+    assert [r.verdict for r in rows(run)] == ["pass"] * 3
+    assert run.cycles[-1].quantities.temperature_max_C == pytest.approx(20.0)
+
+
 def test_a_hole_of_30_s_in_one_cycle() -> None:
     start, _ = CYCLES[1]
     run = judged([sensor(without(start + 5.0, start + 35.0))])

@@ -78,7 +78,7 @@ def static(rng: np.random.Generator) -> Motion:
         if broken == "pause" and i == bad and i < strokes - 1:
             rest = rng.uniform(640.0, 900.0)
         if broken == "warm" and i == bad:
-            warm_from_s = t[-1]
+            warm_from_s = 0.5 * (t[-2] + t[-1])  # in the pause: what it begins with is on its thermometer
         ending = rng.uniform(3.1, 3.5) if broken == "residual" and i == bad and i < strokes - 1 else low
         for after, where in (
             (abs(peak - x[-1]) / v, peak),

@@ -93,3 +93,13 @@ def test_strokes_are_as_many_as_were_made(number: int) -> None:
     assert len(truth.find_strokes(motion.stroke_mm)) == motion.facts["strokes"]
     assert motion.time_s[0] <= motion.begin_s < motion.end_s
     assert np.all(np.diff(motion.time_s) > 0.0)
+
+
+def test_a_specimen_is_warmed_in_the_pause_before_its_stroke() -> None:
+    """What it begins with is on its thermometer, which is read once in a second or two."""
+    made = [motions.static(np.random.default_rng([2, number])) for number in range(300)]
+    warm = [motion for motion in made if motion.shape == "warm"]
+    assert len(warm) >= 5
+    for motion in warm:
+        from_s = motion.facts["warm_from_s"]
+        assert any(start + 0.9 < from_s < end - 0.9 for start, end in motion.rests)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from evaluation.gaps.bridge import bridged
 from evaluation.gaps.clock import understand
-from evaluation.gaps.events import event_changes
+from evaluation.gaps.events import EventChanges, event_changes, silent_beyond_beat
 from evaluation.gaps.steps import unusual_steps
 from evaluation.record import make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
@@ -81,12 +81,15 @@ def test_rest_is_rest_whether_logged_or_not() -> None:
             )
 
 
-def by_event(columns: tuple[Floats, ...], step_mm: float, step_kN: float) -> list[Floats]:
-    """Return the rows that a logger writes which writes when either channel has changed by its step."""
+def by_event(
+    columns: tuple[Floats, ...], step_mm: float, step_kN: float, beat_s: float = np.inf
+) -> list[Floats]:
+    """Return the rows of a logger that writes when either channel has changed by its step, or by a timer."""
     time, stroke, force = columns
     kept, x, f = [0], stroke[0], force[0]
     for at in range(1, time.size):
-        if abs(stroke[at] - x) >= step_mm or abs(force[at] - f) >= step_kN:
+        due = time[at] - time[kept[-1]] > beat_s
+        if due or abs(stroke[at] - x) >= step_mm or abs(force[at] - f) >= step_kN:
             kept.append(at)
             x, f = stroke[at], force[at]
     return [column[kept] for column in columns]
@@ -114,6 +117,33 @@ def test_what_an_event_logger_lost_is_found() -> None:
     jumps = make_record(*columns).breaks  # of the force, where the stroke is released
     record = make_record(*(column[kept] for column in columns))
     assert record.breaks == (100, *(at - 100 for at in jumps))
+
+
+@pytest.mark.parametrize("beat_s", [1.0, 5.0])
+def test_a_stroke_that_a_logger_with_a_timer_lost_may_have_happened(beat_s: float) -> None:
+    """It would have written in a rest: that it did not is no rest, but rows that are lost."""
+    made = StaticTest(pause_s=30.0, noise_mm=0.01, noise_kN=0.1, rate_Hz=100.0)
+    time, stroke, force = by_event(made.columns(), 0.2, 2.0, beat_s)
+    whole = evaluated(time, stroke, force, STATIC)
+    assert whole.record.breaks == ()
+    first = whole.cycles[0].cycle
+    kept = (time < first.start_s - 0.5) | (time > first.end_s + 0.5)
+    run = evaluated(time[kept], stroke[kept], force[kept], STATIC)
+    (row,) = (r for r in run.requirements if r.id == "cycle-count")
+    assert (row.verdict, row.measured) == ("inconclusive", 2.0)
+    assert "may hide a stroke" in row.why
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_waits_that_noise_ends_are_no_timer(seed: int) -> None:
+    """Some of many are alike by chance; longer ones beside them have lost nothing."""
+    rng = np.random.default_rng(seed)
+    step_s = np.full(2000, 0.02)
+    waited = np.zeros(2000, dtype=bool)
+    waited[:300] = True
+    step_s[:300] = 0.02 * np.round(2.0 + rng.exponential(20.0, 300))
+    events = EventChanges(np.where(waited, 0.1, 1.0), waited)
+    assert silent_beyond_beat(np.append(0.0, np.cumsum(step_s)), events).size == 0
 
 
 @pytest.mark.parametrize("columns", [WAVE.columns(1.0, 200.0, 8.0), StaticTest().columns()])

@@ -160,6 +160,17 @@ def test_a_record_that_begins_while_the_stroke_falls_cannot_tell_which_stroke_is
     assert table(begun)["absorbed-energy-ratio", 1] == "pass"
 
 
+def test_what_is_left_after_a_stroke_that_may_not_be_the_last_judged_breaks_nothing() -> None:
+    """It is the fourth that happened and the third on record; release is asked for until after the third."""
+    record = MadeTest((OneCycle(),) * 3 + (OneCycle(residual_mm=3.0), OneCycle())).record()
+    whole = judged(record)
+    assert table(whole)["full-release", 3] == "pass"
+    begun = judged(without(record, record.time_s < whole.cycles[0].cycle.top.time_s + 1.0))
+    (row,) = (r for r in begun.requirements if (r.id, r.cycle) == ("full-release", 3))
+    assert (row.verdict, row.measured) == ("inconclusive", pytest.approx(3.0, abs=0.1))
+    assert "that it is the last one judged is not known" in row.why
+
+
 def test_a_record_that_ends_within_the_last_stroke_has_not_broken_the_count() -> None:
     record = MadeTest((OneCycle(),) * 3).record()
     cut_s = judged(record).cycles[2].cycle.top.time_s + 1.0
