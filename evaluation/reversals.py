@@ -113,7 +113,10 @@ def without_fast_hum(values: FloatArray, sigma: float) -> float:
     Differences of neighbours see a wave of two to three samples with twice its amplitude, and a fit that
     misses a turn by as much would pass for a good one. Means of two do not see it.
     """
-    by_means = float(np.sqrt(2.0)) * difference_sigma(0.5 * (values[:-1:2] + values[1::2]))
+    means = 0.5 * (values[:-1:2] + values[1::2])
+    if means.size < len(_DIFFERENCES[-1]):
+        return sigma
+    by_means = float(np.sqrt(2.0)) * difference_sigma(means)
     return by_means if 0.0 < by_means < _FAST_HUM * sigma else sigma
 
 

@@ -30,3 +30,9 @@ def test_the_summit_of_a_parabola_sees_waves_that_a_mean_does_not() -> None:
     noise = white(1.0, 0.01)
     assert noise.summit_variance(50.0) == pytest.approx(2.25 / 50.0, rel=0.01)
     assert noise.mean_variance(50.0) == pytest.approx(1.0 / 50.0, rel=0.01)
+
+
+@pytest.mark.parametrize("size", [2, 3, 6, 7, 11])
+def test_too_few_samples_tell_no_wave(size: int) -> None:
+    """Fifth differences of means of two need twelve samples."""
+    assert without_fast_hum(np.arange(float(size)) ** 2, 0.1) == 0.1
