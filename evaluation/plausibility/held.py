@@ -22,8 +22,13 @@ LEAST_CHANGES = 20
 """So many changes tell how far they are apart."""
 REGULAR = 0.85
 """This share of them lies a whole number of rows apart that is the same, or one of two that follow."""
-LEAST_SAME = 0.3
-"""A held channel repeats the value before in half of its rows; less where a logger is slow at rest."""
+LEAST_SAME, _LEAST_SAME_EVENLY = 0.3, 0.15
+"""A held channel repeats the value before in half of its rows; less where a logger is slow at rest, or where
+it is written at nearly its own rate: of six rows one. Then it has to be all the more even."""
+_LEAST_ROWS, _SURELY_LONG, _TOGETHER = 1.18, 1.5, 8
+"""Five values in six rows are nearly the least that is told. Values that stay for fewer rows than the second
+do so evenly only if nearly all neighbouring changes, so many of them, span within a row of what they span on
+average: by chance 63 % of them do at most."""
 _SLOWER = 1.5
 """There its rows are so many times further apart."""
 _STEP = 1.5
@@ -80,8 +85,31 @@ def held(look: Look) -> list[Finding]:
 
 
 def hold_of(channel: Samples) -> _Hold | None:
-    """Return for how long a channel holds its values, if it does so regularly."""
-    if not _repeats(channel):
+    """Return for how long a channel holds its values, if it does so regularly.
+
+    A logger that went on more slowly shows it in what it wrote fast.
+    """
+    hold = _hold_of_rows(channel)
+    if hold is None and int(np.sum(channel.scan.same)) >= LEAST_CHANGES and channel.unevenness > _SLOWER:
+        fast = _fast_part(channel)
+        return None if fast is None else _hold_of_rows(fast)
+    return hold
+
+
+def _fast_part(channel: Samples) -> Samples | None:
+    """Return the longest stretch at the highest rate of a record; None: it is all of it, or too short."""
+    steps_s = np.diff(channel.time_s)
+    slow = np.flatnonzero(steps_s > _SLOWER * quantile(steps_s, _LOOK))
+    bounds = np.concatenate(([-1], slow, [steps_s.size]))
+    longest = int(np.argmax(np.diff(bounds)))
+    rows = slice(int(bounds[longest]) + 1, int(bounds[longest + 1]) + 1)
+    if not slow.size or rows.stop - rows.start < LEAST_CHANGES:
+        return None
+    return Samples(channel.name, channel.time_s[rows], channel.value[rows])
+
+
+def _hold_of_rows(channel: Samples) -> _Hold | None:
+    if not _repeats(channel, _LEAST_SAME_EVENLY):
         return None
     changes = _changes(channel)
     step_s = median(np.diff(channel.time_s))
@@ -95,17 +123,33 @@ def hold_of(channel: Samples) -> _Hold | None:
         return _Hold(float(rows), step_s)
     if sizes.size - large > SINGLE_STEPS * sizes.size:
         return None
-    apart = apart[apart <= _RESTS * median(apart)]
+    return _even(apart[apart <= _RESTS * median(apart)], step_s)
+
+
+def _even(apart: NDArray[np.intp], step_s: float) -> _Hold | None:
+    """Return the hold of which the changes, so many rows apart, come evenly."""
     mean = float(np.mean(apart))
-    if mean < 1.5 or np.count_nonzero(np.abs(apart - mean) < 1.0) < REGULAR * apart.size:
+    if mean < _LEAST_ROWS or not _within_a_row(apart, mean):
+        return None
+    if mean < _SURELY_LONG and not _within_a_row(_sums(apart), _TOGETHER * mean):
         return None
     whole = round(mean)
-    exact = np.count_nonzero(apart == whole) >= REGULAR * apart.size
+    exact = whole > 1 and np.count_nonzero(apart == whole) >= REGULAR * apart.size
     return _Hold(float(whole) if exact else mean, step_s)
 
 
-def _repeats(channel: Samples) -> bool:
-    return int(np.sum(channel.scan.same)) >= LEAST_SAME * channel.value.size
+def _repeats(channel: Samples, least: float) -> bool:
+    return int(np.sum(channel.scan.same)) >= least * channel.value.size
+
+
+def _within_a_row(rows: NDArray[np.intp], mean: float) -> bool:
+    return bool(np.count_nonzero(np.abs(rows - mean) < 1.0) >= REGULAR * rows.size)
+
+
+def _sums(apart: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return how many rows so many changes that follow each other span together."""
+    ends = np.cumsum(apart)
+    return np.asarray(ends[_TOGETHER:] - ends[:-_TOGETHER], dtype=np.intp)
 
 
 def _grid(apart: NDArray[np.intp]) -> int:
@@ -121,26 +165,34 @@ def hold_by_event(channel: Samples) -> _Hold | None:
     """Return for how long a channel of a log by event holds its values, if it does so regularly.
 
     In such a log a value stays until it has changed enough: by about as much every time, and the sooner the
-    faster it changes. A held one changes at even times, by whatever it has moved meanwhile.
+    faster it changes. A held one changes at even times, by whatever it has moved meanwhile. Of changes that
+    are all k looks apart, those of events differ by less than k / (k - 1) in size: what changed enough only
+    in the last look of a slow motion had not done so in the last but one of a faster one.
     """
-    if not _repeats(channel):
-        return None
-    changes = _changes(channel)
+    changes = _changes(channel) if _repeats(channel, LEAST_SAME) else np.zeros(0, dtype=np.intp)
     if changes.size < LEAST_CHANGES:
         return None
     looks_s = quantile(np.diff(channel.time_s), _LOOK)
-    apart = np.diff(channel.time_s[changes])[np.diff(changes) > 1] / looks_s
+    sizes = np.abs(channel.value[changes] - channel.value[changes - 1])
+    wide = np.diff(changes) > 1
+    apart, own_sizes = np.diff(channel.time_s[changes])[wide] / looks_s, sizes[1:][wide]
     if apart.size < LEAST_CHANGES:
         return None
-    apart = apart[apart <= _RESTS * median(apart)]
-    mean = float(np.mean(apart))
-    sizes = np.abs(channel.value[changes] - channel.value[changes - 1])
+    usual = apart <= _RESTS * median(apart)
+    apart, own_sizes = apart[usual], own_sizes[usual]
+    mean, looks = float(np.mean(apart)), round(median(apart))
+    exact = np.rint(apart) == looks
+    if mean < 2.5:
+        return None
+    if np.count_nonzero(exact) >= REGULAR * apart.size and _differ(own_sizes[exact], looks / (looks - 1.0)):
+        return _Hold(float(looks), looks_s, "looks of the logger")
+    even = np.count_nonzero(np.abs(apart - mean) < 1.5) >= REGULAR * apart.size
+    return _Hold(mean, looks_s, "looks of the logger") if even and _differ(sizes, _UNLIKE) else None
+
+
+def _differ(sizes: NDArray[np.float64], times: float) -> bool:
     small, large = (quantile(sizes, share) for share in _SIZES)
-    if mean < 2.5 or large < _UNLIKE * small:
-        return None
-    if np.count_nonzero(np.abs(apart - mean) < 1.5) < REGULAR * apart.size:
-        return None
-    return _Hold(mean, looks_s, "looks of the logger")
+    return large >= times * small
 
 
 def _changes(channel: Samples) -> NDArray[np.intp]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.plausibility.held import hold_of
+from evaluation.plausibility.held import hold_by_event, hold_of
 from evaluation.plausibility.samples import Samples
 from tests.evaluation.plausibility.records import Change, Floats, harmonic, of_kind, static
 
@@ -68,6 +68,10 @@ def test_converter_steps_are_no_hold(shape: str, speed: float) -> None:
         assert hold_of(Samples("stroke", time, np.round(read / 0.1) * 0.1)) is None
 
 
+def _every(rows: int, time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
+    return time_s[::rows], stroke[::rows], force[::rows]
+
+
 def by_event(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the rows that are written when stroke or force changed by 0.2 mm or 1 kN, or after 1 s."""
     rows = [0]
@@ -89,6 +93,49 @@ def test_a_held_force_in_a_log_by_event() -> None:
     plain = static(by_event, **made)
     assert plain.record.by_event
     assert not of_kind(plain, "held")
+
+
+def test_a_held_stroke_of_constant_speeds_in_a_log_by_event() -> None:
+    """In and out at two speeds it changes at the same even times, by unlike amounts: no event does."""
+
+    looks = np.arange(4000)
+    x = np.interp(looks % 500, [0.0, 250.0, 430.0, 500.0], [0.0, 40.0, 0.0, 0.0])
+    f = 3.0 * x + 0.4 * np.random.default_rng(3).standard_normal(x.size)
+    held_stroke = by_event(looks / 40.0, x[looks // 5 * 5], f)
+    hold = hold_by_event(Samples("stroke", *held_stroke[:2]))
+    assert hold is not None
+    assert hold.late_s == pytest.approx(2.0 / 40.0)
+    own = x.copy()  # keeps its value till it changed enough
+    for row in range(1, x.size):
+        own[row] = x[row] if abs(x[row] - own[row - 1]) > 0.65 else own[row - 1]
+    assert hold_by_event(Samples("stroke", *by_event(looks / 40.0, own, f)[:2])) is None
+
+
+@pytest.mark.parametrize(("held_for", "every"), [(3, 2), (4, 3), (6, 5)])
+def test_a_held_channel_that_is_written_at_nearly_its_own_rate(held_for: int, every: int) -> None:
+    run = harmonic(lambda *columns: _every(every, *holding(2, held_for)(*columns)))
+    (finding,) = of_kind(run, "held")
+    assert finding.size == pytest.approx(0.5 * (held_for - every) / 500.0, rel=0.02)
+
+
+def test_values_that_repeat_by_chance_are_no_hold() -> None:
+    """As many repeat as of a channel that is held for one and a half rows, but not evenly."""
+    rng = np.random.default_rng(5)
+    moves = 0.1 + rng.random(6000)
+    for share in (0.2, 0.25, 1.0 / 3.0):
+        value = np.cumsum(np.where(rng.random(moves.size) < share, 0.0, moves))
+        assert hold_of(Samples("force", np.arange(value.size) / 100.0, value)) is None
+
+
+def test_a_held_force_of_a_logger_that_goes_on_more_slowly() -> None:
+    def slows(*columns: Floats) -> tuple[Floats, Floats, Floats]:
+        time_s, stroke, force = holding(2, 4)(*columns)
+        kept = (time_s < 1.2) | (np.arange(time_s.size) % 5 == 0)
+        return time_s[kept], stroke[kept], force[kept]
+
+    (finding,) = of_kind(harmonic(slows), "held")
+    assert finding.channel == "force"
+    assert "repeated in 4 rows (true rate 125 Hz)" in finding.text
 
 
 def test_a_held_force_of_coarse_steps() -> None:
