@@ -54,7 +54,7 @@ def _may_be(result: CycleResult, record: Record, sigma_mm: float) -> bool:
     window = max(LEAST_WINDOW, SPEED_WINDOW * count)
     step_s = (cycle.top.time_s - cycle.start_s) / count
     u = sigma_mm * float(np.sqrt(12.0 / (window * (window**2 - 1.0)))) / step_s
-    return BY_NOISE_AT_ENDS * u > _WORTH_A_WORD * speed
+    return bool(BY_NOISE_AT_ENDS * u > _WORTH_A_WORD * speed)
 
 
 def _too_large(result: CycleResult, propagation: CyclePropagation) -> float:

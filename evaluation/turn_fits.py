@@ -29,6 +29,9 @@ _TIP_SLACK = 0.25
 """Flanks may meet so much further out than half a step of the samples."""
 _TOLD = 5.0
 """A fourth term of so many standard deviations is one."""
+_MANY_POINTS = 16
+"""Of so many points a quartic leaves what it leaves of the curve itself; of fewer, what it misses stays in
+the bounds of what few samples may hide."""
 _NEAR_MIDDLE = 0.5
 """A summit so near to the middle of its window, in half-widths, is one of which its terms say more."""
 _CHUNK_POINTS = 100_000
@@ -318,7 +321,8 @@ def _smooth(points: Points, degree: int, sigma: float, averaged: int) -> Fits:
     flat = np.zeros(top.size)
     value = value_at(coefficients, top) - inside * curvature
     if degree == 4:
-        value = value + _beyond_quartic(coefficients, top, scatter**2 * inverse[:, 4, 4])
+        beyond = _beyond_quartic(coefficients, top, scatter**2 * inverse[:, 4, 4])
+        value = value + np.where(count >= _MANY_POINTS, beyond, 0.0)
     u = np.where(good, scatter * _gain(row, inverse), np.inf)
     if degree == 4 and (unsure := good & (count == UNSURE_POINTS)).any():
         lower = _solved_alike(z[unsure], level[unsure], points.used[unsure], 2)[0]

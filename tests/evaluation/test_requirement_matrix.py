@@ -187,11 +187,13 @@ NEAR: dict[str, tuple[str, int, float, int, Callable[[float], dict[str, Any]], t
     "60 mm, most": ("force-at-60mm", 2, 400.0, -1, bump(60.0, 10.0), (0.0, 80.0)),
     "100 mm, least": ("force-at-100mm", 1, 350.0, +1, bump(100.0, 12.0), (0.0, -90.0)),
     "100 mm, most": ("force-at-100mm", 2, 1000.0, -1, bump(102.0, 12.0), (0.0, 200.0)),
-    "stored energy": ("stored-energy", 2, 12500.0, +1, energy, (0.0, 0.5)),
+    "stored energy": ("stored-energy", 3, 12500.0, +1, energy, (0.9, 1.1)),
     "ratio of the first": ("absorbed-energy-ratio", 1, 0.50, +1, loss, (0.0, -0.05)),
     "ratio of the second": ("absorbed-energy-ratio", 2, 0.42, +1, loss, (0.0, -0.05)),
     "ratio of the third": ("absorbed-energy-ratio", 3, 0.42, +1, loss, (0.0, -0.05)),
 }
+MORE_ENERGY = 0.035
+"""Of the way from the usual branch to the one of low energy: 2 U of the stored energy, 2 % of it."""
 PLACES: dict[float, tuple[Verdict, Verdict]] = {
     +2.0: ("pass", "pass"),
     +0.4: ("pass", "conditional-pass"),
@@ -208,25 +210,32 @@ def test_every_requirement_is_in_the_matrix() -> None:
     assert {(case[0], case[2]) for case in NEAR.values()} == limits
 
 
+def made(name: str, by: float, about: float) -> MadeTest:
+    """Return the good test with a cycle changed; of the stored energy the others too, to a little more.
+
+    No spring loses two fifths of its energy from one stroke to the next: that is an amplifier's gain.
+    """
+    _, cycle, _, _, change, _ = NEAR[name]
+    test = GOOD.changed(cycle, **change(by))
+    if change is not energy:
+        return test
+    return test.changed(*(other for other in CYCLES if other != cycle), **change(about - MORE_ENERGY))
+
+
 def near(name: str) -> Callable[[float], tuple[MadeTest, Callable[[RunEvaluation], float]]]:
     """Return how to bring a test's figure to a place: by the line through two trials, mended once."""
-    identity, cycle, limit, side, change, trials = NEAR[name]
-    values = [
-        measured(GOOD.changed(cycle, **change(t)).evaluate(draws=50), identity, cycle)[0] for t in trials
-    ]
+    identity, cycle, limit, side, _, trials = NEAR[name]
+    values = [measured(made(name, t, t).evaluate(draws=50), identity, cycle)[0] for t in trials]
     slope = (values[1] - values[0]) / (trials[1] - trials[0])
     by = trials[0] + (limit - values[0]) / slope
-    at_limit, expanded = measured(GOOD.changed(cycle, **change(by)).evaluate(), identity, cycle)
+    at_limit, expanded = measured(made(name, by, by).evaluate(), identity, cycle)
 
     def distance(run: RunEvaluation) -> float:
         value, wide = measured(run, identity, cycle)
         return side * (value - limit) / wide
 
     def brought(place: float) -> tuple[MadeTest, Callable[[RunEvaluation], float]]:
-        return (
-            GOOD.changed(cycle, **change(by + (limit + side * place * expanded - at_limit) / slope)),
-            distance,
-        )
+        return made(name, by + (limit + side * place * expanded - at_limit) / slope, by), distance
 
     return brought
 

@@ -69,7 +69,8 @@ def impact_csv(tmp_path: Path, *, temperature: bool = False) -> Path:
     phase = np.clip((time_s - 0.2) / 0.2, 0.0, 1.0)
     stroke = 100.0 * np.sin(np.pi * phase)
     noise = np.random.default_rng(9).normal(size=(2, time_s.size))
-    force = np.where(phase <= 0.5, 6.4, 0.3 * 6.4) * stroke + 0.05 * noise[0]
+    kept = np.where(phase <= 0.5, 1.0, 0.3 + 0.7 * np.exp((stroke - 100.0) / 2.0))
+    force = 6.4 * kept * stroke + 0.05 * noise[0]
     stroke = stroke + 0.002 * noise[1]
     force = np.roll(force, 2)  # the amplifier's delay of 0.4 ms, which the mapping states
     rows = ["Datei;Stoß 12", "Zeit [ms];Weg links;Kraft" + (";Temp. Gehäuse" if temperature else "")]
