@@ -41,5 +41,6 @@ def test_friction_that_rings_and_chatters_is_not_taken_for_a_fault_of_the_amplif
     warnings = [
         (r.record.name, text) for r in (evaluate(record) for record in RECORDS) for text in r.warnings
     ]
-    assert [one for one in warnings if one[1].startswith("force jumps by")] == []
+    # The timber of trial2 cracks: its force falls by 4.6 kN from one sample to the next, and stays there.
+    assert {name for name, text in warnings if text.startswith("force jumps by")} <= {"test/trial2.csv"}
     assert len({name for name, text in warnings if re.match(r"(force|stroke): a? ?spike", text)}) <= 11
