@@ -119,8 +119,7 @@ def force_jumps(look: Look) -> list[Finding]:
 
 def _rings(force: Samples, leap: Leap, ways: Sequence[Way]) -> bool:
     """Say whether the force rings about a leap, away from the turns of its pass."""
-    at_s = float(force.time_s[leap.first])
-    way = next((one for one in ways if one.start_s <= at_s <= one.end_s), None)
+    way = _way_of(force, leap, ways)
     if way is None:
         return False
     rows = force.rows(way.start_s, way.end_s)

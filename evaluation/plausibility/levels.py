@@ -17,24 +17,24 @@ from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import pass_of, ways_of
 from evaluation.plausibility.series import Series, series_of
+from evaluation.plausibility.springs import (
+    FIRST_SOFTER,
+    HARDER,
+    LONGER,
+    PER_K,
+    RECOVERS_S,
+    RESTED,
+    SOFTER_SINGLE,
+    STEADY_K,
+    TIRED,
+    UNKNOWN_K,
+)
 from evaluation.plausibility.ways_in import uneven_stroke
 from evaluation.record import FloatArray
 from foundation.ranks import median
 
-HARDER = 0.03
-"""A loop that grows by this share from one cycle to the next, force and area alike, has another gain …"""
-RESTED, LONGER, RECOVERS_S = 0.08, 1.5, 60.0
-"""… a single stroke by this one after a pause of a minute and more that is so many times longer than the one
-before: a spring recovers."""
-SOFTER, SOFTER_SINGLE = 0.03, 0.05
-"""One that shrinks by this share has, of single strokes by this one …"""
-PER_K, STEADY_K, UNKNOWN_K = 0.02, 1.0, 5.0
-"""A spring softens by this share for each kelvin at most (paper, Fig. 9: 0.37 in 50 K), from one kelvin
-between two cycles on; a single stroke may have been so much warmer where no thermometer tells."""
-TIRED = 0.12
-"""… after a pause so many times shorter, in which it has not recovered, by this one …"""
-FIRST_SOFTER = 0.2
-"""… from the first stroke of a static test to the second, by this one …"""
+SOFTER = 0.03
+"""A loop that shrinks by this share from one cycle to the next, beyond what heat makes, has another gain …"""
 STANDS_OUT, STANDS_OUT_SINGLE = 4.0, 3.0
 """… and by so many times the largest change between the cycles before and after; of single strokes, by so
 many: their softening is their change."""

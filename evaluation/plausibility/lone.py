@@ -105,22 +105,20 @@ def _is_lone(time_s: FloatArray, value: FloatArray, row: int, least: float) -> b
 
 def _off(value: FloatArray, row: int) -> float:
     """Return by how much a sample is off the cubic through two neighbours on each side, evenly spaced."""
-    a, b, c, d = (float(value[row + k]) for k in (-2, -1, 1, 2))
-    return float(value[row]) - (4.0 * (b + c) - a - d) / 6.0
+    return float(_all_off(value[row - 2 : row + 3])[0])
 
 
 def _is_alone(value: FloatArray, first: int, last: int) -> bool:
     """Say whether samples are off by far more than most of those about them are."""
     before, after = value[max(0, first - ABOUT) : first], value[last + 1 : last + 1 + ABOUT]
-    off = np.concatenate((_all_off(before), _all_off(after)))
+    off = np.abs(np.concatenate((_all_off(before), _all_off(after))))
     own = max(abs(_off(value, row)) for row in {first, min(last, value.size - 3)})
     return off.size == 0 or own > SCATTER * quantile(off, MOST_LIKE)
 
 
 def _all_off(value: FloatArray) -> FloatArray:
     """Return by how much each sample, but for two at either end, is off the cubic through those beside it."""
-    off = value[2:-2] - (4.0 * (value[1:-3] + value[3:-1]) - value[:-4] - value[4:]) / 6.0
-    return np.abs(off)
+    return np.asarray(value[2:-2] - (4.0 * (value[1:-3] + value[3:-1]) - value[:-4] - value[4:]) / 6.0)
 
 
 def _is_pair(value: FloatArray, row: int, least: float) -> bool:

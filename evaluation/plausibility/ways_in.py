@@ -16,22 +16,25 @@ from evaluation.motion import Cycle
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.passes import Pass, Way, pass_of, ways_of
+from evaluation.plausibility.springs import (
+    FIRST_SOFTER,
+    HARDER,
+    LONGER,
+    PER_K,
+    RECOVERS_S,
+    RESTED,
+    SOFTER_SINGLE,
+    STEADY_K,
+    TIRED,
+    UNKNOWN_K,
+)
 from evaluation.record import FloatArray
 from foundation.ranks import quantile
 
-HARDER, RESTED, RECOVERS_S = 0.03, 0.08, 60.0
-"""The force grows by this share at least; by this one after a pause of so many seconds."""
-FIRST_SOFTER, SOFTER, TIRED, LONGER = 0.2, 0.05, 0.12, 1.5
-"""Or it shrinks by this one from the first stroke to the second, by this one later, by this one after a pause
-so many times shorter than the one before …"""
 DIES_AWAY = 1.5
-"""… and by so many times what it shrank by before: softening dies away."""
-UNKNOWN_K = 5.0
-"""Strokes may have warmed a spring by so much where no thermometer tells."""
+"""A later stroke shrinks by so many times what the one before shrank by: softening dies away."""
 EVEN = 0.5
 """The share is the same along the stroke within this part: that of a shift of stroke or force is not."""
-PER_K, STEADY_K = 0.02, 1.0
-"""A spring changes by this share at most for each kelvin between two strokes (paper, Fig. 9), from one on."""
 SPEEDS = 0.25
 """Strokes whose mean speeds differ by more are not alike."""
 COMMON = 0.4
@@ -121,7 +124,7 @@ def _least(look: Look, at: int, share: float, before: float | None) -> float:
     elif at == 0 or before is None:
         least = FIRST_SOFTER
     else:
-        least = max(TIRED if LONGER * rest_s < earlier_s else SOFTER, -DIES_AWAY * before)
+        least = max(TIRED if LONGER * rest_s < earlier_s else SOFTER_SINGLE, -DIES_AWAY * before)
     one_C, two_C = one.quantities.temperature_max_C, two.quantities.temperature_max_C
     if one_C is None or two_C is None:  # strokes warm a spring: none is harder by it
         return least + (PER_K * UNKNOWN_K if share < 0.0 else 0.0)
