@@ -34,7 +34,7 @@ _LEAST_NEAR, _MOST_NEAR = 3, 12
 have no slope that would have led it anywhere within the hole."""
 _HELD, _HELD_SAMPLES = 8.0, 8
 """In a record by event the stroke rests in a step of so many usual ones; so many samples say so."""
-_ASTIR = 1.5
+ASTIR = 1.5
 """Where one side is still and the other leaves it, the stroke may have moved by so many of its steps."""
 _REST_SAMPLES = 48
 """At most so many samples are put into a rest."""
@@ -207,7 +207,7 @@ class _Sides:
             leaves = change_mm * self.into >= 0.0
         else:
             return False
-        return leaves and abs(change_mm) <= _ASTIR * self.step_mm
+        return leaves and abs(change_mm) <= ASTIR * self.step_mm
 
 
 def _rests(
@@ -215,7 +215,7 @@ def _rests(
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Say which breaks are rest, shape (B,); and on which sides of them the stroke is still, (B, 2)."""
     stroke, force = record.stroke_mm, record.force_kN
-    same = _same(stroke, sampling), _same(force, sampling_of(force))
+    same = alike_within(stroke, sampling), alike_within(force, sampling_of(force))
     change_mm, change_kN = (values[breaks] - values[breaks - 1] for values in (stroke, force))
     apart = np.abs(change_mm), np.abs(change_kN)
     spans = float(np.ptp(stroke)), float(np.ptp(force))
@@ -233,7 +233,7 @@ def _rests(
     return rest, still
 
 
-def _same(values: FloatArray, sampling: Sampling) -> float:
+def alike_within(values: FloatArray, sampling: Sampling) -> float:
     """Return by how much two values may differ that are the same."""
     span = float(np.ptp(values)) if values.size else 0.0
     return max(SAME_SIGMAS * sampling.sigma, SAME_STEPS * sampling.step, SAME_SHARE * span)

@@ -19,17 +19,21 @@ _FELL = 0.05
 _SHORTER = 0.9
 """A stroke that is not on record may be this much of the shortest one that is: those to one force differ."""
 
+_MIDDLE = 0.25
+"""The middle half of a stroke, without this share at either end, says how fast it was."""
+
 
 @dataclass(frozen=True)
 class Doubt:
     """From cycle ``first`` on numbers are not certain: what was not on record before it may hide a stroke.
 
-    It began at ``start_s``; ``unknown``: not even how long it lasted is known.
+    It lasted from ``start_s`` to ``end_s``; ``unknown``: not even how long is known.
     """
 
     first: int
     why: str
     start_s: float
+    end_s: float
     unknown: bool = False
 
 
@@ -47,6 +51,13 @@ class Numbering:
     def uncertain(self, index: int) -> str:
         """Return why the number of a cycle is not certain, or nothing."""
         return self.begun or next((doubt.why for doubt in self.hidden if doubt.first <= index), "")
+
+    def within(self, cycle: Cycle) -> str:
+        """Return why a cycle that has no figures may be several strokes, or nothing."""
+        if cycle.complete:
+            return ""
+        inside = (d.why for d in self.hidden if d.start_s < cycle.end_s and d.end_s > cycle.start_s)
+        return next(inside, "")
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -77,33 +88,87 @@ def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole])
     known = [cycle for cycle in cycles if cycle.duration_s > 0.0]
     if not known:
         return Numbering(_unseen(record))
-    hidden = _hidden(cycles, known, holes) if holes else []
+    hidden = _hidden(record, cycles, known, holes)
     ended = [d for d in record.defects if d.kind == "backward-time" and d.start_s == d.end_s]
     if ended:
         why = f"{ended[-1].text}: what they show is not known"
-        hidden.append(Doubt(cycles[-1].index + 1, why, ended[-1].start_s, unknown=True))
+        end_s = float(record.time_s[-1])
+        hidden.append(Doubt(cycles[-1].index + 1, why, ended[-1].start_s, end_s, unknown=True))
     return Numbering(tuple(hidden), _begun(record, cycles))
 
 
-def _hidden(cycles: Sequence[Cycle], known: Sequence[Cycle], holes: Sequence[Hole]) -> list[Doubt]:
-    """Return the holes that may hide a stroke, of a record whose ``known`` cycles last for some time."""
+def _hidden(
+    record: Record, cycles: Sequence[Cycle], known: Sequence[Cycle], holes: Sequence[Hole]
+) -> list[Doubt]:
+    """Return what may hide a stroke, in a record whose ``known`` cycles last for some time."""
     whole = [
         cycle for cycle in known if cycle.bounded and "cut" not in (cycle.start.method, cycle.end.method)
     ]
-    shortest_s = min(cycle.duration_s for cycle in whole or known)
-    fastest_mm_per_s = max(2.0 * cycle.range_mm / cycle.duration_s for cycle in whole or known)
+    wide = [hole for hole in holes if hole.wide]
+    moving = [(_moving_s(record, cycle, wide), cycle.range_mm) for cycle in whole or known]
+    shortest_s = min(own_s for own_s, _ in moving)
+    fastest_mm_per_s = max(2.0 * range_mm / own_s for own_s, range_mm in moving)
+    slow = _slow_steps(record, holes, _SHORTER * shortest_s)
     hidden = []
-    for hole in holes:
+    for hole in (*holes, *slow):
         free_s = hole.length_s - hole.change_mm / fastest_mm_per_s
         if free_s < _SHORTER * shortest_s and not hole.unknown:
             continue
         behind = [cycle.index for cycle in cycles if cycle.start_s >= hole.start_s]
         length = "of unknown length" if hole.unknown else f"of {hole.length_s:.4g} s"
         fits = "" if hole.unknown else f" (the shortest on record takes {shortest_s:.3g} s)"
-        why = f"the hole {length} after {hole.start_s:.6g} s may hide a stroke{fits}"
+        what = "step" if hole in slow else "hole"
+        why = f"the {what} {length} after {hole.start_s:.6g} s may hide a stroke{fits}"
         first = behind[0] if behind else cycles[-1].index + 1
-        hidden.append(Doubt(first, why, hole.start_s, hole.unknown))
-    return hidden
+        hidden.append(Doubt(first, why, hole.start_s, hole.end_s, hole.unknown))
+    return sorted(hidden, key=lambda doubt: doubt.start_s)
+
+
+def _moving_s(record: Record, cycle: Cycle, wide: Sequence[Hole]) -> float:
+    """Return how long a cycle took to move [s]: all of it, or as its middle half says where it has a hole.
+
+    A cycle that is not on record throughout lasts as long as the hole, whatever its motion took.
+    """
+    inside = [h for h in wide if h.end_s > cycle.start_s and h.start_s < cycle.end_s]
+    if not inside:
+        return cycle.duration_s
+    own = slice(*np.searchsorted(record.time_s, (cycle.start_s, cycle.end_s), side="right").tolist())
+    time_s, stroke_mm = record.time_s[own], record.stroke_mm[own]
+    if time_s.size < 2:
+        return cycle.duration_s
+    lost_s = np.array([(h.start_s, h.end_s) for h in inside])
+    step_s, step_mm = np.diff(time_s), np.abs(np.diff(stroke_mm))
+    low_mm = float(np.min(stroke_mm)) + _MIDDLE * float(np.ptp(stroke_mm))
+    high_mm = float(np.max(stroke_mm)) - _MIDDLE * float(np.ptp(stroke_mm))
+    middle = (stroke_mm[:-1] > low_mm) & (stroke_mm[:-1] < high_mm)
+    middle &= ~((time_s[:-1, None] < lost_s[:, 1]) & (time_s[1:, None] > lost_s[:, 0])).any(axis=1)
+    if float(np.sum(step_mm[middle])) < _MIDDLE * float(np.ptp(stroke_mm)):
+        return cycle.duration_s
+    return min(
+        cycle.duration_s, 2.0 * cycle.range_mm * float(np.sum(step_s[middle]) / np.sum(step_mm[middle]))
+    )
+
+
+def _slow_steps(record: Record, holes: Sequence[Hole], least_s: float) -> list[Hole]:
+    """Return the steps of a slow logger, none of them a hole, that are long enough to hide a stroke.
+
+    None of one that writes by event: it would have written what happened.
+    """
+    if record.by_event:
+        return []
+    time_s, stroke_mm = record.as_read(record.time_s), record.as_read(record.stroke_mm)
+    long = np.flatnonzero(np.diff(time_s) >= least_s)
+    known = {hole.start_s for hole in holes}
+    return [
+        Hole(
+            float(time_s[i]),
+            float(time_s[i + 1]),
+            "step",
+            abs(float(stroke_mm[i + 1] - stroke_mm[i])),
+        )
+        for i in long.tolist()
+        if float(time_s[i]) not in known
+    ]
 
 
 def _unseen(record: Record) -> tuple[Doubt, ...]:
@@ -112,7 +177,7 @@ def _unseen(record: Record) -> tuple[Doubt, ...]:
         return ()
     step_s = median(np.diff(record.time_s))
     why = f"the record has {record.time_s.size} samples, {step_s:.3g} s apart: strokes between are not seen"
-    return (Doubt(1, why, float(record.time_s[0])),)
+    return (Doubt(1, why, float(record.time_s[0]), float(record.time_s[-1])),)
 
 
 def _begun(record: Record, cycles: Sequence[Cycle]) -> str:

@@ -1,18 +1,24 @@
 """Conditions of the static test: was it carried out as the standard says?
 
-A condition is met (``pass``), broken (``fail``), or cannot be told from the record (``inconclusive``).
+A condition is met (``pass``), broken (``fail``), or cannot be told from the record (``inconclusive``). The
+record gives each value as a span (:mod:`evaluation.requirements.bounded`): what may lie between its rows and
+in its holes is in it.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
 
+from evaluation.motion import TurningPoint
 from evaluation.requirements.block import block_contact
+from evaluation.requirements.bounded import Span, rows_read, spanned_row, unsure_s
+from evaluation.requirements.dwell import dwell_span
 from evaluation.requirements.limit_set import known
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
-from evaluation.requirements.speed import branch_speed
+from evaluation.requirements.speed import between_rows, branch_speed
 from evaluation.requirements.strokes import (
     begins_another,
     bridged_why,
@@ -26,6 +32,9 @@ from evaluation.results import CycleResult, RequirementResult, Verdict
 _SPEEDS = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s")
 _ARRIVING = 0.02
 """A hole that begins in this last share of a stroke is one of the pause behind it."""
+_SMALL_NOISE = 0.01
+"""Noise that adds no more than this share of the limit to a speed is that of a test run right at it."""
+_DAY_H = 24.0
 _RUN_WIDE = ("cycle-count", "rest-after-assembly")
 _BEFORE_CYCLE = ("temperature-range", "speed-limit", "pause-limit", "immediate-unloading", "full-release")
 
@@ -56,7 +65,20 @@ def static_conditions(case: Case) -> list[RequirementResult]:
         last = position == len(needed) - 1 and not begins_another(case)
         judged.append(_full_release(case, result, last=last))
         judged.append(full_stroke(case, result))
-    return [condition for condition in judged if condition is not None]
+    return [_of_a_stroke(case, condition) for condition in judged if condition is not None]
+
+
+def _of_a_stroke(case: Case, condition: RequirementResult) -> RequirementResult:
+    """Return a condition, not decided where what it is read from may be several strokes."""
+    if condition.cycle is None or condition.verdict == "inconclusive" or not case.numbering.hidden:
+        return condition
+    own = next(stroke.cycle for stroke in case.strokes if stroke.cycle.index == condition.cycle)
+    doubt = case.numbering.within(own)
+    if not doubt:
+        return condition
+    return replace(
+        condition, verdict="inconclusive", why=f"{condition.why}; which stroke it was is not known: {doubt}"
+    )
 
 
 def _met(limits: Limits, value: float) -> Verdict:
@@ -96,7 +118,15 @@ def _rest_after_assembly(case: Case) -> RequirementResult | None:
         started = started.replace(tzinfo=UTC)
     rest_h = (started - assembled).total_seconds() / 3600.0
     why = f"{rest_h:.1f} h after assembly"
-    return condition_row(case, "rest-after-assembly", None, text, limits, rest_h, _met(limits, rest_h), why)
+    span = Span(rest_h, rest_h)
+    if _is_day(case.facts.specimen.get("assembled")):
+        span = Span(rest_h - _DAY_H, rest_h, "when on that day it was assembled is not on record")
+    return spanned_row(case, "rest-after-assembly", None, text, limits, span, why, rest_h)
+
+
+def _is_day(value: object) -> bool:
+    """Say whether a moment is no more than a date, which stands for its first hour."""
+    return isinstance(value, str) and len(value) <= len("2026-01-01")
 
 
 def _moment(value: object) -> datetime | None:
@@ -128,18 +158,31 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     if len(known_branches) < len(branches):
         why = "too few samples for a speed"
         return condition_row(case, "speed-limit", cycle.index, text, limits, None, "inconclusive", why)
-    (up, _), (down, _) = known_branches
-    measured = max(up, down)
+    up, down = known_branches
+    measured = max(up.measured, down.measured)
     # What noise alone adds to the largest of many slopes must not break a test run right at the limit.
-    least = max(speed - noise for speed, noise in known_branches)
-    verdict = _met(limits, least)
-    why = f"loading {up:.4g} mm/s, unloading {down:.4g} mm/s"
-    if verdict == "pass" and not limits.meets(measured):
+    least = max(branch.measured - branch.noise for branch in known_branches)
+    noise = measured - least
+    small = limits.upper is None or noise <= _SMALL_NOISE * limits.upper
+    gaps = max(abs(result.gap_limits.get(name, 0.0)) for name in _SPEEDS)
+    unrecorded = max(0.0, gaps - noise)
+    ends = ((cycle.start, cycle.top), (cycle.top, cycle.end))
+    rows = max(_between_rows(case, start, end) for start, end in ends)
+    most = max((least if small else measured) + unrecorded, rows)
+    span = Span(max(0.0, least - unrecorded), most, "noise and what is not on record leave it open")
+    why = f"loading {up.measured:.4g} mm/s, unloading {down.measured:.4g} mm/s"
+    if span.verdict(limits) == "pass" and not limits.meets(measured):
         why += "; above the limit by no more than the noise of the stroke"
-    bound = max(abs(result.gap_limits.get(name, 0.0)) for name in _SPEEDS)
-    if unsure := bridged_why(limits, least, max(0.0, bound - (measured - least))):
-        verdict, why = "inconclusive", f"{why}; {unsure}"
-    return condition_row(case, "speed-limit", cycle.index, text, limits, measured, verdict, why)
+    return spanned_row(case, "speed-limit", cycle.index, text, limits, span, why, measured)
+
+
+def _between_rows(case: Case, start: TurningPoint, end: TurningPoint) -> float:
+    """Return the largest speed of a branch that its rows may hide [mm/s]."""
+    first_s, last_s = start.leave_s, end.time_s
+    time_s, stroke_mm = rows_read(case, first_s, last_s)
+    time_s = np.concatenate(([first_s], time_s, [last_s]))
+    stroke_mm = np.concatenate(([start.leave_mm], stroke_mm, [end.stroke_mm]))
+    return between_rows(time_s, stroke_mm, last_s - first_s)
 
 
 def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementResult | None:
@@ -150,21 +193,23 @@ def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementR
     text = f"pause before the cycle at most {shown(longest)} s"
     if "cut" in (before.cycle.end.method, result.cycle.start.method):
         return not_evaluated(case, "pause-limit", text, limits, result)
-    number = before.cycle.index
-    ends_s = before.cycle.end_s - _ARRIVING * before.cycle.duration_s
-    wide = [h for h in case.holes if h.wide and h.end_s > ends_s and h.start_s <= result.cycle.start_s]
+    start_s, end_s, number = result.cycle.start_s, before.cycle.end_s, before.cycle.index
+    arriving_s = end_s - _ARRIVING * before.cycle.duration_s
+    wide = [h for h in case.holes if h.wide and h.end_s > arriving_s and h.start_s <= start_s]
+    pause: float | None = max(0.0, start_s - end_s)
+    why = f"{pause:.1f} s after cycle {number}"
+    by_s = unsure_s(case, end_s) + unsure_s(case, start_s)
+    span = Span(max(0.0, start_s - end_s - by_s), max(0.0, start_s - end_s) + by_s, "rows are so far apart")
     if wide and not any(hole.unknown for hole in wide):
         # The strokes beside it may have ended and begun anywhere in it.
-        longest_s = max(result.cycle.start_s, wide[-1].end_s) - min(ends_s, wide[0].start_s)
-        why = f"no more than {longest_s:.1f} s after cycle {number}: {wide[0].text}"
-        sure: Verdict = "pass" if limits.meets(longest_s) else "inconclusive"
-        return condition_row(case, "pause-limit", result.cycle.index, text, limits, None, sure, why)
-    pause = max(0.0, result.cycle.start_s - before.cycle.end_s)
-    verdict, why = _met(limits, pause), f"{pause:.1f} s after cycle {number}"
-    hidden = [d for d in case.numbering.hidden if ends_s <= d.start_s <= result.cycle.start_s]
-    if hidden and (verdict == "fail" or any(doubt.unknown for doubt in hidden)):
-        verdict, why = "inconclusive", f"{why} by the time stamps; {hidden[0].why}"
-    return condition_row(case, "pause-limit", result.cycle.index, text, limits, pause, verdict, why)
+        longest_s = max(start_s, wide[-1].end_s) - min(arriving_s, wide[0].start_s)
+        pause, why = None, f"no more than {longest_s:.1f} s after cycle {number}: {wide[0].text}"
+        span = Span(0.0, longest_s, "when the strokes beside it ended and began is not on record")
+    elif hidden := [d for d in case.numbering.hidden if arriving_s <= d.start_s <= start_s]:
+        unknown = any(doubt.unknown for doubt in hidden)
+        why = f"{why} by the time stamps"
+        span = Span(0.0, np.inf if unknown else span.most, hidden[0].why)
+    return spanned_row(case, "pause-limit", result.cycle.index, text, limits, span, why, pause)
 
 
 def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult | None:
@@ -175,9 +220,9 @@ def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult |
     text = f"unloading follows at once (dwell at most {shown(longest)} s)"
     if not result.cycle.complete:
         return not_evaluated(case, "immediate-unloading", text, limits, result)
-    dwell = result.cycle.top.dwell_s
-    verdict, why = _met(limits, dwell), f"{dwell:.2f} s at the upper turning point"
-    return condition_row(case, "immediate-unloading", result.cycle.index, text, limits, dwell, verdict, why)
+    dwell, index = result.cycle.top.dwell_s, result.cycle.index
+    why = f"{dwell:.2f} s at the upper turning point"
+    return spanned_row(case, "immediate-unloading", index, text, limits, dwell_span(case, result), why, dwell)
 
 
 def _full_release(case: Case, result: CycleResult, *, last: bool) -> RequirementResult | None:
@@ -224,16 +269,21 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
     reached, force = result.cycle.stroke_max_mm - case.zero_mm, result.quantities.force_max_kN or 0.0
     proof = case.limits.proof_load("F1") if case.limits.readings.static_extent == "proof-load" else None
     contact = _contact_text(case, result)
+    # What is not on record may have gone further; whether it went so far is not known.
+    least_mm, least_kN = (
+        value - abs(result.gap_limits.get(name, 0.0))
+        for value, name in ((reached, "stroke_max_mm"), (force, "force_max_kN"))
+    )
     if proof is not None:
         limits = Limits.of(proof.force_min_kN, "none", "kN")
         why = f"{force:.0f} kN at {reached:.2f} mm{contact}"
-        verdict: Verdict = "pass" if limits.meets(force) else "inconclusive"
+        verdict: Verdict = "pass" if limits.meets(least_kN) else "inconclusive"
         text = f"cycle to the proof load {proof.id} (at least {shown(proof.force_min_kN)} kN)"
         return condition_row(case, "full-stroke", result.cycle.index, text, limits, force, verdict, why)
     least = _full_stroke_mm(case)
     cap = known(energy.force_cap_kN)
-    capped = cap is not None and force >= cap
-    full = capped or (least is not None and reached >= least - 3.0 * result.cycle.top.u_stroke_mm)
+    capped = cap is not None and least_kN >= cap
+    full = capped or (least is not None and least_mm >= least - 3.0 * result.cycle.top.u_stroke_mm)
     limits = Limits(least, None, "mm", unfilled=least is None and not capped)
     why = f"{reached:.2f} mm at {force:.0f} kN{contact}"
     if least is not None and not full:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from evaluation.requirements.bounded import Span, spanned_row
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
-from evaluation.results import CycleResult, RequirementResult, Verdict
+from evaluation.results import CycleResult, RequirementResult
 
 ROSE = 0.05
 """A stroke has begun where it rose by this share of the last one's range: what rises less is no stroke."""
@@ -79,12 +80,11 @@ def cycle_count(case: Case) -> RequirementResult | None:
         why = f"{whole} cycles found, of which cannot be evaluated: {', '.join(missing)}"
     if limits.lower is not None and whole > least:
         why += f", the first {least} are judged"
-    verdict: Verdict = "pass" if limits.meets(float(whole)) else "fail"
-    if verdict == "fail" and limits.meets(float(found)):
-        verdict, why = "inconclusive", f"{why}; the record begins or ends within a further one"
     last = judged_strokes(case)[-1].cycle.index if case.strokes else 0
-    hidden = [d.why for d in case.numbering.hidden if d.first <= last or whole < least]
-    if hidden:
-        verdict, why = "inconclusive", f"{why}; {hidden[0]}"
+    span = Span(float(whole), float(found), "the record begins or ends within a further one")
+    if case.numbering.begun:
+        span = Span(float(whole), np.inf, case.numbering.begun)
+    if hidden := [d.why for d in case.numbering.hidden if d.first <= last or whole < least]:
+        span = Span(0.0, np.inf, hidden[0])
     text = f"{shown(wanted)} complete cycles"
-    return condition_row(case, "cycle-count", None, text, limits, float(whole), verdict, why)
+    return spanned_row(case, "cycle-count", None, text, limits, span, why, float(whole))

@@ -1,7 +1,7 @@
 """The condition on the temperature of the test: at the start of a cycle and during it.
 
-Readings must cover the cycle (:mod:`evaluation.thermometry.coverage`). Where they do not, a valid reading
-outside the range still breaks the condition; without one it cannot be told.
+Readings must cover the cycle (:mod:`evaluation.thermometry.coverage`). Where they do not, a valid reading in
+it that is outside of the range still breaks the condition; without one it cannot be told.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evaluation.dwells import EASED_S
 from evaluation.record import FloatArray, Temperature
+from evaluation.requirements.bounded import unsure_s
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
 from evaluation.results import CycleResult, RequirementResult, Verdict
 from evaluation.thermometry import Hole, longest_hole, read_at, readings_of
@@ -20,19 +22,24 @@ _IDENTITY = "temperature-range"
 
 @dataclass(frozen=True)
 class _Seen:
-    """What one sensor shows of a cycle: lowest and highest temperature, and its longest silence."""
+    """What one sensor shows of a cycle: lowest and highest temperature, and its longest silence.
+
+    ``surely_C``: so cold and so warm it was in the cycle, wherever in their steps of time its ends are.
+    """
 
     sensor: Temperature
     coldest_C: float
     warmest_C: float
     hole: Hole
+    surely_C: tuple[float, float]
 
 
 def temperature_range(case: Case, result: CycleResult) -> RequirementResult | None:
     """Return whether a cycle kept to the range; None where the limit set has none.
 
     The sensors on the specimen count, those in the air where it has none. One of them must cover the cycle;
-    what all of them read counts.
+    what all of them read counts. A reading breaks it that was taken in the cycle; what those beside it say of
+    its ends, and are outside of the range, leaves it open.
     """
     conditions, cycle = case.limits.conditions, result.cycle
     low, high = conditions.temperature_min_C, conditions.temperature_max_C
@@ -43,7 +50,9 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     specimen = [s for s in case.record.temperatures if s.role == "specimen"]
     sensors = specimen or list(case.record.temperatures)
     interval_s = conditions.reading_interval_max_s
-    seen = [one for one in (_seen(s, cycle.start_s, cycle.end_s, interval_s) for s in sensors) if one]
+    ends_s = np.array([cycle.start_s, cycle.end_s])
+    by_s = np.array([unsure_s(case, moment) for moment in ends_s.tolist()])
+    seen = [one for one in (_seen(s, ends_s, by_s, interval_s) for s in sensors) if one]
     if not seen:
         why = f"no temperature on record within {interval_s:g} s of the cycle"
         return condition_row(case, _IDENTITY, cycle.index, text, limits, None, "inconclusive", why)
@@ -54,28 +63,70 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     known = [s.accuracy_C for s in sensors if s.accuracy_C is not None]
     uncertainty = 2.0 * max(known) / float(np.sqrt(3.0)) if len(known) == len(sensors) else None
     what = "spring" if specimen else "ambient"
+    verdict: Verdict = "pass"
     why = f"{what} {coldest:.1f} to {warmest:.1f} °C"
-    verdict: Verdict = "pass" if limits.meets(coldest) and limits.meets(warmest) else "fail"
     silent = [one for one in seen if one.hole.length_s > interval_s]
     if silent:
         why += "; " + "; ".join(f"{one.sensor.name} has {one.hole.text(interval_s)}" for one in silent)
-    if verdict == "pass" and len(silent) == len(seen):
+    if not all(limits.meets(value) for one in seen for value in one.surely_C if np.isfinite(value)):
+        verdict = "fail"
+    elif not (limits.meets(coldest) and limits.meets(warmest)):
+        verdict, why = "inconclusive", f"{why}; that it was so within the cycle is not on record"
+    elif len(silent) == len(seen):
         verdict = "inconclusive"
+    elif unknown := _unknown(case, result):
+        verdict, why = "inconclusive", f"{why}; {unknown}"
     return condition_row(case, _IDENTITY, cycle.index, text, limits, worst, verdict, why, uncertainty)
 
 
-def _seen(sensor: Temperature, start_s: float, end_s: float, interval_s: float) -> _Seen | None:
-    """Return what a sensor shows of a cycle: its readings in it, and what they say of its ends.
+def _unknown(case: Case, result: CycleResult) -> str:
+    """Return why readings do not cover a cycle though their stamps are near enough, or nothing."""
+    cycle = result.cycle
+    for turn, what in ((cycle.start, "begins"), (cycle.end, "ends")):
+        if turn.method == "cut":
+            return f"the record {what} within the stroke: the rest of it is not on record"
+    inside = (h for h in case.holes if h.unknown and h.end_s > cycle.start_s and h.start_s < cycle.end_s)
+    return next((f"how long the cycle lasted is not known: {hole.text}" for hole in inside), "")
 
-    They say nothing of an end without a reading within ``interval_s``. None where nothing is left.
+
+def _seen(sensor: Temperature, ends_s: FloatArray, by_s: FloatArray, interval_s: float) -> _Seen | None:
+    """Return what a sensor shows of a cycle: its readings in it, and what they say of its ends, (2,).
+
+    They say nothing of an end without a reading within ``interval_s``. None where nothing is left. The ends
+    are known to ``by_s``; besides, a stand may ease out of a rest and into it within the noise of the stroke,
+    so that it must be covered for so much longer.
     """
     time_s, value_C = readings_of(sensor)
-    hole = longest_hole(time_s, start_s, end_s)
+    outward = np.array([-1.0, 1.0])
+    covered_s = ends_s + outward * (by_s + EASED_S)
+    hole = longest_hole(time_s, float(covered_s[0]), float(covered_s[1]))
     if hole is None:
         return None
-    ends = read_at(time_s, value_C, np.array([start_s, end_s]), interval_s)
-    inside = value_C[(time_s >= start_s) & (time_s <= end_s)]
+    ends = read_at(time_s, value_C, ends_s, interval_s)
+    inside = value_C[(time_s >= ends_s[0]) & (time_s <= ends_s[1])]
     shown_C: FloatArray = np.concatenate((inside, ends[np.isfinite(ends)]))
     if shown_C.size == 0:
         return None
-    return _Seen(sensor, float(np.min(shown_C)), float(np.max(shown_C)), hole)
+    surely_C = _surely(time_s, value_C, (ends_s - outward * by_s, ends_s + outward * by_s), interval_s)
+    return _Seen(sensor, float(np.min(shown_C)), float(np.max(shown_C)), hole, surely_C)
+
+
+def _surely(
+    time_s: FloatArray, value_C: FloatArray, ends_s: tuple[FloatArray, FloatArray], interval_s: float
+) -> tuple[float, float]:
+    """Return how cold and how warm it surely was in a cycle that lasts at least and at most so long [°C].
+
+    By the readings in it; and by the line between those about either end, whichever moment that was. A
+    reading outside of it alone says nothing. Infinite where nothing is sure.
+    """
+    least_s, _ = ends_s
+    sure = value_C[(time_s >= least_s[0]) & (time_s <= least_s[1])]
+    behind = np.searchsorted(time_s, ends_s)
+    between = (behind > 0) & (behind < time_s.size)
+    last = np.minimum(behind, time_s.size - 1)
+    between &= time_s[last] - time_s[np.maximum(behind - 1, 0)] <= interval_s
+    known = between.all(axis=0)
+    at_ends = np.interp(np.array(ends_s)[:, known], time_s, value_C)
+    coldest = min(np.min(sure, initial=np.inf), np.min(np.max(at_ends, axis=0), initial=np.inf))
+    warmest = max(np.max(sure, initial=-np.inf), np.max(np.min(at_ends, axis=0), initial=-np.inf))
+    return float(coldest), float(warmest)

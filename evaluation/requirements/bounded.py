@@ -1,0 +1,91 @@
+"""What a record says of a condition's value: no figure, but the span that what is not on record leaves.
+
+Every condition is judged so (:meth:`Span.verdict`): met where nothing in the span breaks it, broken where
+nothing in it meets it, else not to be told. What widens each span: docs/evaluation.md, "Conditions".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evaluation.gaps.bridge import ASTIR
+from evaluation.record import FloatArray
+from evaluation.requirements.rows import Case, Limits, condition_row
+from evaluation.results import RequirementResult, Verdict
+
+
+@dataclass(frozen=True)
+class Span:
+    """A value lies from ``least`` to ``most``; ``why`` says what keeps the record from telling it better."""
+
+    least: float
+    most: float
+    why: str = ""
+
+    def verdict(self, limits: Limits) -> Verdict:
+        """Return whether all values of the span keep the limits, or none does, or some."""
+        if limits.meets(self.least) and limits.meets(self.most):
+            return "pass"
+        above = limits.upper is not None and self.least > limits.upper
+        below = limits.lower is not None and self.most < limits.lower
+        return "fail" if above or below else "inconclusive"
+
+    def text(self, unit: str) -> str:
+        """Return what the span is, and why."""
+        most = f" and {self.most:.4g}" if np.isfinite(self.most) else " and more"
+        return f"{self.why or 'what is not on record'}: anything between {self.least:.4g}{most} {unit}"
+
+
+def spanned_row(
+    case: Case,
+    identity: str,
+    cycle: int | None,
+    text: str,
+    limits: Limits,
+    span: Span,
+    why: str,
+    measured: float | None,
+    uncertainty: float | None = None,
+) -> RequirementResult:
+    """Return the row of a condition by what the record says of its value; ``measured`` is for the reader."""
+    verdict = span.verdict(limits)
+    if verdict == "inconclusive":
+        why = f"{why}; {span.text(limits.unit)}"
+    return condition_row(case, identity, cycle, text, limits, measured, verdict, why, uncertainty)
+
+
+def rows_read(case: Case, start_s: float, end_s: float) -> tuple[FloatArray, FloatArray]:
+    """Return time [s] and stroke [mm] of the samples that were read between two moments."""
+    record = case.record
+    first, last = np.searchsorted(record.time_s, (start_s, end_s), side="left").tolist()
+    last += int(last < record.time_s.size and record.time_s[last] == end_s)
+    time_s, stroke_mm = record.time_s[first:last], record.stroke_mm[first:last]
+    if not record.filled_s:
+        return time_s, stroke_mm
+    read = record.read[first:last]
+    return time_s[read], stroke_mm[read]
+
+
+def unsure_s(case: Case, moment_s: float) -> float:
+    """Return by how much a moment of the motion may be another one: the step of time that it lies in.
+
+    Where that is a hole in which the specimen rests, the motion began or ended within its own step beside it
+    (:data:`evaluation.gaps.bridge.ASTIR` of them). Half the step of a rounded clock comes on top.
+    """
+    record = case.record
+    for hole in case.holes:
+        if hole.start_s <= moment_s <= hole.end_s:
+            if not hole.rest:
+                return hole.length_s + record.moment_error_s
+            break
+    after = int(np.searchsorted(record.time_s, moment_s))
+    first, last = max(0, after - 2), min(record.time_s.size, after + 2)
+    steps = np.diff(record.time_s[first:last])
+    if not steps.size:
+        return record.moment_error_s
+    in_rest = any(start_s <= moment_s <= end_s for start_s, end_s in record.filled_s)
+    own = int(np.clip(after - 1 - first, 0, steps.size - 1))
+    step_s = ASTIR * float(np.min(steps)) if in_rest else float(steps[own])
+    return step_s + record.moment_error_s
