@@ -81,6 +81,19 @@ def event_changes(time_s: FloatArray, stroke_mm: FloatArray, force_kN: FloatArra
     return EventChanges(change, waited) if alike and no_more else None
 
 
+def waits_show(time_s: FloatArray) -> bool:
+    """Say whether waits of many lengths show that a logger waits for events; a slow one's are alike at rest.
+
+    Parameters
+    ----------
+    time_s : array, shape (N,)
+        Of the samples that were read.
+    """
+    step = np.diff(time_s)
+    own = (step > _WAITED * quantile(step, _SHORTEST)) & (step < _BEAT * float(np.max(step)))
+    return int(np.count_nonzero(own)) >= _LEAST_WAITS
+
+
 def lost_between(events: EventChanges) -> IndexArray:
     """Return the samples before which more changed than an event, and than the motion makes in a look."""
     change = events.changes

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evaluation.gaps.bridge import Hole
+from evaluation.gaps.events import waits_show
 from evaluation.motion import Cycle
 from evaluation.record import Record
 from foundation.ranks import median
@@ -53,11 +54,13 @@ class Numbering:
         return self.begun or next((doubt.why for doubt in self.hidden if doubt.first <= index), "")
 
     def within(self, cycle: Cycle) -> str:
-        """Return why a cycle that has no figures may be several strokes, or nothing."""
-        if cycle.complete:
-            return ""
-        inside = (d.why for d in self.hidden if d.start_s < cycle.end_s and d.end_s > cycle.start_s)
-        return next(inside, "")
+        """Return why a cycle may be several strokes, or none, or nothing: one with figures is one stroke."""
+        for doubt in self.hidden:
+            inside = doubt.start_s < cycle.end_s and doubt.end_s > cycle.start_s
+            throughout = doubt.start_s <= cycle.start_s and cycle.end_s <= doubt.end_s
+            if inside and (throughout or not cycle.complete):
+                return doubt.why
+        return ""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -88,7 +91,7 @@ def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole])
     known = [cycle for cycle in cycles if cycle.duration_s > 0.0]
     if not known:
         return Numbering(_unseen(record))
-    hidden = _hidden(record, cycles, known, holes)
+    hidden = [*_unseen(record), *_hidden(record, cycles, known, holes)]
     ended = [d for d in record.defects if d.kind == "backward-time" and d.start_s == d.end_s]
     if ended:
         why = f"{ended[-1].text}: what they show is not known"
@@ -152,12 +155,12 @@ def _moving_s(record: Record, cycle: Cycle, wide: Sequence[Hole]) -> float:
 def _slow_steps(record: Record, holes: Sequence[Hole], least_s: float) -> list[Hole]:
     """Return the steps of a slow logger, none of them a hole, that are long enough to hide a stroke.
 
-    None of one that writes by event: it would have written what happened.
+    None of one that writes by event, if it surely does: it would have written what happened.
     """
-    if record.by_event:
-        return []
     time_s, stroke_mm = record.as_read(record.time_s), record.as_read(record.stroke_mm)
     long = np.flatnonzero(np.diff(time_s) >= least_s)
+    if not long.size or (record.by_event and waits_show(time_s)):
+        return []
     known = {hole.start_s for hole in holes}
     return [
         Hole(
@@ -172,7 +175,7 @@ def _slow_steps(record: Record, holes: Sequence[Hole], least_s: float) -> list[H
 
 
 def _unseen(record: Record) -> tuple[Doubt, ...]:
-    """Return that strokes may be hidden where none is found: between samples that are few and far apart."""
+    """Return that strokes may be hidden between samples that are few and far apart, or be their noise."""
     if not 2 <= record.time_s.size < _FEW_SAMPLES:
         return ()
     step_s = median(np.diff(record.time_s))

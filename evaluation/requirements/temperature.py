@@ -52,7 +52,8 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     interval_s = conditions.reading_interval_max_s
     ends_s = np.array([cycle.start_s, cycle.end_s])
     by_s = np.array([unsure_s(case, moment) for moment in ends_s.tolist()])
-    seen = [one for one in (_seen(s, ends_s, by_s, interval_s) for s in sensors) if one]
+    missing_s = _missing_s(case, result)
+    seen = [one for one in (_seen(s, ends_s, by_s, missing_s, interval_s) for s in sensors) if one]
     if not seen:
         why = f"no temperature on record within {interval_s:g} s of the cycle"
         return condition_row(case, _IDENTITY, cycle.index, text, limits, None, "inconclusive", why)
@@ -79,26 +80,33 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     return condition_row(case, _IDENTITY, cycle.index, text, limits, worst, verdict, why, uncertainty)
 
 
+def _missing_s(case: Case, result: CycleResult) -> FloatArray:
+    """Return how much of a cycle lies beyond the record [s]: as much as the longest one is longer, (2,)."""
+    cycle = result.cycle
+    longest_s = max((own.cycle.duration_s for own in case.strokes if own.cycle.complete), default=np.inf)
+    more_s = max(0.0, longest_s - cycle.duration_s)
+    return np.array([more_s if turn.method == "cut" else 0.0 for turn in (cycle.start, cycle.end)])
+
+
 def _unknown(case: Case, result: CycleResult) -> str:
     """Return why readings do not cover a cycle though their stamps are near enough, or nothing."""
     cycle = result.cycle
-    for turn, what in ((cycle.start, "begins"), (cycle.end, "ends")):
-        if turn.method == "cut":
-            return f"the record {what} within the stroke: the rest of it is not on record"
     inside = (h for h in case.holes if h.unknown and h.end_s > cycle.start_s and h.start_s < cycle.end_s)
     return next((f"how long the cycle lasted is not known: {hole.text}" for hole in inside), "")
 
 
-def _seen(sensor: Temperature, ends_s: FloatArray, by_s: FloatArray, interval_s: float) -> _Seen | None:
+def _seen(
+    sensor: Temperature, ends_s: FloatArray, by_s: FloatArray, missing_s: FloatArray, interval_s: float
+) -> _Seen | None:
     """Return what a sensor shows of a cycle: its readings in it, and what they say of its ends, (2,).
 
     They say nothing of an end without a reading within ``interval_s``. None where nothing is left. The ends
-    are known to ``by_s``; besides, a stand may ease out of a rest and into it within the noise of the stroke,
-    so that it must be covered for so much longer.
+    are known to ``by_s``, and beyond the record lies ``missing_s``; besides, a stand may ease out of a rest
+    and into it within the noise of the stroke, so that the cycle must be covered for so much longer.
     """
     time_s, value_C = readings_of(sensor)
     outward = np.array([-1.0, 1.0])
-    covered_s = ends_s + outward * (by_s + EASED_S)
+    covered_s = ends_s + outward * (by_s + EASED_S + missing_s)
     hole = longest_hole(time_s, float(covered_s[0]), float(covered_s[1]))
     if hole is None:
         return None
