@@ -56,6 +56,17 @@ def test_a_constant_loss_absorbs_its_share() -> None:
     assert cycle.figures["damping"][0] == pytest.approx(0.5, rel=1e-3)
 
 
+def test_a_stroke_that_ends_in_a_rest_not_released_is_whole() -> None:
+    t = np.linspace(0.0, 50.0, 50_001)
+    released = np.interp(t, [0.0, 20.0, 40.0], [0.0, 104.0, 3.3])
+    warm = np.full_like(t, 20.0)
+    for end_s, whole in ((50.0, True), (39.99, False)):
+        on = t <= end_s
+        force = _plain_spring().force(t[on], released[on], warm[on])
+        found = truth.cycles(t[on], released[on], force, warm[on], static=True)
+        assert [cycle.whole for cycle in found] == [whole]
+
+
 def test_a_maxwell_branch_has_its_closed_form_also_across_a_rest() -> None:
     t = np.arange(0.0, 6.0, 1e-3)
     w, tau = 2.0 * np.pi, 0.2

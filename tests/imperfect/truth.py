@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 # evaluation.md, "complete": lower ends agree within 5 % of the range at rests, 2 % where the record begins
 # or ends there, 0.3 % where it does so in motion; a little less, so that noise does not decide
 AT_REST, AT_THE_RECORDS_END, IN_MOTION = 0.045, 0.018, 0.0025
+RESTED_S = 0.2  # a stand's longest reversal in this world: what stands still for longer rests
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,9 @@ def cycles(t: Array, x: Array, force: Array, temperature: Array, *, static: bool
         i0 = first if low is None else _last_at(x, low, peak)
         j0 = peak + int(np.argmax(x[peak : last + 1] <= np.min(x[peak : last + 1]) + 1e-9 * np.ptp(x)))
         whole = low is not None and after is not None and (low, top, after) in sure
-        # what lacks of a cycle where the record begins or ends in motion
-        lacks = [float(x[0]) if low == 0 else -np.inf, float(x[-1]) if after == len(x) - 1 else -np.inf]
+        # what lacks of a cycle where the record begins or ends in motion; one that ends at rest has its end
+        ends_moving = after == len(x) - 1 and t[-1] - t[j0] < RESTED_S
+        lacks = [float(x[0]) if low == 0 else -np.inf, float(x[-1]) if ends_moving else -np.inf]
         share = (max(lacks) - _least(x, found)) / float(np.ptp(x))
         whole = whole and share < 0.02
         leaves = peak + _stays(x[peak : j0 + 1], x[peak] - 2e-4 * np.ptp(x))
