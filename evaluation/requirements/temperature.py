@@ -18,6 +18,8 @@ from evaluation.results import CycleResult, RequirementResult, Verdict
 from evaluation.thermometry import Hole, longest_hole, read_at, readings_of
 
 _IDENTITY = "temperature-range"
+_SLOW_S = 1.0
+"""A specimen of some ten kilograms does not change its temperature by what counts in so many seconds."""
 
 
 @dataclass(frozen=True)
@@ -115,26 +117,28 @@ def _seen(
     shown_C: FloatArray = np.concatenate((inside, ends[np.isfinite(ends)]))
     if shown_C.size == 0:
         return None
-    surely_C = _surely(time_s, value_C, (ends_s - outward * by_s, ends_s + outward * by_s), interval_s)
+    surely_C = _surely(time_s, value_C, ends_s, by_s, interval_s)
     return _Seen(sensor, float(np.min(shown_C)), float(np.max(shown_C)), hole, surely_C)
 
 
 def _surely(
-    time_s: FloatArray, value_C: FloatArray, ends_s: tuple[FloatArray, FloatArray], interval_s: float
+    time_s: FloatArray, value_C: FloatArray, ends_s: FloatArray, by_s: FloatArray, interval_s: float
 ) -> tuple[float, float]:
-    """Return how cold and how warm it surely was in a cycle that lasts at least and at most so long [°C].
+    """Return how cold and how warm it surely was in a cycle whose ends are known to ``by_s`` [°C].
 
-    By the readings in it; and by the line between those about either end, whichever moment that was. A
-    reading outside of it alone says nothing. Infinite where nothing is sure.
+    By the readings in it, and those so near to an end that a specimen has its temperature then; and between
+    the readings before and behind an end, where it was no warmer than both nor colder. Infinite where nothing
+    is sure.
     """
-    least_s, _ = ends_s
-    sure = value_C[(time_s >= least_s[0]) & (time_s <= least_s[1])]
-    behind = np.searchsorted(time_s, ends_s)
-    between = (behind > 0) & (behind < time_s.size)
-    last = np.minimum(behind, time_s.size - 1)
-    between &= time_s[last] - time_s[np.maximum(behind - 1, 0)] <= interval_s
-    known = between.all(axis=0)
-    at_ends = np.interp(np.array(ends_s)[:, known], time_s, value_C)
-    coldest = min(np.min(sure, initial=np.inf), np.min(np.max(at_ends, axis=0), initial=np.inf))
-    warmest = max(np.max(sure, initial=-np.inf), np.max(np.min(at_ends, axis=0), initial=-np.inf))
+    near_s = np.where(by_s <= _SLOW_S, by_s, -by_s)
+    inside = (time_s >= ends_s[0] - near_s[0]) & (time_s <= ends_s[1] + near_s[1])
+    before = np.searchsorted(time_s, ends_s - by_s, side="right") - 1
+    behind = np.searchsorted(time_s, ends_s + by_s)
+    known = (before >= 0) & (behind < time_s.size)
+    before, behind = before[known], behind[known]
+    joined = time_s[behind] - time_s[before] <= interval_s
+    beside = value_C[np.array((before[joined], behind[joined]))]
+    sure = value_C[inside]
+    coldest = min(np.min(sure, initial=np.inf), np.min(np.max(beside, axis=0), initial=np.inf))
+    warmest = max(np.max(sure, initial=-np.inf), np.max(np.min(beside, axis=0), initial=-np.inf))
     return float(coldest), float(warmest)
