@@ -53,10 +53,13 @@ class Numbering:
         """Return why the number of a cycle is not certain, or nothing."""
         return self.begun or next((doubt.why for doubt in self.hidden if doubt.first <= index), "")
 
-    def within(self, cycle: Cycle) -> str:
-        """Return why a cycle may be several strokes, or none, or nothing: one with figures is one stroke."""
+    def within(self, cycle: Cycle, until_s: float) -> str:
+        """Return why a cycle may be several strokes, or none, up to a moment of it; or nothing.
+
+        One with figures is one stroke.
+        """
         for doubt in self.hidden:
-            inside = doubt.start_s < cycle.end_s and doubt.end_s > cycle.start_s
+            inside = doubt.start_s < until_s and doubt.end_s > cycle.start_s
             throughout = doubt.start_s <= cycle.start_s and cycle.end_s <= doubt.end_s
             if inside and (throughout or not cycle.complete):
                 return doubt.why

@@ -31,7 +31,7 @@ from evaluation.results import CycleResult, RequirementResult, Verdict
 
 _SPEEDS = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s")
 _ARRIVING = 0.02
-"""A hole that begins in this last share of a stroke is one of the pause behind it."""
+"""A hole that begins in this last (first) share of a stroke is one of the pause behind (before) it."""
 _SMALL_NOISE = 0.01
 """Noise that adds no more than this share of the limit to a speed is that of a test run right at it."""
 _DAY_H = 24.0
@@ -73,7 +73,9 @@ def _of_a_stroke(case: Case, condition: RequirementResult) -> RequirementResult:
     if condition.cycle is None or condition.verdict == "inconclusive" or not case.numbering.hidden:
         return condition
     own = next(stroke.cycle for stroke in case.strokes if stroke.cycle.index == condition.cycle)
-    doubt = case.numbering.within(own)
+    # Of a pause it is enough that the motion behind it begins on record.
+    until_s = own.start_s + _ARRIVING * own.duration_s if condition.id == "pause-limit" else own.end_s
+    doubt = case.numbering.within(own, until_s)
     if not doubt:
         return condition
     return replace(

@@ -140,6 +140,13 @@ def begins_within(scene: Scene) -> bool:
     return bool(scene.cycles) and not scene.cycles[0].whole
 
 
+def _farthest_s(at: np.ndarray, start_s: float, end_s: float) -> float:
+    """Return how far readings are from the next, or from the start and the end of a cycle."""
+    inner = at[(at > start_s) & (at < end_s)]
+    widest = float(np.diff([start_s, *inner, end_s]).max())
+    return max(widest, *(float(np.abs(at - end).min()) for end in (start_s, end_s)))
+
+
 def covered(scene: Scene, cycle: TrueCycle) -> str:
     """Return whether one sensor's readings cover the cycle.
 
@@ -147,7 +154,9 @@ def covered(scene: Scene, cycle: TrueCycle) -> str:
     start, its readings and its end", and "a reading farther than 15 s from the start is none". By the
     letter a cycle shorter than 15 s is covered by a reading that is near enough to its start and to its
     end, also one outside of it: so it is not shown only where that, too, fails. It must be shown where the
-    readings within the cycle do so by themselves. `limit-sets.md`: one sensor must cover it by itself.
+    readings within the cycle do so by themselves. A lag dies away over many times as long as any noise shows
+    it, so that the record may end the cycle from `released_s` on. `limit-sets.md`: one sensor must cover it
+    by itself.
     """
     shown = []
     slack = 0.3 + 2.0 * scene.dt_s  # where a cycle starts and ends is known to about so much
@@ -157,8 +166,7 @@ def covered(scene: Scene, cycle: TrueCycle) -> str:
             continue
         inner = at[(at > cycle.start_s) & (at < cycle.end_s)]
         widest = float(np.diff([cycle.start_s, *inner, cycle.end_s]).max())
-        ends = max(float(np.abs(at - end).min()) for end in (cycle.start_s, cycle.end_s))
-        if max(widest, ends) > COVER_S + slack:
+        if _farthest_s(at, cycle.start_s, cycle.released_s) > COVER_S + slack:
             shown.append("no")
         else:
             shown.append("yes" if len(inner) and widest < COVER_S - slack else "perhaps")

@@ -41,6 +41,7 @@ class TrueCycle:
     left_mm: float  # stroke after unloading
     pause_s: float | None  # rest since the stroke before
     temperature_C: Interval  # over the cycle
+    released_s: float  # from then on the stroke is at its end but for 2e-4 of the range: lag dies away slowly
 
 
 def find_strokes(x: Array, share: float = 0.05) -> list[tuple[int | None, int, int | None]]:
@@ -122,6 +123,7 @@ def cycles(t: Array, x: Array, force: Array, temperature: Array, *, static: bool
                 left_mm=float(x[j0]),
                 pause_s=float(t[i0]) - out[-1].end_s if out else None,
                 temperature_C=(float(np.min(temperature[span])), float(np.max(temperature[span]))),
+                released_s=float(t[peak + int(np.argmax(x[peak : j0 + 1] <= x[j0] + 2e-4 * np.ptp(x)))]),
             )
         )
     return out
