@@ -27,6 +27,8 @@ class _Seen:
     """What one sensor shows of a cycle: lowest and highest temperature, and its longest silence.
 
     ``surely_C``: so cold and so warm it was in the cycle, wherever in their steps of time its ends are.
+    ``at_start_C``: by the line between the readings about its start, however far these are apart. What comes
+    after its end says nothing of it: a specimen may be warmed in a pause.
     """
 
     sensor: Temperature
@@ -34,6 +36,7 @@ class _Seen:
     warmest_C: float
     hole: Hole
     surely_C: tuple[float, float]
+    at_start_C: float
 
 
 def temperature_range(case: Case, result: CycleResult) -> RequirementResult | None:
@@ -73,8 +76,11 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
         why += "; " + "; ".join(f"{one.sensor.name} has {one.hole.text(interval_s)}" for one in silent)
     if not all(limits.meets(value) for one in seen for value in one.surely_C if np.isfinite(value)):
         verdict = "fail"
-    elif not (limits.meets(coldest) and limits.meets(warmest)):
-        verdict, why = "inconclusive", f"{why}; that it was so within the cycle is not on record"
+    elif not all(limits.meets(v) for v in (coldest, warmest, *(s.at_start_C for s in seen))):
+        verdict, why = (
+            "inconclusive",
+            f"{why}; whether it was out of the range within the cycle is not on record",
+        )
     elif len(silent) == len(seen):
         verdict = "inconclusive"
     elif unknown := _unknown(case, result):
@@ -118,7 +124,8 @@ def _seen(
     if shown_C.size == 0:
         return None
     surely_C = _surely(time_s, value_C, ends_s, by_s, interval_s)
-    return _Seen(sensor, float(np.min(shown_C)), float(np.max(shown_C)), hole, surely_C)
+    at_start_C = float(np.interp(ends_s[0], time_s, value_C))
+    return _Seen(sensor, float(np.min(shown_C)), float(np.max(shown_C)), hole, surely_C, at_start_C)
 
 
 def _surely(

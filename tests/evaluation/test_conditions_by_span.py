@@ -337,3 +337,12 @@ def test_a_warm_reading_before_the_stroke_breaks_nothing() -> None:
     read_s = np.array([start - 4.0, start + 14.0, end + 1.0])
     alone = replace(test, readings=(read_s, np.array([27.0, 20.0, 20.0])))
     assert row(alone, "temperature-range", 2).verdict == "inconclusive"
+
+
+def test_a_cold_reading_long_before_leaves_the_start_open() -> None:
+    """It was read at 13.8 °C, a minute later, in the stroke, at 15.0 °C: what at its start?"""
+    test = made((Stroke(pause_s=60.0), Stroke(), Stroke()), 50.0, 0.02, 1.0, 3)
+    start, _, end = test.spans_s[1]
+    for before_C, verdict in ((13.8, "inconclusive"), (15.0, "pass")):
+        readings = np.array([start - 60.0, start + 4.0, end + 1.0]), np.array([before_C, 15.0, 15.0])
+        assert row(replace(test, readings=readings), "temperature-range", 2).verdict == verdict
