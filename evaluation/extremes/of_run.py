@@ -32,6 +32,9 @@ Extremes = Mapping[str, Extreme]
 _ENDS = ("min", "max")
 _UNITS = {"force": "kN", "stroke": "mm", "speed": "mm_per_s", "temperature": "C"}
 _SHOWN = {"force": "kN", "stroke": "mm", "speed": "mm/s", "temperature": "K"}
+_TURNS = 0.02
+"""A stroke that leaves its neighbours by this share of its range turns there, on few samples; so does the
+force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,6 +206,21 @@ def _doubt(quantity: str, peak: Peak, range_: float) -> str:
     )
 
 
+def _at_turns(found: dict[str, Extreme], samples: Record) -> dict[str, Extreme]:
+    """Return extremes of the force without the doubt in those that have a turn of the stroke beside them."""
+    known = {}
+    for name, extreme in found.items():
+        if extreme.doubt and extreme.time_s is not None:
+            row = int(np.argmin(np.abs(samples.time_s - extreme.time_s)))
+            side = 1.0 if name.startswith("force_max") else -1.0
+            near = side * samples.stroke_mm[max(0, row - 1) : row + 2]
+            least = _TURNS * float(np.ptp(samples.stroke_mm))
+            if near.size == 3 and near[1] - max(near[0], near[2]) > least:
+                extreme = replace(extreme, doubt="")  # noqa: PLW2901
+        known[name] = extreme
+    return known
+
+
 def _forces(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
     samples = recorded.samples
     force_kN = samples.force_kN
@@ -212,7 +230,7 @@ def _forces(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
         force_kN = force_kN + recorded.inertia_force(samples.time_s)
         ends = _corrected(samples.ends["force"], recorded) if "force" in samples.ends else None
     ends = ends or peaks_of(samples.time_s, force_kN, samples.breaks)
-    found = _named("force", ends, "force")
+    found = _at_turns(_named("force", ends, "force"), samples)
     if draws is None or ends is None:
         return found
     spectrum = None if recorded.noise is None else recorded.noise.force

@@ -25,6 +25,13 @@ _SHARE_APART = 0.005
 """… and than this share of the range of the channel in the run …"""
 _LEAST_APART: Mapping[str, float] = {"force": 0.1, "stroke": 0.05, "speed": 1.0, "temperature": 1.0}
 """… and than a few steps of a usual converter [kN, mm, mm/s, K]."""
+_CONVERTER_STEPS = 4.0
+"""… and than so many steps of the converter: where it is coarse, most samples are alike to the last digit."""
+_HOLE = 5.0
+"""What is further in time than so many steps of those about it is no neighbour: a log that is written by
+event has none while nothing changes."""
+_ROUNDING = 1e-9
+"""Values that differ by less than this share of the range differ by rounding."""
 _FEWEST_NEAR = 6
 _DIFFERENCE_GAIN = 1.4826 / np.sqrt(20.0)
 """Median of absolute third differences to the standard deviation of white noise."""
@@ -73,6 +80,11 @@ def _peak(time_s: FloatArray, value: FloatArray, breaks: Sequence[int], row: int
     after = bisect_right(breaks, row)
     first = max(0, row - NEAR, breaks[after - 1] if after else 0)
     last = min(value.size, row + NEAR + 1, breaks[after] if after < len(breaks) else value.size)
+    if last - first > 1:
+        steps = np.diff(time_s[first:last])
+        holes = np.flatnonzero(steps > _HOLE * median(steps)) + first + 1
+        first = int(np.max(holes[holes <= row], initial=first))
+        last = int(np.min(holes[holes > row], initial=last))
     return Peak(float(value[row]), float(time_s[row]), value[first:last].copy(), row - first)
 
 
@@ -106,6 +118,7 @@ def stands_alone(peak: Peak, quantity: str, range_: float) -> float | None:
     least = max(
         _STEPS_APART * float(np.max(steps, initial=0.0)),
         _NOISE_APART * _noise_about(near, at),
+        _CONVERTER_STEPS * _converter_step(near, at, range_),
         _SHARE_APART * range_,
         _LEAST_APART[quantity],
     )
@@ -116,3 +129,10 @@ def _noise_about(near: FloatArray, at: int) -> float:
     """Return the standard deviation of the noise about a sample, without itself."""
     others = np.delete(near, at)
     return median(np.abs(np.diff(others, 3))) * float(_DIFFERENCE_GAIN) if others.size > 3 else 0.0
+
+
+def _converter_step(near: FloatArray, at: int, range_: float) -> float:
+    """Return the least difference between two values about a sample, without itself; 0: they are alike."""
+    apart = np.diff(np.sort(np.delete(near, at)))
+    apart = apart[apart > _ROUNDING * range_]
+    return float(np.min(apart)) if apart.size else 0.0

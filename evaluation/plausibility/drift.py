@@ -66,6 +66,11 @@ def drift_of_loops(look: Look) -> list[Finding]:
     limit = max(SHARE * look.force.span, 0.0 if stated is None else stated.zero or 0.0)
     told = [pace for pace in paces if abs(pace.moved_kN) > TOLD * pace.u_kN]
     steady = all(pace.moved_kN * size > 0.0 and pace.slower > STEADY for pace in told)
+    # A zero that drifts knows of no steps; what slows down from one to the next is a spring that settles.
+    mean = size / (end_s - start_s)
+    steady &= all(
+        abs(rate - mean) <= TOLD * pace.u_kN / pace.lasts_s for pace, rate in zip(paces, rates, strict=True)
+    )
     if abs(size) <= max(limit, SURE * u_kN) or not steady:
         return []
     text = (

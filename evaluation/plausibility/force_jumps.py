@@ -416,8 +416,8 @@ def _finding(look: Look, leap: Leap) -> Finding:
     size = look.sign * leap.size
     text = (
         f"force jumps by {size:+.3g} kN at {at_s:.6g} s, within {leap.last - leap.first} samples, "
-        "which neither the stroke nor the other strokes explain: gain or offset of the amplifier changed; "
-        "which of both sides is right is not on record: repeat the test"
+        "which neither the stroke nor the other strokes explain: gain or offset of the amplifier changed, or "
+        "the specimen did (a crack), and which of both sides is right is not on record: repeat the test"
     )
     kind: FindingKind = "offset-jump" if _at_rest(look, leap) else "gain-jump"
     return Finding(kind, "force", at_s, end_s, look.all_cycles, size, "kN", text, "spoils")

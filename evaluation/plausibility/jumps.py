@@ -29,6 +29,9 @@ standard deviations, and the largest hardly more."""
 COARSE = 0.06
 """Where the record's own speed makes more than this share of the range from sample to sample (fewer than 50
 samples a cycle), nothing is looked for."""
+ALONG, ALONG_SHARE = 2.0, 0.5
+"""A force that leaps with the stroke was moved: by so many times what it moves before and after, and by this
+share of what the stroke's leap is of its range. A wire that slips moves no specimen."""
 _BESIDE_JUMPS = ("zero", "drift")
 _MOST = 3
 _LOOKED_AT = _MOST + 3
@@ -130,9 +133,23 @@ def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
     found = []
     for leap in leaps[:_MOST]:
         moves = fast * float(channel.time_s[leap.last] - channel.time_s[leap.first])
-        if abs(leap.size) > max(least, moves) and moves < COARSE * channel.span and goes_on(channel, leap):
+        leaps_alone = abs(leap.size) > max(least, moves) and moves < COARSE * channel.span
+        if leaps_alone and goes_on(channel, leap) and not _moves_force(look, channel, leap):
             found.append(leap)
     return sorted(found)
+
+
+def _moves_force(look: Look, channel: Samples, leap: Leap) -> bool:
+    """Say whether the force leaps with a stroke: a machine goes from step to step as fast as it can."""
+    width = leap.last - leap.first
+    rows = np.array([leap.first - 2 * width, leap.first - width, leap.last + width, leap.last + 2 * width])
+    if rows[0] < 0 or rows[-1] >= channel.value.size:
+        return False
+    before_kN, own_kN, after_kN = np.abs(np.diff(look.force.at(channel.time_s[rows]))).tolist()
+    usual_kN = 3.0 * max(before_kN, after_kN)  # in three times as long
+    share_kN = abs(leap.size) / channel.span * look.force.span
+    least_kN = max(ALONG * usual_kN, ALONG_SHARE * share_kN, NOISES * look.force.sigma)
+    return bool(own_kN > least_kN)
 
 
 def _fast(channel: Samples) -> float:

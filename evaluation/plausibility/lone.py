@@ -29,6 +29,11 @@ LOCAL_UNEVEN = 4.0
 SCATTER, MOST_LIKE, ABOUT = 2.0, 0.92, 20
 """Nor is it one of many: it leaves that cubic by so many times what all but few of the samples about it do,
 so many on either side. A force that rings, or sticks and slips, has tips all along."""
+SCATTER_ON_FLANK = NOISE / 1.75
+"""So many times where it is the cubic alone that denies it: 12 standard deviations of what those samples
+leave, 8 % of which leave more than 1.75. A friction damper's force that sticks and slips has tips of 5."""
+SCATTER_OF_PAIR = SCATTER_ON_FLANK / 3.0
+"""So many times for two in a row, of which either leaves a third: the cubic goes through the other one."""
 _STANDS_OUT = 1.25
 """… and by so much more than its neighbours do: of a lone sample 1.5, of a jump 1."""
 _APART = 0.3
@@ -68,11 +73,11 @@ def lone_rows(time_s: FloatArray, value: FloatArray, least: float, looked_at: Se
         pairs = np.flatnonzero(double) + first
         if rows.size + pairs.size > _MOST_CANDIDATES:
             continue  # not lone samples, but noise of another kind
-        found += [
-            row for row in rows.tolist() if _is_lone(time_s, value, row, least) and _is_alone(value, row, row)
-        ]
+        for row in rows.tolist():
+            if scatter := _scatter_of_lone(time_s, value, row, least):
+                found += [row] if _is_alone(value, row, row, scatter) else []
         for row in pairs.tolist():
-            if _is_pair(value, row, least) and _is_alone(value, row, row + 1):
+            if _is_pair(value, row, least) and _is_alone(value, row, row + 1, SCATTER_OF_PAIR):
                 found += [row, row + 1]
     return np.unique(np.array(found, dtype=np.intp))
 
@@ -82,11 +87,25 @@ def _turns(into: FloatArray, out_of: FloatArray, least: float) -> NDArray[np.boo
     return np.asarray((np.minimum(np.abs(into), np.abs(out_of)) > least) & (into * out_of < 0.0))
 
 
-def _is_lone(time_s: FloatArray, value: FloatArray, row: int, least: float) -> bool:
-    apart = float(min(abs(value[row] - value[row - 1]), abs(value[row] - value[row + 1])))
+def _scatter_of_lone(time_s: FloatArray, value: FloatArray, row: int, least: float) -> float:
+    """Return by how many times a lone sample has to stand out of those about it; 0: it is none.
+
+    One between neighbours that are further from each other than it is from the nearer, beyond what a flank
+    explains, is none: a force that breaks down as a damper turns or a specimen is let go swings over the new
+    level, by less than the step itself.
+    """
+    before, at, after = (float(v) for v in value[row - 1 : row + 2])
+    apart = min(abs(at - before), abs(at - after))
     beside = _step_beside(value, row, row)
+    if apart < abs(after - before) - 2.0 * beside:
+        return 0.0
     if apart > max(least, LOCAL_UNEVEN * beside):
-        return True
+        return SCATTER
+    return SCATTER_ON_FLANK if _leaves_cubic(time_s, value, row, least, apart) else 0.0
+
+
+def _leaves_cubic(time_s: FloatArray, value: FloatArray, row: int, least: float, apart: float) -> bool:
+    """Say whether a sample leaves the cubic through its neighbours as a lone one does."""
     if row < 3 or row > value.size - 4:
         return False
     steps = np.diff(time_s[row - 3 : row + 4])
@@ -95,7 +114,7 @@ def _is_lone(time_s: FloatArray, value: FloatArray, row: int, least: float) -> b
     before, own, after = (_off(value, at) for at in (row - 1, row, row + 1))
     flank = float(max(abs(value[row - 1] - value[row - 2]), abs(value[row + 2] - value[row + 1])))
     return (
-        abs(own) > max(least, LOCAL * beside, flank)
+        abs(own) > max(least, LOCAL * _step_beside(value, row, row), flank)
         and abs(own) > _STANDS_OUT * max(abs(before), abs(after))
         and before * own <= 0.0
         and own * after <= 0.0
@@ -108,12 +127,12 @@ def _off(value: FloatArray, row: int) -> float:
     return float(_all_off(value[row - 2 : row + 3])[0])
 
 
-def _is_alone(value: FloatArray, first: int, last: int) -> bool:
+def _is_alone(value: FloatArray, first: int, last: int, scatter: float) -> bool:
     """Say whether samples are off by far more than most of those about them are."""
     before, after = value[max(0, first - ABOUT) : first], value[last + 1 : last + 1 + ABOUT]
     off = np.abs(np.concatenate((_all_off(before), _all_off(after))))
     own = max(abs(_off(value, row)) for row in {first, min(last, value.size - 3)})
-    return off.size == 0 or own > SCATTER * quantile(off, MOST_LIKE)
+    return off.size == 0 or own > scatter * quantile(off, MOST_LIKE)
 
 
 def _all_off(value: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 from evaluation.motion import Cycle
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
+from evaluation.plausibility.signs import force_falls
 from evaluation.record import FloatArray, Record
 from evaluation.results import CycleResult
 from evaluation.wiring.fit import fitted, lateness
@@ -52,20 +52,14 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
         What else was found. Cycles in which a channel is clipped or frozen may have lost their turn, or the
         force's peak.
     """
-    record = look.record
-    if look.facts.kind not in KINDS or record.time_s.size < _FEWEST:
+    if look.facts.kind not in KINDS or look.record.time_s.size < _FEWEST:
         return []
-    least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(record.time_s)))
+    known = list(known)
+    least_s = max(LEAST_LATE_S, LEAST_STEPS * median(np.diff(look.record.time_s)))
     cut = {number for one in known if one.kind in _LOST for number in one.cycles}
     complete = [r for r in look.results if r.cycle.complete and r.cycle.index not in cut]
-    every = max(1, -(-len(complete) // _MOST_TURNS))
-    turns = _after_turns(record, complete[::every], look.stroke)
-    late = [turn.late_s for turn in turns if turn.rise > RISE and turn.behind_s > least_s]
-    if late and len(late) >= MOST * len(turns):
-        size_s: float | None = median(late)
-    else:
-        size_s = None if cut else _by_shift(record, least_s)
-    if size_s is None:
+    size_s = _late_s(look, complete, least_s, shifts=not cut)
+    if size_s is None or _is_sound_turned(look, known, complete, least_s):
         return []
     text = (
         f"the force comes about {size_s:.2g} s later than the stroke that makes it: it goes on rising when "
@@ -75,6 +69,30 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     if _gives_off_energy(complete):
         text += "; or its sign is turned, as the loops run the wrong way round (--invert force)"
     return [doubt(look, "delay", "force", size_s, "s", text)]
+
+
+def _late_s(look: Look, complete: Sequence[CycleResult], least_s: float, *, shifts: bool) -> float | None:
+    """Return by how much the force of some cycles is late [s]; None: it is not, or by less."""
+    every = max(1, -(-len(complete) // _MOST_TURNS))
+    turns = _after_turns(look, complete[::every])
+    late = [turn.late_s for turn in turns if turn.rise > RISE and turn.behind_s > least_s]
+    if late and len(late) >= MOST * len(turns):
+        return median(late)
+    return _by_shift(look.record, least_s) if shifts else None
+
+
+def _is_sound_turned(
+    look: Look, known: Iterable[Finding], complete: Sequence[CycleResult], least_s: float
+) -> bool:
+    """Say whether the force is that of a sound specimen with the other sign, and need not be late for it.
+
+    A damper's, whose loops are as wide as they are high, then comes half a cycle late. A spring's with the
+    other sign falls with loading: one whose loops run backwards for a delay is no such one.
+    """
+    if not any(one.kind == "sign" for one in known):
+        return False
+    turned = look.with_force_turned()
+    return not force_falls(turned) and _late_s(turned, complete, least_s, shifts=True) is None
 
 
 def _by_shift(record: Record, least_s: float) -> float | None:
@@ -107,10 +125,11 @@ class _Turn(NamedTuple):
     late_s: float
 
 
-def _after_turns(record: Record, results: Sequence[CycleResult], seen: Samples) -> list[_Turn]:
+def _after_turns(look: Look, results: Sequence[CycleResult]) -> list[_Turn]:
     """Return what the force does after upper turns; nothing of those that say nothing of its lateness."""
+    record = look.record
     known = [
-        (result.cycle, own.force_min_kN, own.force_max_kN)
+        (result.cycle, *sorted((look.sign * own.force_min_kN, look.sign * own.force_max_kN)))
         for result in results
         if (own := result.quantities).force_max_kN is not None and own.force_min_kN is not None
     ]
@@ -132,7 +151,7 @@ def _after_turns(record: Record, results: Sequence[CycleResult], seen: Samples) 
         before_kN = max(float(at_turn[row]), float(np.max(loading, initial=-np.inf)))
         rise = (float(record.force_kN[peak]) - before_kN) / float(range_kN[row])
         behind_s = float(record.time_s[peak] - leave_s[row])
-        held_s = _held_later_s(record, known[row][0], seen.sigma) if rise > RISE else 0.0
+        held_s = _held_later_s(record, known[row][0], look.stroke.sigma) if rise > RISE else 0.0
         turns.append(_Turn(rise, behind_s, held_s if held_s > 0.0 else behind_s))
     return turns
 

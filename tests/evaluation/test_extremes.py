@@ -23,7 +23,7 @@ from evaluation.extremes.errors import Reading, channel_errors, rivals_of, state
 from evaluation.extremes.peaks import NEAR, stands_alone
 from evaluation.load import load_run
 from evaluation.long_runs import Bounds
-from evaluation.record import Record, Temperature, make_record
+from evaluation.record import Peak, Record, Temperature, make_record
 from evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
 from foundation.channel import ChannelUncertainty
@@ -192,6 +192,33 @@ def test_a_lone_sample_counts_and_is_doubted() -> None:
     assert any("force_max_kN" in text and "lone sample" in text for text in run.warnings)
     assert not run.extremes["stroke_max_mm"].doubt
     assert run_entry(run)["extremes"]["force_max_kN"]["doubt"] == greatest.doubt
+
+
+def test_steps_of_a_coarse_converter_are_no_lone_sample() -> None:
+    near = np.zeros(33)
+    near[[2, 22, 30]], near[16] = 1.83, -3.66
+    assert stands_alone(Peak(-3.66, 0.0, near, 16), "force", 590.0) is None
+    near[16] = -9.15
+    assert stands_alone(Peak(-9.15, 0.0, near, 16), "force", 590.0) == 9.15
+
+
+def test_what_is_far_in_time_is_no_neighbour() -> None:
+    """A log by event has one sample of a rest of seconds, and then the motion."""
+    time = np.concatenate(([0.0], 1.1 + 0.0003 * np.arange(200)))
+    ends = peaks_of(time, np.concatenate(([-0.1], 9.0 + 1.4 * np.arange(200))))
+    assert ends is not None
+    assert stands_alone(ends[0], "force", 280.0) is None
+    even = peaks_of(0.0003 * np.arange(201), np.concatenate(([-0.1], 9.0 + 1.4 * np.arange(200))))
+    assert even is not None
+    assert stands_alone(even[0], "force", 280.0)
+
+
+def test_a_force_that_peaks_where_few_samples_turn_is_not_doubted() -> None:
+    time, stroke, _ = Ellipse().columns(1.0, 13.0, 8.5)
+    force = np.where(stroke >= np.max(stroke), 900.0, stroke)
+    run = evaluate_run(make_record(time, stroke, force), HARMONIC, Options(draws=200))
+    assert value(run, "force_max_kN") == 900.0
+    assert not run.extremes["force_max_kN"].doubt
 
 
 @settings(max_examples=200, deadline=None)

@@ -9,10 +9,11 @@ import pytest
 
 from evaluation.plausibility.reads import read_from
 from evaluation.record import Temperature, make_record
-from evaluation.results import Options, RunEvaluation
+from evaluation.results import Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
-from tests.evaluation.plausibility.records import Floats, harmonic, static
-from tests.evaluation.signals import StaticTest
+from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
+from tests.evaluation.signals import STATED, StaticTest
+from tests.evaluation.stepped import Block, columns
 
 JUMPS = ("stroke-jump", "gain-jump", "offset-jump")
 Made = Callable[..., RunEvaluation]
@@ -168,3 +169,15 @@ def test_a_corner_of_the_motion_is_none() -> None:
         return time_s, 50.0 + 20.0 * (2.0 * np.abs(2.0 * ((time_s + 0.1) % 1.0) - 1.0) - 1.0), force
 
     assert not jumps(harmonic(triangle, rate_Hz=60.0, noise=0.0))
+
+
+@pytest.mark.parametrize("slips_mm", [0.0, -3.0])
+def test_a_machine_that_goes_fast_from_step_to_step_is_no_wire_that_slips(slips_mm: float) -> None:
+    """The force goes along with it; a wire moves no specimen."""
+    steps = [Block(12.0, 0.05, 70.0, 4), Block(8.0, 0.05, 58.0, 4)]
+    time, stroke, force = columns(steps, rate_Hz=12.0, ramp_s=0.3, noise=0.002)
+    stroke = stroke + np.where(time > 0.37 * time[-1], slips_mm, 0.0)
+    facts = RunFacts("h", "harmonic", **STATED)  # type: ignore[arg-type]
+    run = evaluate_run(make_record(time, stroke, force), facts, Options(draws=0))
+    found = [finding.size for finding in of_kind(run, "stroke-jump")]
+    assert found == pytest.approx([slips_mm] if slips_mm else [], abs=0.05)

@@ -113,3 +113,29 @@ def test_a_lone_sample_of_a_sine_is_found(samples: int, size: float, up: bool, a
     value[at] += size if up else -size
     found = lone_rows(time, value, least_apart("force", 0.0, 0.0, 2.0), [slice(0, value.size)])
     assert found.tolist() == [at]
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_a_step_that_swings_over_is_none(noise: float) -> None:
+    """A damper's friction turns within a sample or two as the motion does, and swings about the new level."""
+    value = np.concatenate((np.linspace(7.0, 11.4, 30), [-3.8, -0.75], np.full(30, -0.82)))
+    value = value + noise * np.random.default_rng(3).standard_normal(value.size)
+    time = 0.04 * np.arange(value.size)
+    assert not lone_rows(time, value, least_apart("force", noise, 0.0, 20.0), [slice(0, value.size)]).size
+
+
+def test_a_lone_sample_beside_a_step_is_found() -> None:
+    value = np.concatenate((np.linspace(7.0, 11.4, 30), np.full(30, -0.82)))
+    value[31] -= 15.0
+    time = 0.04 * np.arange(value.size)
+    assert lone_rows(time, value, 0.2, [slice(0, value.size)]).tolist() == [31]
+
+
+def test_tips_of_a_force_that_sticks_and_slips_are_none() -> None:
+    """Waves that come and go, with others of 4 samples: as public records of a friction damper."""
+    time = np.arange(4000) / 1024.0
+    waves = 1.6 * np.sin(2.0 * np.pi * 41.0 * time) + 0.2 * np.sin(2.0 * np.pi * 251.0 * time)
+    waves *= 1.0 + 0.8 * np.sin(2.0 * np.pi * 3.0 * time)
+    for seed in range(5):
+        value = waves + 0.02 * np.random.default_rng(seed).standard_normal(time.size)
+        assert not lone_rows(time, value, 0.11, [slice(0, time.size)]).size

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
+from evaluation.record import make_record
+from evaluation.results import Options, RunFacts
+from evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
+from tests.evaluation.signals import STATED
+from tests.evaluation.stepped import Block, columns
 
 
 def free(extra_kN: Callable[[Floats], Floats] | None = None) -> Callable[..., object]:
@@ -136,6 +141,21 @@ def test_relaxation_under_prestress_is_no_drift() -> None:
     run = harmonic(lambda t, x, f: (t, x, f + 10.0 * np.exp(-t / 2.0)), cycles=10.2)
     assert not of_kind(run, "drift")
     assert not of_kind(run, "offset-jump")
+
+
+def test_what_slows_down_from_step_to_step_is_no_drift() -> None:
+    """A zero that drifts does not know of steps; an elastomer under its prestress settles all the time."""
+
+    def settles(pace: Sequence[float]) -> tuple[Floats, Floats, Floats]:
+        t, x, f = columns([Block(), Block(frequency_Hz=1.5), Block(frequency_Hz=2.0)], noise=0.002)
+        knots = np.array([0.0, t[-1] / 2.1, t[-1] / 1.3, t[-1]])
+        return t, x, f + np.interp(t, knots, np.concatenate(([0.0], np.cumsum(pace * np.diff(knots)))))
+
+    facts = RunFacts("h", "harmonic", **STATED)  # type: ignore[arg-type]
+    for pace, drifts in (([-1.2, -1.2, -1.2], True), ([-1.8, -0.6, -0.4], False)):
+        run = evaluate_run(make_record(*settles(pace)), facts, Options(draws=0))
+        assert len(run.steps) == 3
+        assert bool(of_kind(run, "drift")) == drifts
 
 
 def test_drift_within_the_stated_zero_is_none() -> None:
