@@ -155,7 +155,7 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
         moved = ranges_mm > 0.0
         stiffness = median((table[:, 4] - table[:, 3])[moved] / ranges_mm[moved])
     elif look.figures.size:
-        return  # of cycles alone whose stroke is clipped
+        range_mm, stiffness = _up_to_the_cut(look)
     else:
         low, high = _ends(look.stroke)
         range_mm, stiffness = high - low, _as_found(look)
@@ -164,6 +164,25 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
         channel = "stroke" if range_mm < 0.1 * length_mm else "force"
         why = f"{stiffness:.4g} kN/mm over {range_mm:.3g} mm, which no such specimen has (up to {limit:.0f})"
         yield _Suspect(channel, stiffness, "kN/mm", why)
+
+
+def _up_to_the_cut(look: Look) -> tuple[float, float]:
+    """Return range [mm] and stiffness [kN/mm] of the ways in up to where the stroke is clipped, the median."""
+    found = []
+    for way in ways_of([result.cycle for result in look.results]):
+        rows = look.stroke.rows(way.start_s, way.end_s)
+        stroke_mm = look.stroke.value[rows]
+        if way.way < 0 or stroke_mm.size < _FEWEST:
+            continue
+        cut = int(np.argmax(stroke_mm))
+        range_mm = float(stroke_mm[cut] - np.min(stroke_mm[: cut + 1]))
+        force_kN = look.force.at(look.stroke.time_s[rows][[0, cut]])
+        if range_mm > 0.0:
+            found.append((range_mm, float(force_kN[1] - force_kN[0]) / range_mm))
+    if not found:
+        return 0.0, 0.0
+    ranges_mm, stiffnesses = zip(*found, strict=True)
+    return median(ranges_mm), median(stiffnesses)
 
 
 def _cut_in_force(look: Look) -> FloatArray:

@@ -58,7 +58,7 @@ def test_clipped_where_a_cycle_has_24_samples_and_the_force_falls_as_it_turns(no
 @pytest.mark.parametrize(("strokes", "is_clipped"), [(3, True), (2, False)])
 def test_what_is_frozen_at_its_extreme_in_three_strokes_is_clipped(strokes: int, is_clipped: bool) -> None:
     time_s = np.arange(100 * strokes) / 100.0
-    stroke = 100.0 * np.abs(time_s % 1.0 - 0.5)
+    stroke = 50.0 - 100.0 * np.abs(time_s % 1.0 - 0.5)
     record = make_record(time_s, stroke, np.minimum(5.0 * stroke, 200.0))
     look = Look(record, record, [], RunFacts("clipped", "static"))
     found = clipped_again(look, look.force, 200.0)

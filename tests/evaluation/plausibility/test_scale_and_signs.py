@@ -76,6 +76,14 @@ def test_inches_where_every_force_is_clipped(stroke: float, kinds: set[str]) -> 
     assert not {row.verdict for row in run.requirements if row.id == "full-release"} & {"fail"}
 
 
+@pytest.mark.parametrize(("factor", "kinds"), [(1.0 / 25.4, {"clipped", "unit"}), (1.0, {"clipped"})])
+@pytest.mark.parametrize("share", [0.85, 0.4])
+def test_inches_where_every_stroke_is_clipped(share: float, factor: float, kinds: set[str]) -> None:
+    """Up to where it is clipped, the stroke is as stiff as a specimen is."""
+    run = static(lambda t, x, f: (t, factor * np.minimum(x, share * np.max(x)), f))
+    assert {found.kind for found in run.findings} == kinds
+
+
 def test_a_force_that_relaxes_at_rest_is_no_unit() -> None:
     """The stroke hums by 10 µm, which makes cycles of it."""
 
