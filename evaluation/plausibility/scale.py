@@ -38,8 +38,8 @@ ABOVE, BELOW = 1.5, 10.0
 """A static force at every place reached (two at least) that is above so many times its window, or below it by
 this ratio, is that of another unit: a buffer that fails does so at a place, and by less."""
 DAMPER_KN, DAMPER_KN_S_PER_MM = 500.0, 3.0
-"""What pulls and pushes alike with its speed is a damper. Those of rail vehicles have some 60 kN and up to 1 kN
-for each mm/s of slow motion, a stand for them hardly more: none has these two at once."""
+"""What pulls and pushes alike with its speed is a damper. Those of rail vehicles have some 60 kN, and up to
+1 kN for each mm/s of slow motion: none has these two at once."""
 BOTH_WAYS, OF_BOX = 0.3, 0.3
 """It pulls by this share of what it pushes, and its loops fill this share of stroke times force: those of a
 spring that works both ways, however much of its work it takes up, a quarter."""
