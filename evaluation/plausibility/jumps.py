@@ -56,8 +56,11 @@ def jumps(look: Look) -> list[Finding]:
 
 
 def jumps_in_newtons(look: Look) -> list[Finding]:
-    """Return those that a wrong unit of the force leaves: limits stated in kN say nothing then."""
-    return _jumps(look, zero_in_wrong_unit)
+    """Return those that a wrong unit of the force leaves: limits stated in kN say nothing then.
+
+    What of loops that move is within the stated zero is not known.
+    """
+    return _jumps(look, zero_in_wrong_unit, loops=False)
 
 
 def jumps_of_turned_stroke(look: Look) -> list[Finding]:
@@ -74,7 +77,10 @@ def _drift_in_metres(look: Look, found: Sequence[Finding]) -> list[Finding]:
     return [one for one in zero_in_wrong_unit(look, found) if one.kind == "drift"]
 
 
-def _jumps(look: Look, at_rests: Callable[[Look, Sequence[Finding]], list[Finding]]) -> list[Finding]:
+def _jumps(
+    look: Look, at_rests: Callable[[Look, Sequence[Finding]], list[Finding]], *, loops: bool = True
+) -> list[Finding]:
+    """Return jumps, what rests tell of the zero, and of a harmonic run what ``loops`` tell of it."""
     found = stroke_jumps(look)
     zero = at_rests(look, found)
     if found:
@@ -84,7 +90,7 @@ def _jumps(look: Look, at_rests: Callable[[Look, Sequence[Finding]], list[Findin
         return [*found, *(one for one in zero if one.kind == "drift")]
     if any(one.kind == "offset-jump" for one in zero):
         return zero
-    return _with_gains(look, zero) or drift_of_loops(look)
+    return _with_gains(look, zero) or (drift_of_loops(look) if loops else [])
 
 
 def _with_gains(look: Look, zero: list[Finding]) -> list[Finding]:

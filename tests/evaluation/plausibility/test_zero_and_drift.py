@@ -199,3 +199,17 @@ def test_relaxation_under_prestress_is_no_drift() -> None:
 def test_drift_within_the_stated_zero_is_none() -> None:
     run = static(lambda t, x, f: (t, x, f + 0.3 * t / t[-1]))
     assert not of_kind(run, "drift")
+
+
+@pytest.mark.parametrize(
+    ("change", "drifts"),
+    [
+        (lambda t, x, f: (t, x, 1e6 * f), False),  # whether it is within the stated zero is not known
+        (lambda t, x, f: (t, x, -f), True),
+    ],
+)
+def test_drift_of_loops_beside_a_wrong_unit_or_sign(change: Both, drifts: bool) -> None:
+    run = harmonic(lambda t, x, f: change(t, x, f + 0.1 * np.ptp(f) * t / t[-1]), cycles=9.2)
+    kinds = {finding.kind for finding in run.findings}
+    assert kinds & {"unit", "sign"}
+    assert ("drift" in kinds) == drifts
