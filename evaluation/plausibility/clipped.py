@@ -81,6 +81,23 @@ def pinned_rows(look: Look, channel: Samples) -> frozenset[int]:
     return frozenset(int(first) for _, runs in ends for first in runs[:, 0])
 
 
+def clipped_again(look: Look, channel: Samples, value: float) -> Finding | None:
+    """Return that a channel that is frozen at a value is clipped, if that is its extreme several times.
+
+    What freezes anew does not stop at the same value.
+    """
+    other = look.other(channel)
+    for side, end in zip((-1, 1), channel.ends, strict=True):
+        if value != end:
+            continue
+        runs = _level(channel, value, side).runs
+        runs = runs[runs[:, 1] - runs[:, 0] + 1 >= LEAST_RUN * channel.sampling.held]
+        moved = [other.moved(*channel.time_s[run].tolist()) > _least_move(other) for run in runs]
+        if len(moved) >= _TOGETHER and all(moved):
+            return _finding(look, channel, other, value, runs)
+    return None
+
+
 def _pinned_ends(channel: Samples, other: Samples) -> list[tuple[float, NDArray[np.intp]]]:
     """Return each end of a channel at which it is pinned, and where, shape (K, 2)."""
     found = []

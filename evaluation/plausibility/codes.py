@@ -22,6 +22,11 @@ from evaluation.record import FloatArray, Record
 from foundation.ranks import median
 
 _NEAREST = 0.75
+_TAIL = 0.268
+"""What a spline makes of a sample that is off falls by this factor from sample to sample (2 - √3): a code of
+1e38 reaches over 66 of them."""
+_LEFT = 1e-6
+"""So much of it, as a share of what the channel spans, is nothing."""
 
 
 def codes(look: Look) -> list[Finding]:
@@ -64,9 +69,10 @@ def without_codes(seen: Channels) -> tuple[Channels, tuple[Coded, ...]]:
                 row: f"{text} {record.time_s[row]:.6g} s left out" for row in _near(record, channel, rows)
             }
     wrong = {one.channel for one in found} | {"stroke" for one in found if one.channel.startswith("stroke")}
+    cleaned = _cleaned(record, seen, coded)
     left = replace(
-        left_out(record, gone),
-        as_recorded=_cleaned(record, seen, coded),
+        left_out(_without_tails(record, seen, coded, cleaned), gone),
+        as_recorded=cleaned,
         ends={name: ends for name, ends in record.ends.items() if name not in wrong},
         signals=None if record.signals is None else _without(record.signals, seen, coded),
     )
@@ -97,11 +103,34 @@ def _near(record: Record, channel: Samples, rows: NDArray[np.intp]) -> list[int]
         return [int(row) for row in rows]
     step_s = median(np.diff(channel.time_s))
     reach_s = 4.5 * step_s if channel.quantity == "force" else _NEAREST * step_s
-    at_s = channel.time_s[rows]
-    after = np.clip(np.searchsorted(at_s, record.time_s), 0, at_s.size - 1)
+    return [int(row) for row in _within(record.time_s, channel.time_s[rows], reach_s)]
+
+
+def _without_tails(
+    record: Record,
+    seen: Channels,
+    coded: Mapping[str, NDArray[np.intp]],
+    cleaned: Mapping[str, tuple[FloatArray, FloatArray]],
+) -> Record:
+    """Return a record whose force, interpolated by a spline, goes straight between readings about a code."""
+    force, rows = seen.force, coded["force"]
+    if not rows.size or "force" not in cleaned:
+        return record
+    time_s, value = cleaned["force"]
+    span = float(np.ptp(value)) or 1.0
+    samples = np.log(_LEFT * span / float(np.max(np.abs(force.value[rows])))) / np.log(_TAIL)
+    about = _within(record.time_s, force.time_s[rows], float(samples) * median(np.diff(force.time_s)))
+    force_kN = record.force_kN.copy()
+    force_kN[about] = np.interp(record.time_s[about], time_s, value)
+    return replace(record, force_kN=force_kN)
+
+
+def _within(time_s: FloatArray, at_s: FloatArray, reach_s: float) -> NDArray[np.intp]:
+    """Return the rows that are within reach of some moments."""
+    after = np.clip(np.searchsorted(at_s, time_s), 0, at_s.size - 1)
     before = np.maximum(after - 1, 0)
-    apart = np.minimum(np.abs(record.time_s - at_s[after]), np.abs(record.time_s - at_s[before]))
-    return [int(row) for row in np.flatnonzero(apart <= reach_s)]
+    apart = np.minimum(np.abs(time_s - at_s[after]), np.abs(time_s - at_s[before]))
+    return np.asarray(np.flatnonzero(apart <= reach_s), dtype=np.intp)
 
 
 def _cleaned(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.plausibility.clipped import NO_LOAD, pinned_rows
+from evaluation.plausibility.clipped import NO_LOAD, clipped_again, pinned_rows
 from evaluation.plausibility.finding import Finding
 from evaluation.plausibility.held import hold_of
 from evaluation.plausibility.look import Look
@@ -57,12 +57,15 @@ def frozen(look: Look) -> list[Finding]:
         other = look.other(channel)
         runs = _long_enough(channel, other, channel.flat(least))
         pinned = pinned_rows(look, channel) if runs.size else frozenset()
-        own = []
+        own: list[tuple[float, Finding]] = []
         for first, last in runs.tolist():
             moved = other.moved(float(channel.time_s[first]), float(channel.time_s[last]))
             if first not in pinned and _is_frozen(channel, other, last, moved):
-                own.append(_finding(look, channel, other, first, last, moved))
-        found += own[:_MOST]
+                value = float(channel.value[first])
+                own.append((value, _finding(look, channel, other, first, last, moved)))
+        values = sorted({value for value, _ in own})
+        cut = {value: one for value in values if (one := clipped_again(look, channel, value))}
+        found += [*cut.values(), *[one for value, one in own if value not in cut][:_MOST]]
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -54,8 +55,37 @@ def jumps(look: Look) -> list[Finding]:
     list of Finding
         ``size`` is in mm or kN, of a gain that changed between cycles its ratio.
     """
+    return _jumps(look, zero_of_force)
+
+
+def jumps_in_newtons(look: Look) -> list[Finding]:
+    """Return those that a wrong unit of the force leaves: limits stated in kN say nothing then.
+
+    What of loops that move is within the stated zero is not known.
+    """
+    return _jumps(look, zero_in_wrong_unit, loops=False)
+
+
+def jumps_of_turned_stroke(look: Look) -> list[Finding]:
+    """Return those that a wrong sign of the stroke leaves: its highest place is the release then."""
+    return _jumps(look, zero_beside_turned_stroke)
+
+
+def jumps_in_metres(look: Look) -> list[Finding]:
+    """Return those that a wrong unit of the stroke or sign of the force leaves: of rests, drifts alone."""
+    return _jumps(look, _drift_in_metres)
+
+
+def _drift_in_metres(look: Look, found: Sequence[Finding]) -> list[Finding]:
+    return [one for one in zero_in_wrong_unit(look, found) if one.kind == "drift"]
+
+
+def _jumps(
+    look: Look, at_rests: Callable[[Look, Sequence[Finding]], list[Finding]], *, loops: bool = True
+) -> list[Finding]:
+    """Return jumps, what rests tell of the zero, and of a harmonic run what ``loops`` tell of it."""
     found = stroke_jumps(look)
-    zero = zero_of_force(look, found)
+    zero = at_rests(look, found)
     if found:
         return [*found, *(one for one in zero if one.kind in _BESIDE_JUMPS)]
     found = force_jumps(look)
@@ -63,25 +93,7 @@ def jumps(look: Look) -> list[Finding]:
         return [*found, *(one for one in zero if one.kind == "drift")]
     if any(one.kind == "offset-jump" for one in zero):
         return zero
-    return _with_gains(look, zero) or drift_of_loops(look)
-
-
-def jumps_in_newtons(look: Look) -> list[Finding]:
-    """Return those that a wrong unit of the force leaves: limits stated in kN say nothing then."""
-    return stroke_jumps(look) or force_jumps(look) or _with_gains(look, zero_in_wrong_unit(look))
-
-
-def jumps_of_turned_stroke(look: Look) -> list[Finding]:
-    """Return those that a wrong sign of the stroke leaves: its highest place is the release then."""
-    found = stroke_jumps(look)
-    zero = zero_beside_turned_stroke(look, found)
-    return [*found, *zero] if found else force_jumps(look) or _with_gains(look, zero)
-
-
-def jumps_in_metres(look: Look) -> list[Finding]:
-    """Return those that a wrong unit of the stroke or sign of the force leaves: of rests, drifts alone."""
-    found = stroke_jumps(look) or force_jumps(look)
-    return found or _with_gains(look, [one for one in zero_in_wrong_unit(look) if one.kind == "drift"])
+    return _with_gains(look, zero) or (drift_of_loops(look) if loops else [])
 
 
 def _with_gains(look: Look, zero: list[Finding]) -> list[Finding]:

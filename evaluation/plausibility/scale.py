@@ -37,6 +37,12 @@ BUFFER_MM = (90.0, 160.0)
 ABOVE, BELOW = 1.5, 10.0
 """A static force at every place reached (two at least) that is above so many times its window, or below it by
 this ratio, is that of another unit: a buffer that fails does so at a place, and by less."""
+DAMPER_KN, DAMPER_KN_S_PER_MM = 500.0, 3.0
+"""What pulls and pushes alike with its speed is a damper. Those of rail vehicles have some 60 kN, and up to
+1 kN for each mm/s of slow motion: none has these two at once."""
+BOTH_WAYS, OF_BOX = 0.3, 0.3
+"""It pulls by this share of what it pushes, and its loops fill this share of stroke times force: those of a
+spring that works both ways, however much of its work it takes up, a quarter."""
 PLAN = 8.0
 """A run is not off its plan by this ratio."""
 _FEWEST = 8
@@ -60,7 +66,7 @@ def implausible_units(look: Look) -> list[Finding]:
     ----------
     look : Look
     """
-    for check in (_absolute, _of_specimen, _of_plan, _stiffness, _static_forces):
+    for check in (_absolute, _of_specimen, _of_plan, _stiffness, _both_ways, _static_forces):
         found = list(check(look))
         if found:
             return [_finding(look, suspect) for suspect in found]
@@ -155,7 +161,7 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
         moved = ranges_mm > 0.0
         stiffness = median((table[:, 4] - table[:, 3])[moved] / ranges_mm[moved])
     elif look.figures.size:
-        return  # of cycles alone whose stroke is clipped
+        range_mm, stiffness = _up_to_the_cut(look)
     else:
         low, high = _ends(look.stroke)
         range_mm, stiffness = high - low, _as_found(look)
@@ -164,6 +170,39 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
         channel = "stroke" if range_mm < 0.1 * length_mm else "force"
         why = f"{stiffness:.4g} kN/mm over {range_mm:.3g} mm, which no such specimen has (up to {limit:.0f})"
         yield _Suspect(channel, stiffness, "kN/mm", why)
+
+
+def _both_ways(look: Look) -> Iterator[_Suspect]:
+    """A damper of more force than any of the field, at its speed."""
+    table = look.whole_figures
+    if look.facts.kind != "harmonic" or _length_mm(look) is None or not table.size:
+        return
+    low_kN, high_kN, area_J, range_mm, speed = (median(table[:, column]) for column in (3, 4, 5, 8, 9))
+    most_kN, least_kN = max(-low_kN, high_kN), min(-low_kN, high_kN)
+    if most_kN <= DAMPER_KN or least_kN < BOTH_WAYS * most_kN:
+        return
+    if area_J > OF_BOX * range_mm * (high_kN - low_kN) and most_kN > DAMPER_KN_S_PER_MM * speed:
+        why = f"{most_kN:.4g} kN to and fro at {speed:.3g} mm/s, which no damper of rail vehicles has"
+        yield _Suspect("force", most_kN, "kN", why)
+
+
+def _up_to_the_cut(look: Look) -> tuple[float, float]:
+    """Return range [mm] and stiffness [kN/mm], the medians of ways in up to where the stroke is clipped."""
+    found = []
+    for way in ways_of([result.cycle for result in look.results]):
+        rows = look.stroke.rows(way.start_s, way.end_s)
+        stroke_mm = look.stroke.value[rows]
+        if way.way < 0 or stroke_mm.size < _FEWEST:
+            continue
+        cut = int(np.argmax(stroke_mm))
+        range_mm = float(stroke_mm[cut] - np.min(stroke_mm[: cut + 1]))
+        force_kN = look.force.at(look.stroke.time_s[rows][[0, cut]])
+        if range_mm > 0.0:
+            found.append((range_mm, float(force_kN[1] - force_kN[0]) / range_mm))
+    if not found:
+        return 0.0, 0.0
+    ranges_mm, stiffnesses = zip(*found, strict=True)
+    return median(ranges_mm), median(stiffnesses)
 
 
 def _cut_in_force(look: Look) -> FloatArray:

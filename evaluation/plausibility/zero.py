@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evaluation.contact.find import first_shown
 from evaluation.plausibility.finding import Finding, FindingKind
 from evaluation.plausibility.look import Look
 from evaluation.plausibility.rests import ALIKE_MM, Rest, rests_of
+from evaluation.record import FloatArray
 from foundation.ranks import median
 
 LEAST = 0.003
@@ -30,6 +32,8 @@ SINGLE = ("impact", "proof")
 """Kinds of runs of one event: their rests are one before and one after it."""
 DRIFTS = 0.4
 """A drift moves the level within the rests, too: by this share of what their time would have it."""
+FASTER = 2.0
+"""A drift that is so many times as fast between two rests as in any of them, beyond its pace, is a jump."""
 
 
 def zero_of_force(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
@@ -56,20 +60,32 @@ def zero_of_force(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
     over = _over_first_stroke(look, rests)
     if look.facts.kind in SINGLE:
         return [] if over is None else [over]
-    # In contact, a specimen that was never loaded pushes otherwise than one that was unloaded.
-    pulls = min(level for rest in rests for level in rest.levels_kN) < -_limit(look, UNSTATED)
-    loaded_s = look.results[0].cycle.top.time_s
-    unloaded = [rest for rest in rests if rest.times_s[0] > loaded_s]
-    moving = _moving(look, rests if pulls or _free(look, rests) else unloaded) or over
-    if moving is not None:
-        return [moving]
-    return _off(look, rests, lambda: _free(look, rests) or _before_contact(look, rests, jumps))
+    moving = _moving_in(look, rests, look.results[0].cycle.top.time_s)
+    if not moving and over is not None:
+        moving = [over]
+    return moving or _off(look, rests, lambda: _free(look, rests) or _before_contact(look, rests, jumps))
 
 
 def zero_beside_turned_stroke(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
-    """Return whether the force of a static run is off where its stroke, whose sign is wrong, is least."""
+    """Return the same of a static run where its stroke, whose sign is wrong, is least."""
     rests = rests_of(look, jumps, turned=True) if look.facts.kind == "static" else []
-    return _off(look, rests, lambda: _free(look, rests)) if rests else []
+    if not rests:
+        return []
+    moving = _moving_in(look, rests, look.results[0].cycle.start.time_s, sign=look.sign)
+    return moving or _off(look, rests, lambda: _free(look, rests))
+
+
+def _moving_in(look: Look, rests: list[Rest], loaded_s: float, *, sign: float = 1.0) -> list[Finding]:
+    """Return how the zero moves between rests, and within them; first loaded is the specimen at ``loaded_s``.
+
+    In contact, a specimen that was never loaded pushes otherwise than one that was unloaded. But none pulls:
+    ``sign`` makes of a level a force that pushes.
+    """
+    pulls = min(sign * level for rest in rests for level in rest.levels_kN) < -_limit(look, UNSTATED)
+    if pulls or _free(look, rests):
+        return _moving(look, rests)
+    unloaded = [rest for rest in rests if rest.times_s[0] > loaded_s]
+    return _moving(look, unloaded) if len(unloaded) > 1 else []
 
 
 def _off(look: Look, rests: list[Rest], is_free: Callable[[], bool]) -> list[Finding]:
@@ -86,9 +102,9 @@ def _off(look: Look, rests: list[Rest], is_free: Callable[[], bool]) -> list[Fin
     return [_finding(look, "zero", level, text)]
 
 
-def zero_in_wrong_unit(look: Look) -> list[Finding]:
+def zero_in_wrong_unit(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
     """Return the same of a run whose unit is wrong: what its channel states is no measure of it then."""
-    return zero_of_force(replace(look, facts=replace(look.facts, force_uncertainty=None)))
+    return zero_of_force(replace(look, facts=replace(look.facts, force_uncertainty=None)), jumps)
 
 
 def _finding(look: Look, kind: FindingKind, size: float, text: str) -> Finding:
@@ -131,38 +147,67 @@ def _stated(look: Look) -> str:
     return f"the channel states ±{stated.zero:.3g} kN"
 
 
-def _moving(look: Look, rests: list[Rest]) -> Finding | None:
-    """Return a zero that moves between rests: all the time, or at once."""
-    if len(rests) < 2:
-        return None
+def _moving(look: Look, rests: list[Rest]) -> list[Finding]:
+    """Return a zero that moves at rest: all the time, at once, or both."""
     times = np.array([rest.times_s for rest in rests]).ravel()
     levels = np.array([rest.levels_kN for rest in rests]).ravel()
-    moved = float(np.ptp(levels))
     sure = 2.0 * SURE * max(rest.u_kN for rest in rests)
-    if moved <= _limit(look, UNSTATED_DRIFT, free=_free(look, rests)) + sure:
-        return None
+    least = _limit(look, UNSTATED_DRIFT, free=_free(look, rests)) + sure
+    if float(np.ptp(levels)) <= least:
+        return []
     change, lasts = np.diff(levels), np.diff(times)
-    within = float(np.sum(np.abs(change[::2])))
-    expected = moved * float(np.sum(lasts[::2])) / max(float(times[-1] - times[0]), 1e-9)
-    size = float(levels[-1] - levels[0])
-    if within > DRIFTS * expected:
-        text = (
-            f"force drifts: at rest at one stroke it is {levels[0]:+.3g} kN first and {levels[-1]:+.3g} kN "
-            f"at last ({_stated(look)}): let cell and amplifier settle, and repeat the test"
-        )
-        return _finding(look, "drift", size, text)
     at = int(np.argmax(np.abs(change)))
-    return _jump(look, times[at : at + 2].tolist(), levels[at : at + 2].tolist(), size)
+    others = np.arange(change.size) != at
+    all_along = _drifts(change, lasts, np.ones(change.size, dtype=bool), least)
+    besides = _drifts(change, lasts, others, least)
+    if all_along and not (besides and _leaps(change, lasts, at, least)):
+        return [_drift(look, levels[0], levels[-1])]
+    size = float(levels[-1] - levels[0])
+    found = [_jump(look, times[at : at + 2].tolist(), levels[at : at + 2].tolist(), size)]
+    if besides:
+        found.append(_drift(look, levels[0], float(levels[0] + np.sum(change[others])), besides=True))
+    return found
+
+
+def _leaps(change: FloatArray, lasts: FloatArray, at: int, least: float) -> bool:
+    """Say whether a change is more than a zero makes at its pace in the rests, or twice the fastest one."""
+    paces = change[::2] / np.maximum(lasts[::2], 1e-9)
+    beyond = change[at] - float(np.sum(change[::2]) / np.sum(lasts[::2])) * lasts[at]
+    return bool(at % 2 and abs(beyond) > max(least, FASTER * float(np.max(np.abs(paces))) * lasts[at]))
+
+
+def _drifts(change: FloatArray, lasts: FloatArray, counted: NDArray[np.bool_], least: float) -> bool:
+    """Say whether the changes that count are those of a drift: more than the least, and in the rests, too.
+
+    Changes and what they last are those in a rest and from it to the next one by turns.
+    """
+    moved = float(np.ptp(np.append(0.0, np.cumsum(change[counted]))))
+    resting = counted & (np.arange(change.size) % 2 == 0)
+    within = float(np.sum(np.abs(change[resting])))
+    expected = moved * float(np.sum(lasts[resting])) / max(float(np.sum(lasts[counted])), 1e-9)
+    return moved > least and within > DRIFTS * expected
+
+
+def _drift(look: Look, first_kN: float, last_kN: float, *, besides: bool = False) -> Finding:
+    first_kN, last_kN = look.sign * first_kN, look.sign * last_kN
+    text = (
+        f"force drifts: at rest at one stroke it is {first_kN:+.3g} kN first and {last_kN:+.3g} kN "
+        f"at last{', without its jump' if besides else ''} ({_stated(look)}): let cell and amplifier settle, "
+        "and repeat the test"
+    )
+    return _finding(look, "drift", float(last_kN - first_kN), text)
 
 
 def _jump(look: Look, times_s: Sequence[float], levels_kN: Sequence[float], size: float) -> Finding:
     from_s, to_s = times_s
+    before_kN, after_kN = (look.sign * level for level in levels_kN)
     text = (
         f"force offset jumps between {from_s:.6g} and {to_s:.6g} s: unloaded at one stroke it is "
-        f"{levels_kN[0]:+.3g} kN before and {levels_kN[1]:+.3g} kN after ({_stated(look)}): look for a loose "
+        f"{before_kN:+.3g} kN before and {after_kN:+.3g} kN after ({_stated(look)}): look for a loose "
         "plug or an amplifier that was set, and repeat the test"
     )
-    return Finding("offset-jump", "force", from_s, to_s, look.all_cycles, size, "kN", text, "spoils")
+    cycles = look.all_cycles
+    return Finding("offset-jump", "force", from_s, to_s, cycles, look.sign * size, "kN", text, "spoils")
 
 
 def _over_first_stroke(look: Look, rests: Sequence[Rest]) -> Finding | None:

@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from evaluation.plausibility.clipped import clipped_again
+from evaluation.plausibility.look import Look
+from evaluation.record import make_record
+from evaluation.results import RunFacts
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 
@@ -49,6 +53,17 @@ def test_clipped_where_a_cycle_has_24_samples_and_the_force_falls_as_it_turns(no
 
     run = harmonic(falls, cycles=8.2, rate_Hz=24.3, noise=noise)
     assert len(of_kind(run, "clipped")) == 1
+
+
+@pytest.mark.parametrize(("strokes", "is_clipped"), [(3, True), (2, False)])
+def test_what_is_frozen_at_its_extreme_in_three_strokes_is_clipped(strokes: int, is_clipped: bool) -> None:
+    time_s = np.arange(100 * strokes) / 100.0
+    stroke = 50.0 - 100.0 * np.abs(time_s % 1.0 - 0.5)
+    record = make_record(time_s, stroke, np.minimum(5.0 * stroke, 200.0))
+    look = Look(record, record, [], RunFacts("clipped", "static"))
+    found = clipped_again(look, look.force, 200.0)
+    assert (found is not None and found.kind == "clipped") == is_clipped
+    assert clipped_again(look, look.force, 100.0) is None  # no extreme
 
 
 def test_few_samples_at_the_end_of_the_range_are_enough_where_noise_tells() -> None:

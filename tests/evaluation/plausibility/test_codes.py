@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
+from evaluation.plausibility.channels import Channels
+from evaluation.plausibility.codes import without_codes
 from evaluation.plausibility.samples import Samples
+from evaluation.record import make_record
 from tests.evaluation.plausibility.records import Change, Floats, of_kind, static
 
 
@@ -39,6 +45,19 @@ def test_codes_are_no_readings(column: int, rows: list[int], code: float) -> Non
     for name in ("force_max_kN", "stroke_max_mm", "force_min_kN", "stroke_min_mm"):
         assert run.extremes[name].value == good.extremes[name].value
         assert not run.extremes[name].doubt
+
+
+def test_what_a_spline_makes_beside_a_code_is_no_force() -> None:
+    """A force that is 0.3 ms late is brought to the stroke's instants by a spline, which rings far."""
+    stamps_s, moments_s = np.arange(4000) / 1000.0, np.arange(4000) / 1000.0 + 0.0003
+    force = 100.0 - 50.0 * np.cos(stamps_s)
+    force[[1500, 1501, 2600]] = 9.91e37
+    stroke = 20.0 * np.sin(stamps_s)
+    made = make_record(stamps_s, stroke, CubicSpline(moments_s, force)(stamps_s))
+    left, (coded,) = without_codes(Channels(replace(made, as_recorded={"force": (moments_s, force)})))
+    assert coded.time_s.size == 3
+    true = 100.0 - 50.0 * np.cos(left.record.time_s - 0.0003)
+    assert left.record.force_kN == pytest.approx(true, abs=1e-3)
 
 
 def test_large_values_are_no_codes() -> None:

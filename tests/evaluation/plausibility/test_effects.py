@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
 import pytest
 
 from evaluation.document import evaluation_document, run_entry
-from evaluation.plausibility.reads import BOTH, ROWS, figure_from, read_from
-from evaluation.results import Quantities, RunEvaluation
+from evaluation.plausibility.finding import Finding, FindingKind
+from evaluation.plausibility.reads import BOTH, ROWS, Spoiled, figure_from, read_from
+from evaluation.results import Quantities, RequirementResult, RunEvaluation
 from tests.evaluation.plausibility.records import STRETCH, found, harmonic, of_kind, static
 from tests.evaluation.test_impact import impact
 from tests.evaluation.test_nulls import unexplained
@@ -49,6 +51,57 @@ def test_what_a_spoiled_stroke_governs_is_inconclusive_in_every_stroke(
     run = static()
     governed = {row.verdict for row in run.requirements if not row.condition}
     assert governed == {"inconclusive"}  # how many strokes there were is not known
+
+
+ROWS_OF_TESTS = {
+    "static": lambda: static(preload_kN=5.0, speed_mm_per_s=80.0, temperature_C=30.0),  # many rows fail
+    "static that passes": static,
+    "impact": lambda: impact(scale=0.5, category="A", rebound=0.3, speed_km_h=9.0),
+    "proof": proof,
+}
+
+
+@pytest.mark.parametrize("test", ROWS_OF_TESTS)
+def test_no_row_concludes_anything_from_a_channel_that_a_finding_of_any_kind_spoils(
+    monkeypatch: pytest.MonkeyPatch, test: str
+) -> None:
+    """Every kind of finding, every channel, each cycle and the record as a whole, against every row."""
+    run = ROWS_OF_TESTS[test]()
+    events = run.facts.kind in ("impact", "proof")
+    numbers = [result.cycle.index for result in run.cycles]
+    for channel in ("force", "stroke", "stroke_1", "temperature_1"):
+        quantity = channel.split("_", maxsplit=1)[0]
+        for cycles in ((), *((number,) for number in numbers), tuple(numbers)):
+            for kind in get_args(FindingKind):
+                finding = Finding(kind, channel, 0.0, 0.0, cycles, None, "", STRETCH, "spoils")
+                spoiled = Spoiled((finding,))
+                for row in run.requirements:
+                    of_cycle = None if events else row.cycle
+                    hit = quantity in read_from(row.id) and (of_cycle is None or of_cycle in cycles)
+                    assert (spoiled.of_row(row.id, of_cycle) is finding) == hit
+        found(monkeypatch, channel, tuple(numbers))
+        of_channel = [row for row in ROWS_OF_TESTS[test]().requirements if row.why and quantity in _read(row)]
+        assert of_channel or quantity == "temperature"
+        # A condition of another channel that is broken makes it invalid all the same.
+        assert not (CONCLUDED - {"invalid"}) & {row.verdict for row in of_channel}
+        monkeypatch.undo()
+
+
+def _read(row: RequirementResult) -> tuple[str, ...]:
+    """Return what a row is read from; what is answered by hand from nothing."""
+    by_hand = row.verdict == "not-tested" and row.measured is None
+    return () if by_hand else read_from(row.id)
+
+
+@pytest.mark.parametrize("kind", get_args(FindingKind))
+def test_a_finding_of_every_kind_takes_the_rows_of_its_channel(
+    monkeypatch: pytest.MonkeyPatch, kind: FindingKind
+) -> None:
+    found(monkeypatch, "force", (1, 2, 3), kind=kind)
+    run = static(preload_kN=5.0)
+    of_force = {row.verdict for row in run.requirements if "force" in read_from(row.id)}
+    assert of_force == {"inconclusive"}
+    assert run.verdict == "inconclusive"
 
 
 def test_a_failing_row_is_no_failure_where_its_channel_is_spoiled(monkeypatch: pytest.MonkeyPatch) -> None:

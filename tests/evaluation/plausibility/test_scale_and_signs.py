@@ -76,6 +76,31 @@ def test_inches_where_every_force_is_clipped(stroke: float, kinds: set[str]) -> 
     assert not {row.verdict for row in run.requirements if row.id == "full-release"} & {"fail"}
 
 
+@pytest.mark.parametrize(("factor", "kinds"), [(1.0 / 25.4, {"clipped", "unit"}), (1.0, {"clipped"})])
+@pytest.mark.parametrize("share", [0.85, 0.7])
+def test_inches_where_every_stroke_is_clipped(share: float, factor: float, kinds: set[str]) -> None:
+    """Up to where it is clipped, the stroke is as stiff as a specimen is."""
+    run = static(lambda t, x, f: (t, factor * np.minimum(x, share * np.max(x)), f))
+    assert {found.kind for found in run.findings} == kinds
+
+
+@pytest.mark.parametrize(
+    ("damper_kN", "spring_kN", "found"),
+    [(900.0, 0.0, True), (900.0, 600.0, True), (4.0, 0.0, False), (150.0, 900.0, False)],
+)
+def test_pounds_of_a_damper(damper_kN: float, spring_kN: float, found: bool) -> None:
+    """At 50 mm/s; a spring that works both ways, which takes up some of its work, is none."""
+    time_s = np.arange(4000) / 200.0
+    record = make_record(
+        time_s,
+        16.0 * np.sin(np.pi * time_s),
+        damper_kN * np.cos(np.pi * time_s) + spring_kN * np.sin(np.pi * time_s),
+    )
+    facts = RunFacts("d", "harmonic", specimen={"kind": "buffer", "max_stroke_mm": 105.0})
+    run = evaluate_run(record, facts, Options(draws=0))
+    assert [(one.kind, one.channel) for one in run.findings] == [("unit", "force")] * found
+
+
 def test_a_force_that_relaxes_at_rest_is_no_unit() -> None:
     """The stroke hums by 10 µm, which makes cycles of it."""
 

@@ -102,6 +102,64 @@ def test_a_zero_is_named_beside_another_fault(other: str) -> None:
     assert "zero" not in {finding.kind for finding in right.findings}
 
 
+def released(change: Both, *, drift: float, jump_kN: float = 0.0) -> Both:
+    """Return what moves the force of a test that begins 2 mm before contact, and then changes it."""
+
+    def made(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        moved = drift * np.ptp(f) * t / t[-1] + jump_kN * (t >= 62.0)
+        return change(*free(lambda _: moved)(t, x, f))  # type: ignore[misc]
+
+    return made
+
+
+@pytest.mark.parametrize("drift", [-0.1, 0.1])
+def test_a_drift_and_a_jump_are_named_beside_each_other(drift: float) -> None:
+    """The force is switched in a hole of the record, at rest."""
+
+    def slowly(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        keep = (t < 60.0) | (t > 64.0)
+        return t[keep], x[keep], f[keep]
+
+    run = static(released(slowly, drift=drift, jump_kN=120.0))
+    (drifts,), (jump,) = of_kind(run, "drift"), of_kind(run, "offset-jump")
+    assert drifts.size is not None
+    assert drifts.size == pytest.approx(0.67 * drift * 600.0, rel=0.1)  # without what it did from 46 to 93 s
+    assert jump.start_s < 62.0 < jump.end_s
+    assert not of_kind(static(released(slowly, drift=0.0, jump_kN=120.0)), "drift")
+
+
+TURNED: dict[str, Both] = {
+    "stroke": lambda t, x, f: (t, -x, f),
+    "force": lambda t, x, f: (t, x, -f),
+}
+
+
+@pytest.mark.parametrize("drift", [-0.1, 0.1])
+@pytest.mark.parametrize("turned", TURNED)
+def test_a_drift_is_named_beside_a_turned_sign(turned: str, drift: float) -> None:
+    run = static(released(TURNED[turned], drift=drift))
+    (found,) = of_kind(run, "drift")
+    assert found.size is not None
+    assert np.sign(found.size) == (-np.sign(drift) if turned == "force" else np.sign(drift))
+    assert {finding.kind for finding in static(released(TURNED[turned], drift=0.0)).findings} == {"sign"}
+
+
+@pytest.mark.parametrize("other", ["metres", "an offset that jumps", "newtons"])
+def test_a_drift_is_named_beside_a_jump_and_another_fault(other: str) -> None:
+    """A preload that is met at another force every time looks like a jump, too: both are told."""
+    _, change = BESIDE[other]
+    run = static(lambda t, x, f: change(t, -x, f + np.ptp(f) * (0.1 * t / t[-1] - 0.08 * (t >= 62.0))))
+    assert {"sign", "drift"} <= {finding.kind for finding in run.findings}
+
+
+def test_an_offset_that_jumps_in_the_first_stroke_is_named_beside_a_turned_stroke() -> None:
+    """Its rests before the first stroke and behind the last one are no turns of its cycles."""
+    run = static(released(lambda t, x, f: (t, -x, f - 40.0 * (t >= 12.0)), drift=0.0), cycles=2)
+    kinds = [finding.kind for finding in run.findings]
+    assert kinds[0] == "sign"
+    assert set(kinds) & {"offset-jump", "gain-jump"}
+
+
 def test_a_drift_is_named_of_a_force_that_is_held() -> None:
     """Two of three rows repeat the one before in every rest: nothing is frozen there."""
 
@@ -161,3 +219,17 @@ def test_what_slows_down_from_step_to_step_is_no_drift() -> None:
 def test_drift_within_the_stated_zero_is_none() -> None:
     run = static(lambda t, x, f: (t, x, f + 0.3 * t / t[-1]))
     assert not of_kind(run, "drift")
+
+
+@pytest.mark.parametrize(
+    ("change", "drifts"),
+    [
+        (lambda t, x, f: (t, x, 1e6 * f), False),  # whether it is within the stated zero is not known
+        (lambda t, x, f: (t, x, -f), True),
+    ],
+)
+def test_drift_of_loops_beside_a_wrong_unit_or_sign(change: Both, drifts: bool) -> None:
+    run = harmonic(lambda t, x, f: change(t, x, f + 0.1 * np.ptp(f) * t / t[-1]), cycles=9.2)
+    kinds = {finding.kind for finding in run.findings}
+    assert kinds & {"unit", "sign"}
+    assert ("drift" in kinds) == drifts
