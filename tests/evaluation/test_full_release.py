@@ -45,3 +45,13 @@ def test_a_stroke_that_is_left_shows_beside_one_that_began_deeper(contact_mm: fl
     assert run.first_contact is not None
     assert run.first_contact.stroke_mm is None
     assert [row.verdict for row in released(run)] == [first, "fail", "fail"]
+
+
+def test_a_preload_that_pulls_is_none() -> None:
+    """It begins in contact, 4.2 mm behind the recorded zero."""
+    run = replace(LOADED, contact_mm=4.0, preload_kN=12.0, slope=6.0).evaluate(draws=0)
+    rows = [row for row in run.requirements if row.id == "preload"]
+    assert {row.verdict for row in rows} == {"inconclusive"}
+    assert rows[0].measured is not None
+    assert rows[0].measured < 0.0
+    assert "no specimen pulls" in rows[0].why
