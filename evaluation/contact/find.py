@@ -56,6 +56,9 @@ _FLAT = 0.02
 """Before it the force changes by less than this share of that, but for what noise makes of its slope."""
 _FROZEN = 1e-5
 """A force that has less noise than this share of that is frozen: it shows nothing of a contact."""
+_LEAPS = 3.0
+"""A force that leaves the band by so many times what its branch makes of one step jumps: no spring without
+preload does, whose branch leaves it before."""
 _BRANCH_MM = 2.0
 """The branch that is extrapolated back: so far from where the force rises, without its first third."""
 _STROKES = 3
@@ -155,15 +158,33 @@ def find_first_contact(
     """
     first = 0 if later_s is None else int(np.searchsorted(record.time_s, later_s))
     last = int(np.searchsorted(record.time_s, top_s)) + 1
-    stroke, force = record.stroke_mm[first:last], record.force_kN[first:last]
-    if stroke.size < _FEWEST:
+    if last - first < _FEWEST:
         return _not_shown(
             "the record has too few samples before its first upper turning point", stated_zero_mm
         )
+    found = _found(record, slice(first, last), stated_zero_mm, moves=moves, later=later_s is not None)
+    if found.stroke_mm is not None or later_s is not None:
+        return found
+    # A rest of few samples is told from a branch by the jump behind it.
+    brief = _found(record, slice(first, last), stated_zero_mm, _FEWEST_REST, moves=moves)
+    return brief if brief.how == "jump" else found
+
+
+def _found(
+    record: Record,
+    rows: slice,
+    stated_zero_mm: float,
+    begins: int = _FEWEST,
+    *,
+    moves: bool,
+    later: bool = False,
+) -> FirstContact:
+    """Return the contact as samples up to a top show it, of which so many begin at rest."""
+    first, stroke, force = rows.start, record.stroke_mm[rows], record.force_kN[rows]
     largest = float(np.max(force))
     # Only a preload counts in a later stroke, and guides rub by less than most preloads.
-    rubs = largest if later_s is None else min(largest, _LEAST_UNLOADED_KN / _FIRST_SHARE)
-    level, band, at = _rest(stroke, force, rubs)
+    rubs = largest if not later else min(largest, _LEAST_UNLOADED_KN / _FIRST_SHARE)
+    level, band, at = _rest(stroke, force, rubs, begins)
     if at is None:
         why = "the record begins loaded: it has no samples at a rest level before the force rises"
         return _not_shown(why, stated_zero_mm)
@@ -176,7 +197,11 @@ def find_first_contact(
     if at + 1 >= stroke.size or record.has_break(first + max(0, at - 1), first + at + 1):
         return _not_shown("the record has a hole where the force begins to rise", stated_zero_mm)
     low_mm, high_mm, how = _stretch(stroke, force, at, level, band)
-    if later_s is not None and how != "jump":
+    if record.between is not None:  # between its readings the force is drawn smooth: it leaps in any of them
+        time, step_s = record.time_s[rows], record.between.step_s
+        low_mm = min(low_mm, float(np.interp(time[at] - step_s, time, stroke)))
+        high_mm = max(high_mm, float(np.interp(time[at + 1] + step_s, time, stroke)))
+    if later and how != "jump":
         return _not_shown("no preload shows that it is where it was", stated_zero_mm)
     place = 0.5 * (low_mm + high_mm)
     how = "jump" if how == "step" else how
@@ -233,15 +258,17 @@ def _not_shown(why: str, stated_zero_mm: float) -> FirstContact:
 _HELD_SHARE = 1e-3
 
 
-def _rest(stroke_mm: FloatArray, force_kN: FloatArray, largest_kN: float) -> tuple[float, float, int | None]:
+def _rest(
+    stroke_mm: FloatArray, force_kN: FloatArray, largest_kN: float, begins: int
+) -> tuple[float, float, int | None]:
     """Return rest level, the band about it that noise makes, and the last sample in it; None without one.
 
     The first look takes little forces for friction. The level is then that of the approach while it moves,
     where it is long enough, and not of the actuator standing still before it; samples that may lie behind a
     contact without preload are left out.
     """
-    first = float(np.median(force_kN[:_FEWEST]))
-    band = _FIRST_SHARE * largest_kN + _SURE * _scatter(force_kN[:_REST_SAMPLES])
+    first = float(np.median(force_kN[:begins]))
+    band = _FIRST_SHARE * largest_kN + _SURE * _rest_noise(stroke_mm, force_kN)
     below = np.flatnonzero(force_kN <= first + band)
     if below.size < _FEWEST_REST:
         return first, band, None
@@ -292,6 +319,17 @@ def _short_approach(
     return (force_kN[begins : at + 1], band) if float(force_kN[far]) - level > _PUSHES * band else None
 
 
+def _rest_noise(stroke_mm: FloatArray, force_kN: FloatArray) -> float:
+    """Return the standard deviation of the force's noise before it moves, or on the whole where it does not.
+
+    Steps of a branch that is sampled coarsely differ by more than noise.
+    """
+    whole = _scatter(force_kN[:_REST_SAMPLES])
+    moved = np.abs(stroke_mm - np.median(stroke_mm[:_FEWEST_REST])) > _MOVED_MM + _SURE * _scatter(stroke_mm)
+    stands = int(np.argmax(moved))
+    return whole if stands < _FEWEST else min(whole, _scatter(force_kN[:stands][-_REST_SAMPLES:]))
+
+
 def _scatter(values: FloatArray) -> float:
     """Return the standard deviation of noise from the differences of neighbours, whatever the trend."""
     steps = np.diff(values)
@@ -325,7 +363,9 @@ def _stretch(
     jump = float(offset - slope * (after - before)) - level_kN
     if slope <= 0.0:
         return before, after, "step"
-    if jump <= 2.0 * band_kN + 3.0 * u_offset:
+    noise = float(np.std(left)) + u_offset + _noise_mm(stroke_mm, at) * float(slope)
+    leaps = jump - band_kN > _LEAPS * float(slope) * (after - before) + _SURE * noise
+    if jump <= 2.0 * band_kN + 3.0 * u_offset and not leaps:
         # A spring without preload is seen to rise when it has left the band, which noise may delay.
         reach = (1.0 + _CURVED) * (float(offset) - level_kN) + 3.0 * u_offset
         crossing = after - reach / max(float(slope), _LEAST_SLOPE)

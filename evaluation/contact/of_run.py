@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,8 +36,12 @@ def first_contact_of(
     wires = facts.stroke_uncertainty
     stated_mm = sum(wire.zero or 0.0 for wire in wires) / max(1, len(wires))
     moves = any(one.quantity == "force" and one.kind in _ZERO_MOVES for one in findings)
+    turned = any(one.kind == "sign" and one.quantity == "force" for one in findings)
+    record = replace(record, force_kN=-record.force_kN) if turned else record
     jumped_s = min((one.start_s for one in findings if one.kind == "stroke-jump"), default=np.inf)
-    return first_shown(record, [result.cycle for result in results], stated_mm, jumped_s, moves=moves)
+    found = first_shown(record, [result.cycle for result in results], stated_mm, jumped_s, moves=moves)
+    rest_kN = found.rest_force_kN
+    return replace(found, rest_force_kN=-rest_kN) if turned and rest_kN is not None else found
 
 
 def contact_warnings(contact: FirstContact | None, requirements: Sequence[RequirementResult]) -> list[str]:

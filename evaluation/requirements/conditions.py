@@ -16,6 +16,7 @@ from evaluation.motion import TurningPoint
 from evaluation.requirements.block import block_contact
 from evaluation.requirements.bounded import Span, rows_read, spanned_row, unsure_s
 from evaluation.requirements.dwell import dwell_span
+from evaluation.requirements.highest_contact import highest_contact
 from evaluation.requirements.limit_set import known
 from evaluation.requirements.rows import Case, Limits, condition_row, shown
 from evaluation.requirements.speed import between_rows, branch_speed
@@ -243,10 +244,13 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     if last and cycle.stroke_end_mm > stroke:
         stroke, force = cycle.stroke_end_mm, float(case.prepared[cycle.index].loop.force_kN[-1])
         when = "after the cycle"
+    recorded_mm = stroke
     stroke -= case.zero_mm
     # Judged by the stroke alone: at first contact the force is anything up to the preload.
     verdict = _met(limits, stroke)
     why = f"{stroke:.2f} mm and {force:.1f} kN {when}"
+    if verdict == "fail" and (unseen := _not_seen(case, limits, recorded_mm)):
+        verdict, why = "inconclusive", f"{why}; {unseen}"
     if unsure := bridged_why(limits, stroke, abs(result.gap_limits.get("stroke_min_mm", 0.0))):
         verdict, why = "inconclusive", f"{why}; {unsure}"
     # After a stroke that may be a later one than the last judged, nobody asks for release.
@@ -254,6 +258,18 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     if doubt and verdict == "fail" and limits.meets(cycle.stroke_min_mm - case.zero_mm):
         verdict, why = "inconclusive", f"{why}; that it is the last one judged is not known: {doubt}"
     return condition_row(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
+
+
+def _not_seen(case: Case, limits: Limits, recorded_mm: float) -> str:
+    """Return why the record does not show that a stroke is a residual one, or nothing.
+
+    What is left counts from first contact. A zero that is off looks the same as a stroke that is left, so it
+    is left only if it is wherever the record allows the contact to be.
+    """
+    highest_mm, shown_by = highest_contact(case)
+    if highest_mm is not None and not limits.meets(recorded_mm - highest_mm):
+        return ""
+    return f"that it is no zero of the stroke that is off, the record does not show: {shown_by}"
 
 
 def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:

@@ -56,6 +56,7 @@ def judge_with_contact(case: Case, contact: FirstContact | None) -> list[Require
     contact : FirstContact or None
         As the record shows it.
     """
+    case = replace(case, contact=contact)
     rows = judge(case)
     if contact is None or contact.stroke_mm is None or not contact.beyond:
         return rows

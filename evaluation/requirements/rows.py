@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from evaluation.across_runs.shared import Regression
+from evaluation.contact import FirstContact
 from evaluation.error_model import Draws
 from evaluation.gaps.bridge import Hole
 from evaluation.gaps.numbering import Numbering
@@ -48,6 +49,8 @@ class Case:
     """By which what was drawn of a figure says what it owes to the errors of the channels."""
     zero_mm: float = 0.0
     """Where strokes are counted from, on the recorded stroke: 0, or first contact."""
+    contact: FirstContact | None = None
+    """First contact as the record shows it."""
     spoiled: Spoiled = field(default_factory=Spoiled)
     """What of the record is not to be believed."""
     holes: tuple[Hole, ...] = ()

@@ -151,6 +151,19 @@ def _bound_kN(  # noqa: N802 - the unit's own letters
     return abs(reading.slope) * FORCE_HALF_WIDTH_MM if bound is None else bound
 
 
+def _pulled(case: Case, result: RequirementResult) -> RequirementResult:
+    """Return the preload, not failed where it pulls, which no specimen does, and no contact is on record.
+
+    A force that is below 0 at stroke 0 rises from contact behind it: by a zero that is off, or slack.
+    """
+    seen = case.contact is not None and case.contact.stroke_mm is not None
+    pulls = result.measured is not None and result.measured + (result.expanded_uncertainty or 0.0) < 0.0
+    if seen or not pulls or result.verdict != "fail":
+        return result
+    why = f"{result.why}; no specimen pulls, and that stroke 0 is first contact is not on record"
+    return replace(result, verdict="inconclusive", why=why, conformance_probability=None)
+
+
 def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
     """Return the preload judged, by the reading of the limit set; ``why`` states the other reading."""
     prepared = case.prepared[index]
@@ -171,7 +184,7 @@ def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
         return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
     read_at = over_line if extrapolated else about
     drawn = _drawn(case, reading, _bound_kN(case, index, reading, lambda own: own.fit(*read_at, 1)))
-    result = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
+    result = _pulled(case, judged(case, window.id, index, text, limits, reading.force_kN, drawn, window))
     other = near if extrapolated else line
     if other is None:
         return result

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evaluation.channels.between import Between
 from evaluation.contact import beside, find_first_contact
 from evaluation.document import evaluate_file
 from evaluation.record import make_record
@@ -170,6 +171,51 @@ def test_a_short_approach_shows_a_small_preload(approach_mm: float) -> None:
     assert found.beyond
     rubbing = replace(test, approach_mm=approach_mm, friction_kN=1.5).found()
     assert rubbing.stroke_mm is None or abs(rubbing.stroke_mm - 2.0) <= (rubbing.expanded_uncertainty or 0.0)
+
+
+@pytest.mark.parametrize(("approach_mm", "begins_s"), [(0.05, 0.84), (1.6, 1.0)])
+def test_a_rest_of_few_samples_is_seen_by_the_jump_behind_it(approach_mm: float, begins_s: float) -> None:
+    """Nine samples before the motion, or six with which it begins."""
+    test = replace(GOOD, contact_mm=-4.0, approach_mm=approach_mm, offset_kN=0.0, rate_Hz=60.0)
+    time, stroke, force = replace(test, speed_mm_per_s=16.0, slope=4.0).columns()
+    on = time > begins_s
+    found = find_first_contact(make_record(time[on], stroke[on], force[on]), 7.2, 0.05)
+    assert found.how == "jump"
+    assert found.stroke_mm == pytest.approx(-4.0, abs=0.3)
+    assert found.beyond
+
+
+def test_a_jump_between_coarse_samples_is_no_rise() -> None:
+    """The branch moves 1.4 mm between two samples, and by more force than noise."""
+    test = replace(GOOD, contact_mm=3.0, approach_mm=0.05, speed_mm_per_s=28.0, rate_Hz=20.0, preload_kN=14.0)
+    found = replace(test, slope=1.5, offset_kN=0.0).found()
+    assert found.how == "jump"
+    assert found.stroke_mm == pytest.approx(3.0, abs=1.5)
+    assert found.beyond
+
+
+def test_a_force_that_is_interpolated_does_not_show_where_it_leaps() -> None:
+    record = replace(GOOD, contact_mm=3.0).record()
+    halved = np.zeros((2, record.time_s.size))
+    blurred = replace(record, between=Between(0.1, record.time_s, halved))
+    sharp, wide = (find_first_contact(one, 22.6, 0.05) for one in (record, blurred))
+    assert sharp.expanded_uncertainty is not None
+    assert wide.expanded_uncertainty is not None
+    assert wide.expanded_uncertainty > 0.3 + sharp.expanded_uncertainty
+    assert abs((wide.stroke_mm or 0.0) - 3.0) < wide.expanded_uncertainty
+
+
+def test_a_force_of_the_other_sign_shows_the_contact() -> None:
+    time, stroke, force = replace(GOOD, contact_mm=3.0).columns()
+    run = evaluate_run(
+        make_record(time, stroke, -force),
+        RunFacts("static-1", "static", **TIGHT),  # type: ignore[arg-type]
+        Options(draws=0),
+    )
+    assert any(finding.kind == "sign" for finding in run.findings)
+    assert run.first_contact is not None
+    assert run.first_contact.stroke_mm == pytest.approx(3.0, abs=0.1)
+    assert run.first_contact.rest_force_kN == pytest.approx(-0.1, abs=0.1)
 
 
 def test_a_preload_that_rests_on_the_cell_is_no_short_approach() -> None:
