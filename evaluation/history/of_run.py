@@ -227,7 +227,8 @@ def _settling(
         known = ~np.isnan(values)
         if np.count_nonzero(known) >= _LEAST_CYCLES:
             noise = drawn.noise_variance(name) if drawn.known(name) else 0.0
-            U = _expanded(values[known], noise) if asked else None
+            ends = [results[at] for at in np.flatnonzero(known)[[0, -1]]]
+            U = _expanded(name, values[known], noise, ends) if asked else None
             found.append(_settled(name, part, number[known], values[known], U))
     return found
 
@@ -255,9 +256,41 @@ def _settled(
     )
 
 
-def _expanded(values: FloatArray, noise: float) -> float | None:
-    """Return U of the difference of two values, by the variance of their noise where it is known."""
-    return COVERAGE * float(np.sqrt(2.0 * noise)) if noise else _of_difference(values)
+def _expanded(name: str, values: FloatArray, noise: float, ends: Sequence[CycleResult]) -> float | None:
+    """Return U of the difference of two values, by the variance of their noise where it is known.
+
+    How blunt a turn is taken for hangs on where the samples lie about its tip, and differs from stroke to
+    stroke. What is common to all cycles cancels but for its share of the change itself.
+    """
+    if not noise:
+        return _of_difference(values)
+    blunt = [_by_blunt_turns(name, end) for end in ends]
+    scale = _scale_u(name, ends[0]) * float(values[-1] - values[0])
+    return COVERAGE * float(np.linalg.norm((np.sqrt(2.0 * noise), *blunt, scale)))
+
+
+def _by_blunt_turns(name: str, result: CycleResult) -> float:
+    """Return the standard uncertainty of W_s [J] or D of one cycle by how blunt its turns are: F u(x)."""
+    figures, cycle = result.quantities, result.cycle
+    stored_J, forces = figures.stored_energy_J, (figures.force_min_kN, figures.force_max_kN)
+    if name not in ("stored_energy_J", "damping") or not stored_J:
+        return 0.0
+    turns = zip(forces, (cycle.start, cycle.top), strict=True)
+    u_J = hypot(*(0.5 * turn.blunt_mm * (force_kN or 0.0) for force_kN, turn in turns))
+    return u_J if name == "stored_energy_J" else abs(figures.damping or 0.0) * u_J / stored_J
+
+
+def _scale_u(name: str, result: CycleResult) -> float:
+    """Return the relative standard uncertainty by errors in proportion to a figure; of W_s that of W_a,
+    where the force's zero has no part, if that is less.
+    """
+    names = {"stored_energy_J": ("stored_energy_J", "absorbed_energy_J")}.get(name, (name,))
+    shares = []
+    for one in names:
+        value, U = getattr(result.quantities, one), result.expanded_uncertainty.get(one)
+        if value and U is not None:
+            shares.append(U / COVERAGE / abs(value))
+    return min(shares, default=0.0)
 
 
 def _of_difference(values: FloatArray) -> float | None:

@@ -23,6 +23,9 @@ _LIKE_TURNS_SLACK = 1.2
 """… and each of the others but those whose residual is larger still by this factor."""
 _RESOLVED = 9
 """A rounded turn is seen as such by a polynomial over so many samples; of fewer, four tell any shape."""
+_BETWEEN_TRIED = 1.0 / 6.0
+"""How wide a turn is rounded is tried in steps of a third to a half (:mod:`evaluation.turns.sharpness`): what
+lies between two of them is no nearer known than half of such a step."""
 _ABOVE = 3.0
 """A sample so many of its noise above a fitted turn shows that the stroke went on."""
 _LEAST_NOISE = 1e-6
@@ -80,7 +83,8 @@ def selected(time_s: FloatArray, stroke_mm: FloatArray, turns: Turns, smooth: Fi
     if tips.size:
         own = both.tips(tips, chosen[tips], turns.sign, noise)
         rounded, least, most = sharpness(time_s, stroke_mm, own)
-        lowered[tips], blunt[tips] = 0.5 * (least + most), 0.5 * (most - least)
+        lowered[tips] = 0.5 * (least + most)
+        blunt[tips] = np.maximum(0.5 * (most - least), _BETWEEN_TRIED * lowered[tips])
         lowered[tips[~rounded]], blunt[tips[~rounded]] = 0.0, most[~rounded]
         if rounded.any():
             other, known = both.smooth_ones(turns)

@@ -14,7 +14,9 @@ from evaluation.document import evaluation_document, run_entry, what_runs_say_to
 from evaluation.record import make_record
 from evaluation.results import Options, RunEvaluation, RunFacts
 from evaluation.run import evaluate_run
+from tests.evaluation.closed_loops import measured
 from tests.evaluation.signals import BUFFER, CERTIFIED, STARTED, STATED, Ellipse, Floats, StaticTest
+from tests.evaluation.test_coverage_across_runs import Specimen
 
 HARMONIC = RunFacts("h", "harmonic", **STATED)  # type: ignore[arg-type]
 STATIC = replace(HARMONIC, kind="static")
@@ -73,14 +75,17 @@ def test_a_residual_stroke_and_what_the_pause_takes_back() -> None:
     assert abs(first["recovered_mm"]) < 0.05
 
 
-def settling_run(share: float = 0.2, cycles: int = 30) -> RunEvaluation:
-    """Return a run whose loss falls to its end by a share, with a time constant of five cycles."""
+def settling_run(share: float = 0.2, cycles: int = 30, gain: float = 1.0) -> RunEvaluation:
+    """Return a run whose loss falls to its end by a share, with a time constant of five cycles.
+
+    ``gain``: what the force channel makes of the force.
+    """
     time = np.arange(cycles * 300 + 1) / 300.0
     loss = 0.6 * (1.0 + share * np.exp(-time / 5.0))
     angle = 2.0 * np.pi * time - 0.5 * np.pi
     stroke = 50.0 + 20.0 * np.sin(angle)
     force = 200.0 + 4.0 * (stroke - 50.0) + loss * 20.0 * np.cos(angle)
-    return evaluate_run(make_record(time, stroke, force), HARMONIC, Options(draws=50))
+    return evaluate_run(make_record(time, stroke, gain * force), HARMONIC, Options(draws=50))
 
 
 def test_absorbed_energy_settles() -> None:
@@ -184,3 +189,27 @@ def test_what_settles_is_as_sure_as_it_says(stated: bool) -> None:
     assert len(inside) == 48
     # Four figures of a run are partly one error: 95 % of 24 independent ones, less 2.5 standard deviations.
     assert np.mean(inside) > 0.84
+
+
+def test_a_wrong_scale_is_in_what_settles() -> None:
+    """It is common to all cycles, but not to their difference: that is wrong by the same share."""
+    right, wrong = (
+        next(f for f in settling_run(gain=gain).history.settling if f.quantity == "absorbed_energy_J")
+        for gain in (1.0, 1.0 + 0.01 * (STATED["force_uncertainty"].accuracy_percent or 0.0))
+    )
+    off_J = abs((wrong.last - wrong.first) - (right.last - right.first))
+    assert 0.0 < off_J <= (wrong.expanded_uncertainty or 0.0)
+
+
+def test_how_blunt_each_turn_is_read_is_in_what_settles() -> None:
+    """Strokes that are alike, by a stand that rounds its tips alike, sampled here and there about them."""
+    inside = []
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        shape = Specimen(0.0, 100.0, 0.025, 0.45, "static", 20.0 + random.uniform(), rounded_s=0.05)
+        rate_Hz = random.uniform(5.0, 20.0)
+        record = make_record(*measured(shape, random, cycles=3.02, rate_Hz=rate_Hz, noise=(0.15, 0.002)))
+        run = evaluate_run(record, replace(HARMONIC, kind="static"), Options(draws=100))
+        found = next(f for f in run.history.settling if f.quantity == "stored_energy_J")
+        inside.append(abs(found.last - found.first) <= (found.expanded_uncertainty or 0.0))
+    assert np.mean(inside) > 0.8  # half of them without it

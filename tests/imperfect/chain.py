@@ -132,9 +132,10 @@ def reversing(t: Array, x: Array, force: Array) -> Array:
 
 
 def unstraight(rng: np.random.Generator, x: Array, limit_mm: float) -> Array:
-    """Return a wire's deviation from its line, as decisions/0005 has it: slow waves, none at contact.
+    """Return a wire's deviation from its line, as decisions/0005 has it: slow waves, counted from contact.
 
-    Their standard deviation is 0.46 of the limit, so that 97 % of the deviations at a stroke keep it.
+    Their standard deviation about the wire's own line is 0.46 of the limit, which 97 % of the deviations at a
+    stroke keep; from contact, where the stroke is set to nothing, it is up to 0.75 of it.
     """
     places = np.linspace(-60.0, 120.0, 361)
     wave = np.zeros_like(places)
@@ -143,7 +144,7 @@ def unstraight(rng: np.random.Generator, x: Array, limit_mm: float) -> Array:
             np.pi * k * places / 120.0
         )
     wave -= np.interp(0.0, places, wave)
-    wave *= 0.46 * limit_mm / np.sqrt(6.0)
+    wave *= 0.46 * limit_mm / np.sqrt(3.0)
     smooth = CubicSpline(places, wave)
     return np.asarray(smooth(np.clip(x, -60.0, 120.0)))
 

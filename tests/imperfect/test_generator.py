@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from . import motions, specimens, truth, world
+from . import chain, motions, specimens, truth, world
 
 
 def _plain_spring() -> specimens.Spring:
@@ -114,3 +114,18 @@ def test_a_specimen_is_warmed_in_the_pause_before_its_stroke() -> None:
     for motion in warm:
         from_s = motion.facts["warm_from_s"]
         assert any(start + 0.9 < from_s < end - 0.9 for start, end in motion.rests)
+
+
+def test_a_wire_deviates_as_its_limit_says() -> None:
+    """0.46 of the limit about its own line; from contact √(2 (1 - mean of the cosines)) times that."""
+    rng, places = np.random.default_rng(1), np.array([30.0, 60.0, 105.0])
+    found = np.std([chain.unstraight(rng, places, 0.5) for _ in range(3000)], axis=0)
+    cosines = np.mean([np.cos(np.pi * k * places / 120.0) for k in (1, 2, 3)], axis=0)
+    assert found == pytest.approx(0.5 * 0.46 * np.sqrt(2.0 * (1.0 - cosines)), rel=0.06)
+
+
+def test_a_clock_is_within_its_limit() -> None:
+    scenes = [world.make(number, "clean") for number in range(3)]
+    wrong = [scene.time_s[-1] / scene.true_time_s[-1] - 1.0 for scene in scenes]
+    assert 0.0 < np.max(np.abs(wrong)) <= world.CLOCK
+    assert np.ptp(wrong) > 0.0
