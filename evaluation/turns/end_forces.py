@@ -13,14 +13,16 @@ doubt.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
 from evaluation.turns.nested_fits import MODELS, Choice, choose, fit
-from evaluation.turns.windows import Ends, Windows, end_windows
+from evaluation.turns.windows import MOST_POINTS, Ends, Windows, end_windows
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -93,36 +95,59 @@ class EndForces:
 
 def end_forces(
     record: Record,
-    ends: Ends,
+    groups: Sequence[tuple[Ends, int]],
     sigma_kN: float,
     sigma_mm: float,
     *,
     at_rest: bool = False,
-    most_asked: int = MOST_ASKED,
-) -> EndForces:
+) -> list[EndForces]:
     """Return the force of each branch at its end, by least squares over its last samples.
 
     Parameters
     ----------
     record : Record
-    ends : Ends
+    groups : sequence of (Ends, int)
+        Ends, and of how many of them at most, evenly spread, window and terms are asked: others take those
+        of the nearest one. What one group asks for does not touch another one: that they are read together
+        spares time.
     sigma_kN, sigma_mm : float
         Noise of force and stroke.
     at_rest : bool
         The branches are rests: their force is read over time, and no error of the stroke counts.
-    most_asked : int
-        Of more ends so many, evenly spread, are asked for window and terms; others take the nearest one's.
+
+    Returns
+    -------
+    list of EndForces
+        One for each group.
     """
-    number = ends.time_s.size
-    asked = np.unique(np.linspace(0, number - 1, min(number, most_asked)).round().astype(np.intp))
+    sizes = [group.time_s.size for group, _ in groups]
+    starts = np.concatenate(([0], np.cumsum(sizes)))
+    ends = Ends.joined([group for group, _ in groups])
+    samples = [_spread(size, most) for size, (_, most) in zip(sizes, groups, strict=True)]
+    asked = np.concatenate([rows + start for rows, start in zip(samples, starts.tolist(), strict=False)])
     windows = end_windows(record, ends.rows(asked), sigma_mm, at_rest=at_rest)
     choice = choose(windows, sigma_kN, sigma_mm)
-    if number > asked.size:
-        nearest = np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(number))
-        choice = choice.rows(nearest)
-        windows = end_windows(record, ends, sigma_mm, at_rest=at_rest, most=int(np.max(choice.points)))
+    if ends.time_s.size > asked.size:
+        nearest, most, before = [], np.full(ends.time_s.size, MOST_POINTS), 0
+        for size, rows, start in zip(sizes, samples, starts.tolist(), strict=False):
+            own = slice(before, before + rows.size)
+            nearest.append(before + np.searchsorted(0.5 * (rows[1:] + rows[:-1]), np.arange(size)))
+            if size > rows.size:
+                most[start : start + size] = np.max(choice.points[own])
+            before = own.stop
+        choice = choice.rows(np.concatenate(nearest))
+        windows = end_windows(record, ends, sigma_mm, at_rest=at_rest, most=most)
     found = _read(record, ends, windows, choice)
-    return _within_rest(found, windows) if at_rest else found
+    if at_rest:
+        found = _within_rest(found, windows)
+    return [found.rows(slice(first, last)) for first, last in pairwise(starts.tolist())]
+
+
+def _spread(size: int, most: int) -> IndexArray:
+    """Return so many of ``size`` places at most, evenly spread."""
+    if size <= most:
+        return np.arange(size)
+    return np.unique(np.linspace(0, size - 1, most).round().astype(np.intp))
 
 
 def _read(record: Record, ends: Ends, windows: Windows, choice: Choice) -> EndForces:
