@@ -128,7 +128,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         warnings += _missing_facts(facts) if options.draws else [_NOT_DRAWN]
     warnings += [
         *_cycle_warnings(results),
-        *(noisy_speed_warnings(record, results, prepared) if draws is None and options.draws else ()),
+        *(noisy_speed_warnings(record, results) if draws is None and options.draws else ()),
     ]
 
     whole = sum_up(
