@@ -14,7 +14,7 @@ doubt.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -29,6 +29,8 @@ BoolArray = NDArray[np.bool_]
 
 MOST_ASKED = 24
 """So many readings show which window and terms suit those beside them."""
+_ROWS = 512
+"""Ends that are read together: what is made of them stays in the processor's cache."""
 _NEXT = 1.75
 """A branch without a hole begins at most one and a half steps behind its turn."""
 
@@ -64,17 +66,14 @@ class EndForces:
         """Return these, some rows of which are others, ``other`` in that order."""
         place = np.arange(self.force_kN.size)
         place[rows] = self.force_kN.size + np.arange(rows.size)
-        return self._joined(other).rows(place)
+        return self.joined((self, other)).rows(place)
 
-    def _joined(self, other: EndForces) -> EndForces:
-        return EndForces(
-            np.concatenate((self.force_kN, other.force_kN)),
-            np.concatenate((self.gain, other.gain)),
-            np.concatenate((self.doubt_kN, other.doubt_kN)),
-            np.concatenate((self.slope_kN_per_mm, other.slope_kN_per_mm)),
-            np.concatenate((self.nearest_kN, other.nearest_kN)),
-            np.concatenate((self.far, other.far)),
-        )
+    @classmethod
+    def joined(cls, parts: Sequence[EndForces]) -> EndForces:
+        """Return several one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(*(np.concatenate([getattr(part, own.name) for part in parts]) for own in fields(cls)))
 
     def rows(self, chosen: slice | IndexArray | BoolArray) -> EndForces:
         """Return some of them."""
@@ -136,10 +135,14 @@ def end_forces(
                 most[start : start + size] = np.max(choice.points[own])
             before = own.stop
         choice = choice.rows(np.concatenate(nearest))
-        windows = end_windows(record, ends, sigma_mm, at_rest=at_rest, most=most)
-    found = _read(record, ends, windows, choice)
-    if at_rest:
-        found = _within_rest(found, windows)
+        parts = []
+        for start in range(0, ends.time_s.size, _ROWS):
+            rows = np.arange(start, min(start + _ROWS, ends.time_s.size))
+            windows = end_windows(record, ends.rows(rows), sigma_mm, at_rest=at_rest, most=most[rows])
+            parts.append(_read(record, ends.rows(rows), windows, choice.rows(rows), at_rest=at_rest))
+        found = EndForces.joined(parts)
+    else:
+        found = _read(record, ends, windows, choice, at_rest=at_rest)
     return [found.rows(slice(first, last)) for first, last in pairwise(starts.tolist())]
 
 
@@ -150,7 +153,7 @@ def _spread(size: int, most: int) -> IndexArray:
     return np.unique(np.linspace(0, size - 1, most).round().astype(np.intp))
 
 
-def _read(record: Record, ends: Ends, windows: Windows, choice: Choice) -> EndForces:
+def _read(record: Record, ends: Ends, windows: Windows, choice: Choice, *, at_rest: bool) -> EndForces:
     """Return the forces by the fits that were chosen."""
     number = ends.time_s.size
     points = np.minimum(choice.points, windows.count)
@@ -180,7 +183,8 @@ def _read(record: Record, ends: Ends, windows: Windows, choice: Choice) -> EndFo
     other = np.clip(np.where(ends.begins, at + wide, at - wide), 0, record.time_s.size - 1)
     steps_s = np.abs(record.time_s[other] - record.time_s[at]) / np.maximum(wide, 1)
     far = gap_s > _NEXT * steps_s
-    return EndForces(there, gain / np.sqrt(windows.group), choice.doubt_kN, slope, record.force_kN[at], far)
+    found = EndForces(there, gain / np.sqrt(windows.group), choice.doubt_kN, slope, record.force_kN[at], far)
+    return _within_rest(found, windows) if at_rest else found
 
 
 def _within_rest(found: EndForces, windows: Windows) -> EndForces:
