@@ -78,7 +78,7 @@ class Crossings:
     u_s: FloatArray
     samples: FloatArray
 
-    def rows(self, chosen: BoolArray) -> Crossings:
+    def rows(self, chosen: BoolArray | slice) -> Crossings:
         """Return some of the flanks."""
         return Crossings(self.time_s[chosen], self.u_s[chosen], self.samples[chosen])
 
@@ -147,8 +147,9 @@ def _read(
     moments = np.array(
         [(turns[i - 1].leave_s, *_both(turns[i]), turns[i + 1].time_s) for i in places.tolist()]
     )
-    down = crossings(record, moments[:, 0], moments[:, 1], window_mm, sigma_mm)
-    up = crossings(record, moments[:, 2], moments[:, 3], window_mm, sigma_mm)
+    begin_s, end_s = moments[:, ::2].T.ravel(), moments[:, 1::2].T.ravel()
+    either = crossings(record, begin_s, end_s, window_mm, sigma_mm)
+    down, up = (either.rows(slice(*side)) for side in ((None, places.size), (places.size, None)))
     good = np.isfinite(down.time_s) & np.isfinite(up.time_s)
     like = np.stack([_like(turns, places, side) for side in (-1, 1)])
     both = like[0] & like[1] & good
@@ -254,7 +255,7 @@ def crossings(
     ----------
     record : Record
     begin_s, end_s : arrays, shape (R,)
-        Turns between which each flank lies; all go the same way, down or up.
+        Turns between which each flank lies.
     window_mm : (float, float)
         The level, and within how much of it the flanks are fitted.
     sigma_mm : float

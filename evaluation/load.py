@@ -390,7 +390,8 @@ def _force_cell(run: Run) -> ForceCell | None:
 def _stated(channel: Channel) -> ChannelUncertainty | None:
     """Return a channel's uncertainty, or None where it states nothing at all."""
     stated = channel.uncertainty
-    return stated if any(value is not None for value in stated.model_dump().values()) else None
+    values = (getattr(stated, name) for name in type(stated).model_fields)
+    return stated if any(value is not None for value in values) else None
 
 
 def _moment(text: object) -> datetime | None:

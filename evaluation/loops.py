@@ -14,7 +14,7 @@ from evaluation.record import FloatArray, Record
 from evaluation.reversals import noise_sigma, without_fast_hum
 from evaluation.turns import EndForces, Ends, ForceExtremes, Inside, continuous, end_forces, force_extremes
 from evaluation.turns.end_forces import MOST_ASKED
-from evaluation.turns.of_cycles import BY_SPEED, arriving, at_rests, by_speed, creeping
+from evaluation.turns.of_cycles import BY_SPEED, arrivals, arriving, at_rests, by_speed, creeping
 
 __all__ = ["DENSE_SAMPLES", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
 
@@ -181,20 +181,21 @@ def _cut(
         np.concatenate([one.method == "polynomial" for one in both_ends])
         for both_ends in ((start, top), (top, end))
     ]
-    starts, ends = (
-        end_forces(
-            record,
-            Ends(at_s, stroke, both.first, both.last, np.full(at_s.size, begins), is_smooth),
-            *noise,
-            most_asked=most_asked,
-        )
-        for at_s, stroke, begins, is_smooth in (
-            (both.start_s, first, True, smooth[0]),
-            (both.end_s, last, False, smooth[1]),
-        )
+    reach = both.first, both.last
+    begins, arrives = np.ones(2 * own, dtype=bool), np.zeros(2 * own, dtype=bool)
+    rows, before_first = arrivals(record, turns, alone=alone)
+    starts, ends, arrived = end_forces(
+        record,
+        (
+            (Ends(both.start_s, first, *reach, begins, smooth[0]), most_asked),
+            (Ends(both.end_s, last, *reach, arrives, smooth[1]), most_asked),
+            (before_first, rows.size if alone else MOST_ASKED),
+        ),
+        *noise,
     )
     loading, unloading = slice(0, own), slice(own, None)
-    before = arriving(record, turns, starts.rows(loading), ends.rows(unloading), noise, alone=alone)
+    begun = rows, before_first, arrived
+    before = arriving(turns, starts.rows(loading), ends.rows(unloading), begun, alone=alone)
     before = at_rests(record, start, before, noise, leaving=True, most_asked=most_asked)
     behind = at_rests(record, end, ends.rows(unloading), noise, leaving=False, most_asked=most_asked)
     begin_kN, end_kN = starts.force_kN.copy(), ends.force_kN.copy()

@@ -206,6 +206,12 @@ def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Se
     return Noise(force_kN, stroke_mm, force, stroke, lines)
 
 
+def stroke_spectrum(record: Record, cycles: Sequence[Cycle]) -> Spectrum | None:
+    """Return the density of the stroke's noise alone, as :func:`record_noise` has it."""
+    time_s, strokes = map(record.as_read, (record.time_s, record.stroke_mm))
+    return _spectrum(time_s, strokes, record.stroke_sampling.sigma, cycles)
+
+
 def _spectrum(
     time_s: FloatArray, values: FloatArray, sigma: float, cycles: Sequence[Cycle]
 ) -> Spectrum | None:

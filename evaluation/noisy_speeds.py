@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from evaluation.loops import cut_loops
+from evaluation.motion import Loop
+from evaluation.noise import Spectrum, stroke_spectrum, white
 from evaluation.quantities import SPEED_WINDOW
 from evaluation.record import Record
 from evaluation.results import CycleResult
 from evaluation.reversals import noise_sigma
 from evaluation.speed_noise import BY_NOISE_AT_ENDS, LEAST_WINDOW, speed_lean
-from evaluation.uncertainty import CyclePropagation
 
 _WORTH_A_WORD = 0.02
 """Share of a speed: so far as strokes may differ and still be called alike."""
@@ -19,9 +21,7 @@ _LOOKED_AT = 3
 """Cycles that are tried."""
 
 
-def noisy_speed_warnings(
-    record: Record, results: Sequence[CycleResult], prepared: Mapping[int, CyclePropagation]
-) -> list[str]:
+def noisy_speed_warnings(record: Record, results: Sequence[CycleResult]) -> list[str]:
     """Return a warning where noise makes the largest speeds too large by more than 2 %, as found by trying.
 
     Parameters
@@ -29,15 +29,17 @@ def noisy_speed_warnings(
     record : Record
         As its cycles were evaluated.
     results : sequence of CycleResult
-    prepared : mapping of int to CyclePropagation
-        Of its complete cycles.
     """
     known = [r for r in results if r.cycle.complete and r.quantities.speed_loading_max_mm_per_s]
     chosen = known[:: max(1, -(-len(known) // _LOOKED_AT))]
-    if not chosen:
+    sigma_mm = noise_sigma(record.stroke_mm) if chosen else 0.0
+    tried = [r for r in chosen if _may_be(r, record, sigma_mm)]
+    if not tried:
         return []
-    sigma_mm = noise_sigma(record.stroke_mm)
-    shares = [_too_large(r, prepared[r.cycle.index]) for r in chosen if _may_be(r, record, sigma_mm)]
+    noise = stroke_spectrum(record, [r.cycle for r in results if r.cycle.complete])
+    stacks = cut_loops(record, [r.cycle for r in tried], alone=True)
+    loops = [stack.loop(row) for stack in stacks for row in range(len(stack.cycles))]
+    shares = [_too_large(record, r, loop, noise) for r, loop in zip(tried, loops, strict=True)]
     share = sum(shares) / len(chosen)
     if share < _WORTH_A_WORD:
         return []
@@ -57,13 +59,15 @@ def _may_be(result: CycleResult, record: Record, sigma_mm: float) -> bool:
     return bool(BY_NOISE_AT_ENDS * u > _WORTH_A_WORD * speed)
 
 
-def _too_large(result: CycleResult, propagation: CyclePropagation) -> float:
+def _too_large(record: Record, result: CycleResult, loop: Loop, noise: Spectrum | None) -> float:
     """Return by how much noise makes the largest speeds of a cycle too large, as a share: mean of both."""
-    loop, figures = propagation.loop, result.quantities
+    cycle, figures = result.cycle, result.quantities
     branches = (
         (loop.loading, figures.speed_loading_max_mm_per_s),
         (loop.unloading, figures.speed_unloading_max_mm_per_s),
     )
-    made_by = (propagation.samples, propagation.stroke_spectrum, result.cycle.index)
+    first, last = np.searchsorted(record.time_s, (cycle.start_s, cycle.end_s)).tolist()
+    own = noise or white(record.stroke_sampling.sigma, cycle.duration_s / (last - first))
+    made_by = (last - first, own, cycle.index)
     leans = [speed_lean(loop, part, *made_by).mean / speed for part, speed in branches if speed]
     return sum(leans) / len(leans)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 from evaluation.across_runs.shared import Regression, SharedErrors
+from evaluation.collecting import collecting_later
 from evaluation.condense import condensed_for
 from evaluation.contact import contact_warnings, first_contact_of
 from evaluation.error_model import Draws, draw_errors, drum_periods_mm, missing_facts
@@ -71,25 +70,8 @@ def evaluate_run(
     RunEvaluation
         The same inputs give the same figures to the last bit.
     """
-    with _collecting_later():
+    with collecting_later():
         return _evaluated(record, facts, options or Options(), limit_set or shipped_limit_set())
-
-
-@contextmanager
-def _collecting_later() -> Iterator[None]:
-    """Put off the search for unreachable cycles of objects.
-
-    Ten thousand cycles are fifty thousand small objects that live on. Searching them again and again while
-    they come up costs a tenth of the evaluation, and there is nothing to find.
-    """
-    if not gc.isenabled():
-        yield
-        return
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
 
 
 def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitSet) -> RunEvaluation:
@@ -128,7 +110,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         warnings += _missing_facts(facts) if options.draws else [_NOT_DRAWN]
     warnings += [
         *_cycle_warnings(results),
-        *(noisy_speed_warnings(record, results, prepared) if draws is None and options.draws else ()),
+        *(noisy_speed_warnings(record, results) if draws is None and options.draws else ()),
     ]
 
     whole = sum_up(

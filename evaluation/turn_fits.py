@@ -353,8 +353,9 @@ def _beyond_quartic(coefficients: FloatArray, z: FloatArray, variance: FloatArra
     second, third, fourth = coefficients[:, 2:].T
     told = (second < 0.0) & (fourth > 0.0) & (fourth**2 > _TOLD**2 * variance) & (np.abs(z) <= _NEAR_MIDDLE)
     bent = np.where(told, fourth / np.where(told, second, -1.0), 0.0)
-    fifth = 0.6 * third * bent * (z**5 - 10.0 / 9.0 * z**3 + 5.0 / 21.0 * z)
-    sixth = 0.4 * fourth * bent * (z**6 - 15.0 / 11.0 * z**4 + 5.0 / 11.0 * z**2 - 5.0 / 231.0)
+    square = z * z
+    fifth = 0.6 * third * bent * z * ((square - 10.0 / 9.0) * square + 5.0 / 21.0)
+    sixth = 0.4 * fourth * bent * (((square - 15.0 / 11.0) * square + 5.0 / 11.0) * square - 5.0 / 231.0)
     return np.asarray(fifth + sixth)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from evaluation.archive.identity import Settings, Software, software
 from evaluation.archive.kept import KeptRun, keep
+from evaluation.collecting import collecting_later
 from evaluation.document import evaluate_file
 from foundation.errors import BadInput
 from recording.layout import USER_BLOCK_BYTES
@@ -124,7 +125,8 @@ def evaluate_batch(files: Sequence[File], settings: Settings, asked: Software) -
 
 def _evaluate(path: str, settings: Settings) -> Outcome:
     try:
-        return Outcome(path, keep(evaluate_file(Path(path), settings.options, settings.limit_set)))
+        with collecting_later():
+            return Outcome(path, keep(evaluate_file(Path(path), settings.options, settings.limit_set)))
     except BadInput as error:
         return Outcome(path, None, what_is_wrong(error))
     except MemoryError:

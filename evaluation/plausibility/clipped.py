@@ -122,12 +122,11 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
     lengths = level.runs[:, 1] - level.runs[:, 0] + 1
     if not np.any(lengths > 1):
         return level.runs[:0]
-    held = channel.sampling.held
     if channel.is_noisy:
         runs = level.runs[lengths >= 2]
         count = int(np.sum(lengths[lengths >= 2]))
-        few = count < LEAST_ROWS * held and not _beyond_chance(channel, count - runs.shape[0])
-        if few or 2 * count < int(np.sum(lengths)):
+        few = not _beyond_chance(channel, count - runs.shape[0])
+        if (few and count < LEAST_ROWS * channel.sampling.held) or 2 * count < int(np.sum(lengths)):
             return runs[:0]
         beside = np.abs(channel.value - level.value) <= _NEXT * channel.resolution
         if _FEWER_NEXT * (int(np.count_nonzero(beside)) - int(np.sum(lengths))) > count:
@@ -137,7 +136,9 @@ def _pinned(channel: Samples, other: Samples, level: _Level) -> NDArray[np.intp]
             for first, last in runs.tolist()
         ]
         return runs if any(moving) else runs[:0]
-    runs = level.runs[lengths >= LEAST_RUN * held]
+    if not np.any(lengths >= LEAST_RUN):
+        return level.runs[:0]
+    runs = level.runs[lengths >= LEAST_RUN * channel.sampling.held]
     cut = [_is_cut(channel, other, run, level.side, _BACK) for run in runs.tolist()]
     if not any(cut) and len(cut) >= _TOGETHER:
         cut = [_is_cut(channel, other, run, level.side, _BACK_TOGETHER) for run in runs.tolist()]
@@ -150,10 +151,8 @@ def _beyond_chance(channel: Samples, pairs: int) -> bool:
 
     Two values with noise s that is written in steps of r are alike with the probability r / (2 √π s).
     """
-    if channel.sampling.held > 1:
-        return False
     alike = channel.resolution / (2.0 * float(np.sqrt(np.pi)) * channel.noise)
-    return bool(alike**pairs < CHANCE)
+    return bool(alike**pairs < CHANCE) and channel.sampling.held <= 1
 
 
 def _least_move(other: Samples) -> float:

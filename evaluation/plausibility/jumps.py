@@ -133,6 +133,8 @@ def slips_s(look: Look) -> tuple[float, ...]:
 
 def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
     """Return the leaps that no motion of the record comes near to, in order of time."""
+    if not may_leap(channel, SHARE * channel.span):
+        return []
     sampling = channel.sampling
     least = max(SHARE * channel.span, NOISES * sampling.sigma, STEPS * sampling.step)
     if not may_leap(channel, least):

@@ -66,14 +66,18 @@ def largest_leaps(channel: Samples, breaks_s: Sequence[float], count: int) -> li
         for part in _parts(channel)
         for width in WIDTHS
         for leap in _leaps(channel, part, width, 8 * count)
-        if not any(leap.first - _NEAR_BREAK < at <= leap.last + _NEAR_BREAK for at in broken)
     ]
     leaps: list[Leap] = []
+    beside: set[int] = set()
     for leap in sorted(found, key=_order):
+        if leap.first in beside or any(
+            leap.first - _NEAR_BREAK < at <= leap.last + _NEAR_BREAK for at in broken
+        ):
+            continue
+        leaps.append(leap)
         if len(leaps) == count:
             break
-        if all(abs(leap.first - other.first) > _REACH for other in leaps):
-            leaps.append(leap)
+        beside.update(range(leap.first - _REACH, leap.first + _REACH + 1))
     return leaps
 
 
@@ -94,10 +98,9 @@ def may_leap(channel: Samples, least: float) -> bool:
     if size > _WHOLE or size <= max(WIDTHS) + 2 * BESIDE:
         return size > _WHOLE
     return any(
-        float(np.max(np.abs(_left(channel, part, width)[0]), initial=0.0)) > least
+        float(np.max(_sizes(channel, width), initial=0.0)) > least
         for width in WIDTHS
         if _most(channel, width) > least and (width > 1 or _unlike(channel) > least)
-        for part in (slice(at, at + _CHUNK + width + 2 * BESIDE) for at in range(0, size, _CHUNK))
     )
 
 
@@ -178,56 +181,67 @@ def _parts(channel: Samples) -> list[slice]:
     ]
 
 
-class _Left(NamedTuple):
-    """What steps over some samples leave when the motion on either side is off, shape (K,) each.
+def _sizes(channel: Samples, width: int) -> FloatArray:
+    """Return :func:`_left` of a whole channel, shape (K,).
 
-    ``before``, ``after``: the speeds beside each; ``own_s``, ``step_s``: how long the step and every step of
-    single samples lasts, (K,) and (N - 1,).
+    Whether there may be leaps and which are the largest ones is asked of the same figures.
     """
+    known = channel.left
+    if width not in known:
+        reach = width + 2 * BESIDE
+        sizes = np.empty(max(0, channel.value.size - reach))
+        for at in range(0, sizes.size, _CHUNK):
+            sizes[at : at + _CHUNK] = _left(channel, slice(at, at + _CHUNK + reach), width)
+        known[width] = sizes
+    return known[width]
 
-    left: FloatArray
-    step: FloatArray
-    before: FloatArray
-    after: FloatArray
-    own_s: FloatArray
-    step_s: FloatArray
 
-
-def _left(channel: Samples, part: slice, width: int) -> _Left:
+def _left(channel: Samples, part: slice, width: int) -> FloatArray:
+    """Return what steps over ``width`` samples leave when the motion on either side is off, absolute."""
     time_s, value = channel.time_s[part], channel.value[part]
     inner = max(0, value.size - width - 2 * BESIDE)
-    step_s = np.maximum(np.diff(time_s), np.finfo(np.float64).tiny)
-    speed = np.diff(value) / step_s
+    speed = np.diff(value)
+    speed /= _lasting(np.diff(time_s))
     middle = _median3(speed[:-2], speed[1:-1], speed[2:])
     before, after = middle[:inner], middle[BESIDE + width :][:inner]
     own_s = time_s[BESIDE + width :][:inner] - time_s[BESIDE:][:inner]
     step = value[BESIDE + width :][:inner] - value[BESIDE:][:inner]
     low, high = np.minimum(before, after), np.maximum(before, after)
-    left = step - np.minimum(np.maximum(step, low * own_s), high * own_s)
-    return _Left(left, step, before, after, own_s, step_s)
+    low *= own_s
+    high *= own_s
+    step -= np.minimum(np.maximum(step, low, out=low), high, out=high)
+    return np.abs(step, out=step)
+
+
+def _lasting(step_s: FloatArray) -> FloatArray:
+    return np.asarray(np.maximum(step_s, np.finfo(np.float64).tiny))
 
 
 def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
     """Return the largest of what steps over ``width`` samples leave when the motion on either side is off."""
-    found = _left(channel, part, width)
-    size, step_s = np.abs(found.left), found.step_s
+    whole = part == slice(0, channel.value.size)
+    size = _sizes(channel, width) if whole else _left(channel, part, width)
     largest = np.argpartition(size, -count)[-count:] if size.size > count else np.arange(size.size)
-    beside_s = np.minimum(
-        _median3(*(step_s[largest + k] for k in range(BESIDE))),
-        _median3(*(step_s[largest + BESIDE + width + k] for k in range(BESIDE))),
+    largest += part.start
+    time_s, value = channel.time_s, channel.value
+    first, last = largest + BESIDE, largest + BESIDE + width
+    sides = [[at + k for k in range(BESIDE)] for at in (largest, last)]
+    steps_s = [[time_s[at + 1] - time_s[at] for at in side] for side in sides]
+    beside_s = np.minimum(*(_median3(*map(_lasting, side)) for side in steps_s))
+    one, two = (
+        _median3(*((value[at + 1] - value[at]) / _lasting(own) for at, own in zip(side, lasts, strict=True)))
+        for side, lasts in zip(sides, steps_s, strict=True)
     )
+    own = time_s[last] - time_s[first]
     # Stamps may be rounded: the motion may have gone on for as long as steps beside last.
-    one, two, own = found.before[largest], found.after[largest], found.own_s[largest]
     made = np.stack([speed * lasts_s for speed in (one, two) for lasts_s in (own, width * beside_s)])
-    step = found.step[largest]
+    step = value[last] - value[first]
     beyond = step - np.clip(step, np.min(made, axis=0), np.max(made, axis=0))
     moves = np.maximum(np.abs(one), np.abs(two)) * own
-    told = (own <= _LONGER * width * beside_s) & (moves < _MOVES[width] * np.abs(beyond))
-    firsts = (largest + BESIDE + part.start)[told]
+    told = (own <= _LONGER * width * beside_s) & (moves < _MOVES[width] * np.abs(beyond)) & (beyond != 0.0)
     return [
-        Leap(first, first + width, size)
-        for first, size in zip(firsts.tolist(), beyond[told].tolist(), strict=True)
-        if size
+        Leap(at, at + width, size)
+        for at, size in zip(first[told].tolist(), beyond[told].tolist(), strict=True)
     ]
 
 

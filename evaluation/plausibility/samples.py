@@ -89,6 +89,11 @@ class Samples:
         return _scanned(self.value)
 
     @cached_property
+    def left(self) -> dict[int, FloatArray]:
+        """What steps over so many samples leave, once asked for (:mod:`evaluation.plausibility.leaps`)."""
+        return {}
+
+    @cached_property
     def unevenness(self) -> float:
         """How many times the shortest time between two samples the longest one is."""
         if self.time_s.size < 2:

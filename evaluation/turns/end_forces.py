@@ -13,20 +13,24 @@ doubt.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray, Record
 from evaluation.turns.nested_fits import MODELS, Choice, choose, fit
-from evaluation.turns.windows import Ends, Windows, end_windows
+from evaluation.turns.windows import MOST_POINTS, Ends, Windows, end_windows
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
 MOST_ASKED = 24
 """So many readings show which window and terms suit those beside them."""
+_ROWS = 512
+"""Ends that are read together: what is made of them stays in the processor's cache."""
 _NEXT = 1.75
 """A branch without a hole begins at most one and a half steps behind its turn."""
 
@@ -62,17 +66,14 @@ class EndForces:
         """Return these, some rows of which are others, ``other`` in that order."""
         place = np.arange(self.force_kN.size)
         place[rows] = self.force_kN.size + np.arange(rows.size)
-        return self._joined(other).rows(place)
+        return self.joined((self, other)).rows(place)
 
-    def _joined(self, other: EndForces) -> EndForces:
-        return EndForces(
-            np.concatenate((self.force_kN, other.force_kN)),
-            np.concatenate((self.gain, other.gain)),
-            np.concatenate((self.doubt_kN, other.doubt_kN)),
-            np.concatenate((self.slope_kN_per_mm, other.slope_kN_per_mm)),
-            np.concatenate((self.nearest_kN, other.nearest_kN)),
-            np.concatenate((self.far, other.far)),
-        )
+    @classmethod
+    def joined(cls, parts: Sequence[EndForces]) -> EndForces:
+        """Return several one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(*(np.concatenate([getattr(part, own.name) for part in parts]) for own in fields(cls)))
 
     def rows(self, chosen: slice | IndexArray | BoolArray) -> EndForces:
         """Return some of them."""
@@ -93,39 +94,66 @@ class EndForces:
 
 def end_forces(
     record: Record,
-    ends: Ends,
+    groups: Sequence[tuple[Ends, int]],
     sigma_kN: float,
     sigma_mm: float,
     *,
     at_rest: bool = False,
-    most_asked: int = MOST_ASKED,
-) -> EndForces:
+) -> list[EndForces]:
     """Return the force of each branch at its end, by least squares over its last samples.
 
     Parameters
     ----------
     record : Record
-    ends : Ends
+    groups : sequence of (Ends, int)
+        Ends, and of how many of them at most, evenly spread, window and terms are asked: others take those
+        of the nearest one. What one group asks for does not touch another one: that they are read together
+        spares time.
     sigma_kN, sigma_mm : float
         Noise of force and stroke.
     at_rest : bool
         The branches are rests: their force is read over time, and no error of the stroke counts.
-    most_asked : int
-        Of more ends so many, evenly spread, are asked for window and terms; others take the nearest one's.
+
+    Returns
+    -------
+    list of EndForces
+        One for each group.
     """
-    number = ends.time_s.size
-    asked = np.unique(np.linspace(0, number - 1, min(number, most_asked)).round().astype(np.intp))
+    sizes = [group.time_s.size for group, _ in groups]
+    starts = np.concatenate(([0], np.cumsum(sizes)))
+    ends = Ends.joined([group for group, _ in groups])
+    samples = [_spread(size, most) for size, (_, most) in zip(sizes, groups, strict=True)]
+    asked = np.concatenate([rows + start for rows, start in zip(samples, starts.tolist(), strict=False)])
     windows = end_windows(record, ends.rows(asked), sigma_mm, at_rest=at_rest)
     choice = choose(windows, sigma_kN, sigma_mm)
-    if number > asked.size:
-        nearest = np.searchsorted(0.5 * (asked[1:] + asked[:-1]), np.arange(number))
-        choice = choice.rows(nearest)
-        windows = end_windows(record, ends, sigma_mm, at_rest=at_rest, most=int(np.max(choice.points)))
-    found = _read(record, ends, windows, choice)
-    return _within_rest(found, windows) if at_rest else found
+    if ends.time_s.size > asked.size:
+        nearest, most, before = [], np.full(ends.time_s.size, MOST_POINTS), 0
+        for size, rows, start in zip(sizes, samples, starts.tolist(), strict=False):
+            own = slice(before, before + rows.size)
+            nearest.append(before + np.searchsorted(0.5 * (rows[1:] + rows[:-1]), np.arange(size)))
+            if size > rows.size:
+                most[start : start + size] = np.max(choice.points[own])
+            before = own.stop
+        choice = choice.rows(np.concatenate(nearest))
+        parts = []
+        for start in range(0, ends.time_s.size, _ROWS):
+            rows = np.arange(start, min(start + _ROWS, ends.time_s.size))
+            windows = end_windows(record, ends.rows(rows), sigma_mm, at_rest=at_rest, most=most[rows])
+            parts.append(_read(record, ends.rows(rows), windows, choice.rows(rows), at_rest=at_rest))
+        found = EndForces.joined(parts)
+    else:
+        found = _read(record, ends, windows, choice, at_rest=at_rest)
+    return [found.rows(slice(first, last)) for first, last in pairwise(starts.tolist())]
 
 
-def _read(record: Record, ends: Ends, windows: Windows, choice: Choice) -> EndForces:
+def _spread(size: int, most: int) -> IndexArray:
+    """Return so many of ``size`` places at most, evenly spread."""
+    if size <= most:
+        return np.arange(size)
+    return np.unique(np.linspace(0, size - 1, most).round().astype(np.intp))
+
+
+def _read(record: Record, ends: Ends, windows: Windows, choice: Choice, *, at_rest: bool) -> EndForces:
     """Return the forces by the fits that were chosen."""
     number = ends.time_s.size
     points = np.minimum(choice.points, windows.count)
@@ -155,7 +183,8 @@ def _read(record: Record, ends: Ends, windows: Windows, choice: Choice) -> EndFo
     other = np.clip(np.where(ends.begins, at + wide, at - wide), 0, record.time_s.size - 1)
     steps_s = np.abs(record.time_s[other] - record.time_s[at]) / np.maximum(wide, 1)
     far = gap_s > _NEXT * steps_s
-    return EndForces(there, gain / np.sqrt(windows.group), choice.doubt_kN, slope, record.force_kN[at], far)
+    found = EndForces(there, gain / np.sqrt(windows.group), choice.doubt_kN, slope, record.force_kN[at], far)
+    return _within_rest(found, windows) if at_rest else found
 
 
 def _within_rest(found: EndForces, windows: Windows) -> EndForces:

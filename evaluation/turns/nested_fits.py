@@ -30,6 +30,12 @@ _LEAST_NOISE = 1e-7
 """Of the force's span in a window: what is left of an ideal record is no noise."""
 
 
+_FORCE = 4
+"""The force's place behind the terms …"""
+Sums = dict[tuple[int, int], FloatArray]
+"""… in sums of products of two of these, by their places, the larger one first."""
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """Fits, any shape: value at the end, its gain of a point's noise, residual, slope by the second term, and
@@ -76,7 +82,9 @@ def choose(
     points = np.minimum(POINTS, np.maximum(count, 1)[:, None])
     moves = np.any(windows.terms[2] != 0.0, axis=1)
     tried = np.array([*(MOVING if moves.any() else ()), *(still if not moves.all() else ())], dtype=np.intp)
-    fits = [fit(windows, points, MODELS[model]) for model in tried]
+    every = tuple(sorted({term for model in tried for term in MODELS[model]}))
+    sums = _sums_of(windows, points, every)
+    fits = [_fitted(windows, points, MODELS[model], sums) for model in tried]
     value, gain, residual = (
         np.stack([getattr(one, name) for one in fits], axis=1) for name in ("value", "gain", "residual")
     )
@@ -126,15 +134,21 @@ def _steepness(windows: Windows) -> FloatArray:
 
 def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
     """Return fits by some of the terms over the first ``points`` (E, K) of each window, shape (E, K)."""
-    number = len(terms)
+    return _fitted(windows, points, terms, _sums_of(windows, points, terms))
+
+
+def _sums_of(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Sums:
+    """Return the sums of products of terms, and of the force, over the first ``points`` of each window."""
     width = int(np.max(points, initial=1))
-    own = [windows.terms[term, :, :width] for term in terms]
-    force = (windows.force_kN[:, :width] - windows.force_kN[:, :1]) * windows.terms[0, :, :width]
-    columns = [*own, force]
-    pairs = [(a, b) for a in range(number + 1) for b in range(a + 1)]
-    sums = _sums(columns, pairs, points)
-    matrix = [[sums[a, b] for b in range(a + 1)] for a in range(number)]
-    right, squares = [sums[number, a] for a in range(number)], sums[number, number]
+    columns = {term: windows.terms[term, :, :width] for term in terms}
+    columns[_FORCE] = (windows.force_kN[:, :width] - windows.force_kN[:, :1]) * windows.terms[0, :, :width]
+    return _sums(columns, points)
+
+
+def _fitted(windows: Windows, points: IndexArray, terms: tuple[int, ...], sums: Sums) -> Fit:
+    number = len(terms)
+    matrix = [[sums[a, b] for b in terms[: place + 1]] for place, a in enumerate(terms)]
+    right, squares = [sums[_FORCE, a] for a in terms], sums[_FORCE, _FORCE]
     found, first = solved(matrix, right, points)
     away = squares - sum(f * r for f, r in zip(found, right, strict=True))
     spare = np.maximum(points - number, 1)
@@ -147,17 +161,16 @@ def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
     )
 
 
-def _sums(
-    columns: list[FloatArray], pairs: list[tuple[int, int]], points: IndexArray
-) -> dict[tuple[int, int], FloatArray]:
+def _sums(columns: dict[int, FloatArray], points: IndexArray) -> Sums:
     """Return the sums of products of columns (E, P) over the first ``points`` (E, K) of each row.
 
     Behind its own points a row has zeros: where all rows are asked for the same windows, one matrix sums all.
     """
-    order = np.arange(columns[0].shape[1])
+    pairs = [(a, b) for a in columns for b in columns if b <= a]
+    order = np.arange(columns[_FORCE].shape[1])
     if points.shape[1] == 1:
         inside = (order < points).astype(np.float64)
-        own = [column * inside for column in columns]
+        own = {name: column * inside for name, column in columns.items()}
         return {(a, b): np.einsum("ij,ij->i", own[a], own[b])[:, None] for a, b in pairs}
     windows = (order[:, None] < POINTS[: points.shape[1]]).astype(np.float64)
     totals = np.stack([columns[a] * columns[b] for a, b in pairs]) @ windows

@@ -33,12 +33,29 @@ _EASED = 0.05
 """A stand eases out of a rest over so much of it, at most."""
 
 
+def arrivals(record: Record, turns: CycleColumns, *, alone: bool = False) -> tuple[IndexArray, Ends]:
+    """Return the lower turning points at which a branch arrives that no cycle read (:func:`arriving`).
+
+    Returns
+    -------
+    (array of int, Ends)
+        Rows of the cycles that begin there, and the ends of these branches.
+    """
+    start, top, end = turns
+    passes, follows = _passed(turns, alone=alone)
+    rows = np.flatnonzero(passes & ~follows)
+    at_s, stroke = start.time_s[rows], start.stroke_mm[rows]
+    shorter_s = np.minimum(top.time_s - start.leave_s, end.time_s - top.leave_s)[rows]
+    inside = Stretches.between(record.time_s, at_s - _ARRIVES * shorter_s, at_s).trimmed(record.time_s)
+    smooth = start.method[rows] == "polynomial"
+    return rows, Ends(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
+
+
 def arriving(
-    record: Record,
     turns: CycleColumns,
     own: EndForces,
     ends: EndForces,
-    noise: tuple[float, float],
+    first: tuple[IndexArray, Ends, EndForces],
     *,
     alone: bool = False,
 ) -> EndForces:
@@ -49,31 +66,26 @@ def arriving(
 
     Parameters
     ----------
-    record : Record
     turns : CycleColumns
     own, ends : EndForces
         As the loading branches read them, and as the unloading ones read where they end.
-    noise : (float, float)
-        Of force [kN] and stroke [mm].
+    first : (array of int, Ends, EndForces)
+        :func:`arrivals`, and the forces there.
     alone : bool
         Each cycle by itself: none is read from the one before.
     """
-    start, top, end = turns
-    passes = start.leave_s == start.time_s
-    follows = np.append(False, start.time_s[1:] == end.time_s[:-1]) & passes & (not alone)
-    rows = np.flatnonzero(follows)
+    rows = np.flatnonzero(_passed(turns, alone=alone)[1])
     found = _continued(own, ends.rows(rows - 1), rows)
-    rows = np.flatnonzero(passes & ~follows)
-    if not rows.size:
-        return found
-    at_s, stroke = start.time_s[rows], start.stroke_mm[rows]
-    shorter_s = np.minimum(top.time_s - start.leave_s, end.time_s - top.leave_s)[rows]
-    inside = Stretches.between(record.time_s, at_s - _ARRIVES * shorter_s, at_s).trimmed(record.time_s)
-    smooth = start.method[rows] == "polynomial"
-    arrives = Ends(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
-    there = end_forces(record, arrives, *noise, most_asked=rows.size if alone else MOST_ASKED)
+    rows, inside, there = first
     known = inside.last - inside.first >= _LEAST_ARRIVING
-    return _continued(found, there.rows(known), rows[known])
+    return _continued(found, there.rows(known), rows[known]) if rows.size else found
+
+
+def _passed(turns: CycleColumns, *, alone: bool) -> tuple[BoolArray, BoolArray]:
+    """Say which cycles begin at a turn that is no rest, and which of these where the one before ends."""
+    start, _, end = turns
+    passes = start.leave_s == start.time_s
+    return passes, np.append(False, start.time_s[1:] == end.time_s[:-1]) & passes & (not alone)
 
 
 def _continued(own: EndForces, there: EndForces, rows: IndexArray) -> EndForces:
@@ -105,7 +117,7 @@ def at_rests(
         inside = Stretches.between(record.time_s, begin_s, end_s - eased_s).trimmed(record.time_s)
         begins = np.full(rests.size, not leaving)
         ends = Ends(end_s if leaving else begin_s, stroke, inside.first, inside.last, begins, ~begins)
-        there = end_forces(record, ends, *noise, at_rest=True, most_asked=most_asked)
+        (there,) = end_forces(record, [(ends, most_asked)], *noise, at_rest=True)
         known = inside.last - inside.first >= _LEAST_REST
         found = found.replaced(rests[known], there.rows(known))
     at = 0 if leaving else record.time_s.size - 1

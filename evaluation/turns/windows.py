@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,14 @@ class Ends:
     last: IndexArray
     begins: BoolArray
     smooth: BoolArray
+
+    @classmethod
+    def joined(cls, groups: Sequence[Ends]) -> Ends:
+        """Return several groups one after the other."""
+        if len(groups) == 1:
+            return groups[0]
+        columns = [[getattr(group, own.name) for group in groups] for own in fields(cls)]
+        return cls(*map(np.concatenate, columns))
 
     def rows(self, chosen: IndexArray) -> Ends:
         """Return some of them."""
@@ -91,7 +100,12 @@ class Windows:
 
 
 def end_windows(
-    record: Record, ends: Ends, sigma_mm: float, *, at_rest: bool, most: int = MOST_POINTS
+    record: Record,
+    ends: Ends,
+    sigma_mm: float,
+    *,
+    at_rest: bool,
+    most: int | IndexArray = MOST_POINTS,
 ) -> Windows:
     """Return the windows at ends of branches.
 
@@ -103,7 +117,7 @@ def end_windows(
         Noise of the stroke.
     at_rest : bool
         The branches are rests, any part of which may be read.
-    most : int
+    most : int, or array of int, shape (E,)
         Points of a window at most.
     """
     size = ends.last - ends.first
