@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.record import FloatArray
-from foundation.ranks import quantile
+from foundation.ranks import median, quantile
 
 IndexArray = NDArray[np.intp]
 
@@ -38,6 +38,9 @@ _STANDS_OUT = 1.25
 """… and by so much more than its neighbours do: of a lone sample 1.5, of a jump 1."""
 _APART = 0.3
 _EVEN = 1.3
+_HOLE = 5.0
+"""A neighbour that is further in time than so many steps of those about it denies nothing: it comes after a
+rest in a log by event."""
 _BESIDE = 4
 _MOST_CANDIDATES = 20_000
 _PAIR_ALIKE = 0.5
@@ -97,6 +100,9 @@ def _scatter_of_lone(time_s: FloatArray, value: FloatArray, row: int, least: flo
     before, at, after = (float(v) for v in value[row - 1 : row + 2])
     apart = min(abs(at - before), abs(at - after))
     beside = _step_beside(value, row, row)
+    steps_s = np.diff(time_s[max(0, row - _BESIDE) : row + _BESIDE + 1])
+    if max(time_s[row + 1] - time_s[row], time_s[row] - time_s[row - 1]) > _HOLE * median(steps_s):
+        return 0.0
     if apart < abs(after - before) - 2.0 * beside:
         return 0.0
     if apart > max(least, LOCAL_UNEVEN * beside):

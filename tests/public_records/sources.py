@@ -116,19 +116,19 @@ SOURCES = (
             Files(
                 "examples/02 Basic Usage/2.1 Basic Seismic Damper/xyTestData.csv",
                 "seismic damper, digitised",
-                _columns("force and stroke without headers", "UTF-8", 1, force="1 kN", stroke="2 mm"),
+                _columns("stroke and force without headers", "UTF-8", 1, stroke="1 mm", force="2 kN"),
                 1.0,
             ),
             Files(
                 "examples/02 Basic Usage/2.[34] Seismic Damper ?/Hys?.csv",
                 "seismic dampers, digitised",
-                _columns("force and stroke without headers", "UTF-8", 1, stroke="2 mm", force="1 kN"),
+                _columns("stroke and force without headers", "UTF-8", 1, stroke="1 mm", force="2 kN"),
                 1.0,
             ),
             Files(
                 "examples/02 Basic Usage/2.2 Hysteresis with Noisey Data/TS1_Experiment_Shear*.csv",
                 "shear wall of timber, with noise",
-                _columns("force and stroke without headers", "UTF-8", 1, force="1 kN", stroke="2 mm"),
+                _columns("stroke and force without headers", "UTF-8", 1, stroke="1 m", force="2 N"),
                 10.0,
             ),
             Files(

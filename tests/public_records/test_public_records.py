@@ -31,8 +31,8 @@ def test_each_is_evaluated_or_refused_for_a_reason() -> None:
     assert all(result.text for result in results)
     compared = {r.record.name: r.worst for r in results if r.worst is not None}
     assert {name: worst for name, worst in compared.items() if worst > 0.005} == {}
-    # 16 have no cycle that can be evaluated, and say why: pulled and held, or a handful of samples a cycle.
-    assert sum(1 for r in results if not r.complete) <= 16
+    # 17 have no cycle that can be evaluated, and say why: pulled and held, or a handful of samples a cycle.
+    assert sum(1 for r in results if not r.complete) <= 17
 
 
 @pytest.mark.long
@@ -41,6 +41,9 @@ def test_friction_that_rings_and_chatters_is_not_taken_for_a_fault_of_the_amplif
     warnings = [
         (r.record.name, text) for r in (evaluate(record) for record in RECORDS) for text in r.warnings
     ]
-    # The timber of trial2 cracks: its force falls by 4.6 kN from one sample to the next, and stays there.
-    assert {name for name, text in warnings if text.startswith("force jumps by")} <= {"test/trial2.csv"}
-    assert len({name for name, text in warnings if re.match(r"(force|stroke): a? ?spike", text)}) <= 11
+    # The timber of trial2 cracks: its force falls by 4.6 kN from one sample to the next, and stays there. The
+    # digitised damper leaps at its end, which its owner's script cuts off.
+    leaps = {"test/trial2.csv", "examples/02 Basic Usage/2.4 Seismic Damper 2/Hys1.csv"}
+    assert {name for name, text in warnings if text.startswith("force jumps by")} <= leaps
+    assert len({name for name, text in warnings if re.match(r"(force|stroke): a? ?spike", text)}) <= 2
+    assert not [text for _, text in warnings if "wrong sign" in text or "wrong unit" in text]

@@ -139,3 +139,10 @@ def test_tips_of_a_force_that_sticks_and_slips_are_none() -> None:
     for seed in range(5):
         value = waves + 0.02 * np.random.default_rng(seed).standard_normal(time.size)
         assert not lone_rows(time, value, 0.11, [slice(0, time.size)]).size
+
+
+def test_the_last_sample_before_a_rest_in_a_log_by_event_is_none() -> None:
+    time = np.concatenate((0.04 * np.arange(30), 5.0 + 0.04 * np.arange(30)))
+    value = np.concatenate((np.linspace(36.0, 22.5, 29), [0.3], np.linspace(25.0, 60.0, 30)))
+    assert not lone_rows(time, value, 1.0, [slice(0, value.size)]).size
+    assert lone_rows(0.04 * np.arange(60), value, 1.0, [slice(0, value.size)]).tolist() == [29]
