@@ -183,8 +183,8 @@ def _read(record: Record, ends: Ends, windows: Windows, choice: Choice, *, at_re
     other = np.clip(np.where(ends.begins, at + wide, at - wide), 0, record.time_s.size - 1)
     steps_s = np.abs(record.time_s[other] - record.time_s[at]) / np.maximum(wide, 1)
     far = gap_s > _NEXT * steps_s
-    found = EndForces(there, gain / np.sqrt(windows.group), choice.doubt_kN, slope, record.force_kN[at], far)
-    return _within_rest(found, windows) if at_rest else found
+    forces = EndForces(there, gain / np.sqrt(windows.group), choice.doubt_kN, slope, record.force_kN[at], far)
+    return _within_rest(forces, windows) if at_rest else forces
 
 
 def _within_rest(found: EndForces, windows: Windows) -> EndForces:
