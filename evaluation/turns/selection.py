@@ -140,7 +140,7 @@ class _Both:
         at_s, value, rise, fall, bend = (
             self.of(name, rows, columns) for name in ("time_s", "value", "rise", "fall", "bend")
         )
-        return Tips(at_s, value, sign[rows], rise, fall, bend, noise[rows])
+        return Tips(at_s, value, sign[rows], rise, fall, bend, noise[rows], self.u[rows, columns])
 
     def smooth_ones(self, turns: Turns) -> tuple[IndexArray, FloatArray]:
         """Return the polynomial that counts at each turn, and its u; infinite where its samples are few."""

@@ -31,7 +31,7 @@ _MAY_BE = 2.0
 @dataclass(frozen=True, eq=False)
 class Tips:
     """Tips of flanks, shape (R,): moment, height (turned upwards by ``sign``), steepness of both flanks
-    [mm/s], half their curvature [mm/s²], noise of a sample.
+    [mm/s], half their curvature [mm/s²], noise of a sample, and the height's standard uncertainty [mm].
     """
 
     time_s: FloatArray
@@ -41,6 +41,7 @@ class Tips:
     fall: FloatArray
     bend: FloatArray
     sigma: FloatArray
+    u: FloatArray
 
 
 def sharpness(
@@ -68,8 +69,14 @@ def sharpness(
     lacks = np.einsum("rkp,rp->rk", weight, points.missing_mm) / np.where(seen, power, 1.0)
     curved = tips.bend[:, None] * half_s**2
     u = np.where(seen, points.sigma_mm[:, None] / np.sqrt(np.where(seen, power, 1.0)), np.inf)
+    # The sample nearest to the tip is on neither flank: what it misses them by has their uncertainty, too.
+    # They are as long as their uncertainty says, 2 (σ / u)² samples; of what lies beyond they say nothing.
+    u_tip = np.where(np.isfinite(tips.u) & (tips.u > 0.0), tips.u, points.sigma_mm)[:, None]
+    nearest = np.where(seen, np.max(weight, axis=2) / np.where(seen, power, 1.0), 0.0)
+    apart = np.hypot(u, nearest * u_tip)
+    seen &= 2.0 * (points.sigma_mm[:, None] / np.maximum(u_tip, 1e-300)) ** 2 >= _STEPS
     with np.errstate(invalid="ignore"):
-        share = np.where(seen, (lacks - curved) / np.where(u > 0.0, u, np.inf), 0.0)
+        share = np.where(seen, (lacks - curved) / np.where(apart > 0.0, apart, np.inf), 0.0)
     rounded = np.any(share > _SURE, axis=1)
     for kind in (-1.0, 1.0):
         alike = tips.sign == kind
