@@ -103,6 +103,31 @@ def test_a_code_of_a_sensor_covers_nothing(judged: tuple[Scene, dict[str, Any]])
     assert covered(scene, scene.cycles[0]) == "no"
 
 
+def test_what_is_left_after_a_stroke_that_ends_in_a_rest_may_break_the_release(
+    judged: tuple[Scene, dict[str, Any]],
+) -> None:
+    scene = judged[0]
+    third = replace(scene.cycles[2], left_mm=3.4, closes=False)
+    assert conditions(scene, third)["full-release"].state == "broken"
+    assert conditions(scene, replace(third, whole=False))["full-release"].state == "ok"
+
+
+def test_a_stroke_in_a_hole_that_hides_none_by_the_contract_is_not_asked_for(
+    judged: tuple[Scene, dict[str, Any]],
+) -> None:
+    scene = copy.copy(judged[0])
+    first = scene.cycles[0]
+    rows = (scene.true_time_s < first.start_s) | (scene.true_time_s > first.end_s)
+    scene.true_time_s = scene.true_time_s[rows]
+    assert of_the_run(scene)["cycle-count"].state == "ok"  # as long as the others: it may be hidden
+    fast = replace(first, start_s=first.top_s)
+    scene.true_time_s = np.sort(
+        np.append(scene.true_time_s, np.linspace(first.start_s, first.top_s, 9, endpoint=False))
+    )
+    scene.cycles = [fast, *scene.cycles[1:]]
+    assert of_the_run(scene)["cycle-count"].state == "near"
+
+
 def test_a_wrong_figure_and_a_lost_cycle_are_seen(judged: tuple[Scene, dict[str, Any]]) -> None:
     scene, document, run = _falsified(judged)
     run["cycles"][1]["absorbed_energy_J"] *= 1.2
