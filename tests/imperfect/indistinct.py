@@ -1,4 +1,4 @@
-"""Gain jumps that nothing on record tells from what a sound specimen does.
+"""Gain jumps and held channels that nothing on record tells from what a sound channel shows.
 
 A gain that jumps by a factor g leaves two traces: a step of (g - 1) F at that instant, and other forces at
 the same stroke after it than before. Where F is about nothing, or the instant is in a hole of the record,
@@ -10,6 +10,9 @@ there is no step. Then it is not distinguishable
   that nobody knows beforehand, and hardly at all over later ones.
 
 A force that grows, that falls between later strokes, or that steps, is none of these.
+
+A channel that is held for k rows and then kept in every n-th row only (blanks, interleaved devices), n from k
+on, never shows a value twice: each reading is late by another time, which nothing on record says.
 """
 
 from __future__ import annotations
@@ -25,12 +28,17 @@ from .chain import Scene
 # on, if it is 3 % of the force there, which a gain that changes by 5 % and more always makes
 STEP_NOISES, STEP_SHARE = 8.0, 0.0015
 SOFTENS = 0.2  # evaluation.md: from the first stroke of a static test to the second, in logarithms
+REPEATED = 0.05  # of the readings that follow a like one; a channel held for two rows has half of them
 HOLE = 3.0  # steps from sample to sample without a sample
 LOADED = 0.05  # of the range of the force: below it a share of 5 % is less than the zero may be off
 
 
 def is_indistinct(scene: Scene, fault: Applied) -> bool:
-    """Return whether this is such a jump."""
+    """Return whether this is such a fault."""
+    if fault.name == "held":
+        column = scene.force_read_kN if fault.channel == "force" else scene.strokes_mm[0]
+        readings = column[np.isfinite(column)]
+        return float(np.mean(np.diff(readings) == 0.0)) < REPEATED
     if fault.name != "gain-jump":
         return False
     motion_s, force_kN, span_kN = scene.motion.time_s, scene.force_kN, scene.force_span

@@ -1,9 +1,11 @@
-"""Which gain jumps nobody could tell is a narrow class: one change of the circumstances, and it is left."""
+"""Which faults nobody could tell is a narrow class: one change of the circumstances, and it is left."""
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from . import study, world
@@ -44,6 +46,15 @@ def test_without_a_load_before_or_after_it_there_is_one_gain(scene: Scene) -> No
     begins_s, ends_s = scene.cycles[0].start_s - 0.2, scene.cycles[-1].end_s + 0.2
     assert is_indistinct(scene, _gain(1.2, begins_s))
     assert is_indistinct(scene, _gain(1.2, ends_s))
+
+
+def test_a_held_channel_of_which_each_value_is_kept_once_repeats_none(scene: Scene) -> None:
+    fault = Applied("held", "", channel="force", figures="named", plain=True)
+    held, kept = copy(scene), copy(scene)
+    held.force_read_kN = scene.force_read_kN[np.arange(scene.time_s.size) // 3 * 3]
+    kept.force_read_kN = np.where(np.arange(scene.time_s.size) % 4 == 0, held.force_read_kN, np.nan)
+    assert not is_indistinct(held, fault)
+    assert is_indistinct(kept, fault)
 
 
 def test_it_is_counted_apart_and_its_false_verdict_stays() -> None:
