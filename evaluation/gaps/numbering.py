@@ -10,7 +10,7 @@ import numpy as np
 from evaluation.gaps.bridge import Hole
 from evaluation.gaps.events import waits_show
 from evaluation.motion import Cycle
-from evaluation.record import Record
+from evaluation.record import FloatArray, Record
 from foundation.ranks import median
 
 _FEW_SAMPLES = 64
@@ -20,6 +20,8 @@ _FELL = 0.05
 _SHORTER = 0.9
 """A stroke that is not on record may be this much of the shortest one that is: those to one force differ."""
 
+_FOLLOWS = 0.1
+"""A logger follows the motion whose steps in all strokes are shorter than this share of those at rest."""
 _MIDDLE = 0.25
 """The middle half of a stroke, without this share at either end, says how fast it was."""
 
@@ -114,7 +116,7 @@ def _hidden(
     moving = [(_moving_s(record, cycle, wide), cycle.range_mm) for cycle in whole or known]
     shortest_s = min(own_s for own_s, _ in moving)
     fastest_mm_per_s = max(2.0 * range_mm / own_s for own_s, range_mm in moving)
-    slow = _slow_steps(record, holes, _SHORTER * shortest_s)
+    slow = _slow_steps(record, known, holes, _SHORTER * shortest_s)
     hidden = []
     for hole in (*holes, *slow):
         free_s = hole.length_s - hole.change_mm / fastest_mm_per_s
@@ -155,16 +157,20 @@ def _moving_s(record: Record, cycle: Cycle, wide: Sequence[Hole]) -> float:
     )
 
 
-def _slow_steps(record: Record, holes: Sequence[Hole], least_s: float) -> list[Hole]:
+def _slow_steps(record: Record, known: Sequence[Cycle], holes: Sequence[Hole], least_s: float) -> list[Hole]:
     """Return the steps of a slow logger, none of them a hole, that are long enough to hide a stroke.
 
-    None of one that writes by event, if it surely does: it would have written what happened.
+    None of one that writes by event, if it surely does, nor of one whose rate follows the motion: either
+    would have written what happened.
     """
     time_s, stroke_mm = record.as_read(record.time_s), record.as_read(record.stroke_mm)
     long = np.flatnonzero(np.diff(time_s) >= least_s)
     if not long.size or (record.by_event and waits_show(time_s)):
         return []
-    known = {hole.start_s for hole in holes}
+    in_motion_s = max(_longest_step_s(time_s, cycle) for cycle in known)
+    if in_motion_s < _FOLLOWS * float(np.min(np.diff(time_s)[long])):
+        return []
+    told = {hole.start_s for hole in holes}
     return [
         Hole(
             float(time_s[i]),
@@ -173,8 +179,14 @@ def _slow_steps(record: Record, holes: Sequence[Hole], least_s: float) -> list[H
             abs(float(stroke_mm[i + 1] - stroke_mm[i])),
         )
         for i in long.tolist()
-        if float(time_s[i]) not in known
+        if float(time_s[i]) not in told
     ]
+
+
+def _longest_step_s(time_s: FloatArray, cycle: Cycle) -> float:
+    """Return the longest step of time within a cycle [s]; all of it where it has no two samples."""
+    rows = slice(*np.searchsorted(time_s, (cycle.start_s, cycle.end_s)).tolist())
+    return float(np.max(np.diff(time_s[rows]), initial=0.0)) or cycle.duration_s
 
 
 def _unseen(record: Record) -> tuple[Doubt, ...]:
