@@ -80,12 +80,17 @@ def unsure_s(case: Case, moment_s: float) -> float:
             if not hole.rest:
                 return hole.length_s + record.moment_error_s
             break
-    after = int(np.searchsorted(record.time_s, moment_s))
-    first, last = max(0, after - 2), min(record.time_s.size, after + 2)
-    steps = np.diff(record.time_s[first:last])
-    if not steps.size:
-        return record.moment_error_s
-    in_rest = any(start_s <= moment_s <= end_s for start_s, end_s in record.filled_s)
-    own = int(np.clip(after - 1 - first, 0, steps.size - 1))
-    step_s = ASTIR * float(np.min(steps)) if in_rest else float(steps[own])
-    return step_s + record.moment_error_s
+    rest = next(((a, b) for a, b in record.filled_s if a <= moment_s <= b), None)
+    if rest is not None:
+        return ASTIR * _step_beside_s(case, moment_s, *rest) + record.moment_error_s
+    after = int(np.clip(np.searchsorted(record.time_s, moment_s), 1, record.time_s.size - 1))
+    return float(record.time_s[after] - record.time_s[after - 1]) + record.moment_error_s
+
+
+def _step_beside_s(case: Case, moment_s: float, start_s: float, end_s: float) -> float:
+    """Return the step of time before a rest or behind it, whichever a moment in it is nearer to."""
+    read_s = case.record.as_read(case.record.time_s)
+    before = moment_s - start_s <= end_s - moment_s
+    row = int(np.searchsorted(read_s, start_s)) if before else int(np.searchsorted(read_s, end_s)) + 1
+    row = min(max(row, 1), read_s.size - 1)
+    return float(read_s[row] - read_s[row - 1])

@@ -342,6 +342,18 @@ def test_readings_that_end_before_the_stroke_came_to_rest_do_not_cover_it() -> N
     assert row(nearer, "temperature-range", 2).verdict == "pass"
 
 
+def test_a_stroke_that_ends_in_the_last_step_before_a_rest_may_have_ended_anywhere_in_it() -> None:
+    """Rows end 0.2 mm above the rest and go on 5 s later; in between the specimen was warmed."""
+    test = made((Stroke(up=10.0, down=10.0, pause_s=30.0),) * 3, 20.0, 0.002, 1.0, 3)
+    end_s = test.spans_s[1][2]
+    rows = np.arange(test.time_s.size)
+    keep = (~test.resting & (np.abs(test.stroke_mm) > 0.2)) | (rows % 100 == 0)
+    warm = np.where(test.readings[0] > end_s + 0.5, 30.0, 20.0)
+    warmed = replace(test, readings=(test.readings[0], warm))
+    assert row(warmed, "temperature-range", 2).verdict == "pass"
+    assert row(warmed, "temperature-range", 2, keep).verdict in ("pass", "inconclusive")
+
+
 def test_a_warm_reading_before_the_stroke_breaks_nothing() -> None:
     """12 s before the start it was 27 °C, and in the stroke it is 20 °C: what it was at the start is open."""
     test = made((Stroke(pause_s=20.0),) * 3, 50.0, 0.02, 1.0, 3)
