@@ -198,8 +198,8 @@ def _found(
         return _not_shown("the record has a hole where the force begins to rise", stated_zero_mm)
     low_mm, high_mm, how = _stretch(stroke, force, at, level, band)
     if how == "rise":
-        at_once_mm = _pushes_at_once(stroke, force, at, level, band, _FIRST_SHARE * rubs)
-        low_mm, how = (low_mm, how) if at_once_mm is None else (at_once_mm, "jump")
+        lowest_mm = _met_above(stroke, force, at, level, band, _FIRST_SHARE * rubs)
+        low_mm, how = (low_mm, how) if lowest_mm is None else (lowest_mm, "jump")
     if record.between is not None:  # between its readings the force is drawn smooth: it leaps in any of them
         time, step_s = record.time_s[rows], record.between.step_s
         low_mm = min(low_mm, float(np.interp(time[at] - step_s, time, stroke)))
@@ -383,31 +383,31 @@ def _near(beyond_mm: FloatArray) -> tuple[float, NDArray[np.bool_]]:
     return far, (beyond_mm > far / 3.0) & (beyond_mm <= far)
 
 
-def _pushes_at_once(
+def _met_above(
     stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float, band_kN: float, rubs_kN: float
 ) -> float | None:
-    """Return the lowest place of contact [mm] of a preload that is met where the stroke stands, or None.
+    """Return the lowest place of contact [mm] of a preload that many samples show, or None.
 
-    Where the force rises before the stroke is seen to leave its rest, the place of the rest is known from
-    many samples, and so is its force. The branch extrapolated to there lies above it by the preload, or less
-    where an approach is hidden; without one by what guides rub as they start, and what the branch bends.
+    The branch extrapolated to where the force was still at rest lies above it by the preload, or by less
+    where the contact lies behind; without one by what guides rub as they start, and what the branch bends.
+    Where the stroke stands until the force rises, place and force of the rest are known from many samples;
+    where it moves, from the last ones.
     """
-    stood = stroke_mm[: at + 1][-_REST_SAMPLES:]
-    place = float(np.median(stood))
-    if stood.size < _FEWEST or stroke_mm[at] > place + max(_SHORT_MM, _SURE * _noise_mm(stroke_mm, at)):
-        return None
-    beyond, pushed = stroke_mm[at + 1 :] - place, force_kN[at + 1 :]
-    far, near = _near(beyond)
-    way = beyond[near]
-    if way.size < _FEWEST_REST or np.ptp(way) <= _ONE_PLACE * far:
-        return None
-    (slope, jump), cov = np.polyfit(way, pushed[near] - level_kN, 1, cov=True)
-    bends = _CURVED * float(slope) * float(np.mean(way))
-    if jump - rubs_kN <= _SURE * float(np.sqrt(cov[1, 1])) + bends:
-        return None
-    half = int(np.argmax(pushed >= level_kN + 0.5 * jump))
-    ramp = max(float(beyond[half]), 0.0) / (0.5 * float(jump))
-    return place - ramp * band_kN
+    for rests in (_FEWEST_REST, _REST_SAMPLES):
+        stood, force = stroke_mm[: at + 1][-rests:], force_kN[: at + 1][-rests:]
+        place = float(np.mean(stood))
+        beyond, pushed = stroke_mm[at + 1 :] - place, force_kN[at + 1 :]
+        far, near = _near(beyond)
+        way = beyond[near]
+        if way.size < _FEWEST_REST or np.ptp(way) <= _ONE_PLACE * far:
+            return None
+        (slope, jump), cov = np.polyfit(way, pushed[near] - float(np.mean(force)), 1, cov=True)
+        u_jump = float(np.hypot(np.sqrt(cov[1, 1]), np.std(force) / np.sqrt(force.size)))
+        if jump - rubs_kN > _SURE * u_jump + _CURVED * float(slope) * float(np.mean(way)):
+            half = int(np.argmax(pushed >= level_kN + 0.5 * jump))
+            ramp = max(float(beyond[half]), 0.0) / (0.5 * float(jump))
+            return place - ramp * band_kN
+    return None
 
 
 def _noise_mm(stroke_mm: FloatArray, at: int) -> float:

@@ -207,6 +207,14 @@ def test_a_preload_is_met_at_the_rest_itself_amid_noise(approach_mm: float, seed
     assert replace(stiff, preload_kN=0.0, slope=8.0).found().how == "rise"
 
 
+def test_an_approach_of_six_samples_shows_a_small_preload_amid_noise() -> None:
+    """Guides may rub by half of the preload, and noise hides as much in each sample."""
+    noisy = replace(GOOD, noise_kN=0.4, noise_mm=0.004, offset_kN=0.0, speed_mm_per_s=10.6, rate_Hz=59.5)
+    found = replace(noisy, contact_mm=2.75, approach_mm=1.0, preload_kN=7.0, slope=2.2).found()
+    assert (found.how, found.beyond) == ("jump", True)
+    assert found.stroke_mm == pytest.approx(2.75, abs=found.expanded_uncertainty)
+
+
 def test_a_force_that_is_interpolated_does_not_show_where_it_leaps() -> None:
     record = replace(GOOD, contact_mm=3.0).record()
     halved = np.zeros((2, record.time_s.size))
