@@ -197,6 +197,9 @@ def _found(
     if at + 1 >= stroke.size or record.has_break(first + max(0, at - 1), first + at + 1):
         return _not_shown("the record has a hole where the force begins to rise", stated_zero_mm)
     low_mm, high_mm, how = _stretch(stroke, force, at, level, band)
+    if how == "rise":
+        lowest_mm = _met_above(stroke, force, at, level, band, _FIRST_SHARE * rubs)
+        low_mm, how = (low_mm, how) if lowest_mm is None else (lowest_mm, "jump")
     if record.between is not None:  # between its readings the force is drawn smooth: it leaps in any of them
         time, step_s = record.time_s[rows], record.between.step_s
         low_mm = min(low_mm, float(np.interp(time[at] - step_s, time, stroke)))
@@ -350,10 +353,7 @@ def _stretch(
     """
     before, after = sorted((float(stroke_mm[at]), float(stroke_mm[at + 1])))
     beyond, pushed = stroke_mm[at + 1 :] - after, force_kN[at + 1 :]
-    far = max(
-        _BRANCH_MM, float(np.partition(beyond, min(_FEWEST, beyond.size - 1))[min(_FEWEST, beyond.size - 1)])
-    )
-    near = (beyond > far / 3.0) & (beyond <= far)
+    far, near = _near(beyond)
     # A stroke whose samples are held stays at one value, through which there is no line.
     if np.count_nonzero(near) < _FEWEST_REST or np.ptp(beyond[near]) <= _ONE_PLACE * far:
         return before, after, "step"
@@ -374,6 +374,40 @@ def _stretch(
     half = int(np.argmax(pushed >= level_kN + 0.5 * jump))
     ramp = max(float(stroke_mm[at + 1 + half]) - before, 0.0) / (0.5 * jump)
     return before - ramp * band_kN, after, "jump"
+
+
+def _near(beyond_mm: FloatArray) -> tuple[float, NDArray[np.bool_]]:
+    """Return how far the branch that is extrapolated goes [mm], and which samples behind contact it has."""
+    least = min(_FEWEST, beyond_mm.size - 1)
+    far = max(_BRANCH_MM, float(np.partition(beyond_mm, least)[least]))
+    return far, (beyond_mm > far / 3.0) & (beyond_mm <= far)
+
+
+def _met_above(
+    stroke_mm: FloatArray, force_kN: FloatArray, at: int, level_kN: float, band_kN: float, rubs_kN: float
+) -> float | None:
+    """Return the lowest place of contact [mm] of a preload that many samples show, or None.
+
+    The branch extrapolated to where the force was still at rest lies above it by the preload, or by less
+    where the contact lies behind; without one by what guides rub as they start, and what the branch bends.
+    Where the stroke stands until the force rises, place and force of the rest are known from many samples;
+    where it moves, from the last ones.
+    """
+    for rests in (_FEWEST_REST, _REST_SAMPLES):
+        stood, force = stroke_mm[: at + 1][-rests:], force_kN[: at + 1][-rests:]
+        place = float(np.mean(stood))
+        beyond, pushed = stroke_mm[at + 1 :] - place, force_kN[at + 1 :]
+        far, near = _near(beyond)
+        way = beyond[near]
+        if way.size < _FEWEST_REST or np.ptp(way) <= _ONE_PLACE * far:
+            return None
+        (slope, jump), cov = np.polyfit(way, pushed[near] - float(np.mean(force)), 1, cov=True)
+        u_jump = float(np.hypot(np.sqrt(cov[1, 1]), np.std(force) / np.sqrt(force.size)))
+        if jump - rubs_kN > _SURE * u_jump + _CURVED * float(slope) * float(np.mean(way)):
+            half = int(np.argmax(pushed >= level_kN + 0.5 * jump))
+            ramp = max(float(beyond[half]), 0.0) / (0.5 * float(jump))
+            return place - ramp * band_kN
+    return None
 
 
 def _noise_mm(stroke_mm: FloatArray, at: int) -> float:

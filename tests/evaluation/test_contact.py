@@ -194,6 +194,27 @@ def test_a_jump_between_coarse_samples_is_no_rise() -> None:
     assert found.beyond
 
 
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("approach_mm", [0.0, 0.2])
+def test_a_preload_is_met_at_the_rest_itself_amid_noise(approach_mm: float, seed: int) -> None:
+    """0.45 mm from sample to sample, noise of 0.1 mm and 0.5 kN, and guides that may rub by 3 kN."""
+    noisy = replace(GOOD, noise_kN=0.5, noise_mm=0.09, offset_kN=0.0, speed_mm_per_s=22.7, rate_Hz=50.0)
+    stiff = replace(noisy, contact_mm=1.7, approach_mm=approach_mm, frame_kN_per_mm=65.0, seed=seed)
+    found = replace(stiff, preload_kN=13.0).found()
+    assert (found.how, found.beyond) == ("jump", True)
+    assert found.stroke_mm == pytest.approx(1.7, abs=found.expanded_uncertainty)
+    assert not replace(stiff, preload_kN=13.0, contact_mm=0.0).found().beyond
+    assert replace(stiff, preload_kN=0.0, slope=8.0).found().how == "rise"
+
+
+def test_an_approach_of_six_samples_shows_a_small_preload_amid_noise() -> None:
+    """Guides may rub by half of the preload, and noise hides as much in each sample."""
+    noisy = replace(GOOD, noise_kN=0.4, noise_mm=0.004, offset_kN=0.0, speed_mm_per_s=10.6, rate_Hz=59.5)
+    found = replace(noisy, contact_mm=2.75, approach_mm=1.0, preload_kN=7.0, slope=2.2).found()
+    assert (found.how, found.beyond) == ("jump", True)
+    assert found.stroke_mm == pytest.approx(2.75, abs=found.expanded_uncertainty)
+
+
 def test_a_force_that_is_interpolated_does_not_show_where_it_leaps() -> None:
     record = replace(GOOD, contact_mm=3.0).record()
     halved = np.zeros((2, record.time_s.size))
