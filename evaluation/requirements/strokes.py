@@ -81,7 +81,8 @@ def cycle_count(case: Case) -> RequirementResult | None:
     if limits.lower is not None and whole > least:
         why += f", the first {least} are judged"
     last = judged_strokes(case)[-1].cycle.index if case.strokes else 0
-    span = Span(float(whole), float(found), "the record begins or ends within a further one")
+    most = float(found + begins_another(case))
+    span = Span(float(whole), most, "the record begins or ends within a further one")
     if case.numbering.begun:
         span = Span(float(whole), np.inf, case.numbering.begun)
     if hidden := [d.why for d in case.numbering.hidden if d.first <= last or whole < least]:

@@ -74,7 +74,7 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     silent = [one for one in seen if one.hole.length_s > interval_s]
     if silent:
         why += "; " + "; ".join(f"{one.sensor.name} has {one.hole.text(interval_s)}" for one in silent)
-    if not all(limits.meets(value) for one in seen for value in one.surely_C if np.isfinite(value)):
+    if any(_breaks(limits, *one.surely_C) for one in seen):
         verdict = "fail"
     elif not all(limits.meets(v) for v in (coldest, warmest, *(s.at_start_C for s in seen))):
         verdict, why = (
@@ -86,6 +86,12 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     elif unknown := _unknown(case, result):
         verdict, why = "inconclusive", f"{why}; {unknown}"
     return condition_row(case, _IDENTITY, cycle.index, text, limits, worst, verdict, why, uncertainty)
+
+
+def _breaks(limits: Limits, coldest_C: float, warmest_C: float) -> bool:
+    """Say whether it was surely colder or warmer than permitted: so cold at least, and so warm at least."""
+    below = limits.lower is not None and coldest_C < limits.lower
+    return below or (limits.upper is not None and warmest_C > limits.upper)
 
 
 def _missing_s(case: Case, result: CycleResult) -> FloatArray:
