@@ -129,13 +129,19 @@ def _after_turns(look: Look, results: Sequence[CycleResult]) -> list[_Turn]:
     """Return what the force does after upper turns; nothing of those that say nothing of its lateness."""
     record = look.record
     known = [
-        (result.cycle, *sorted((look.sign * own.force_min_kN, look.sign * own.force_max_kN)))
+        (result.cycle, look.sign * own.force_min_kN, look.sign * own.force_max_kN)
         for result in results
         if (own := result.quantities).force_max_kN is not None and own.force_min_kN is not None
     ]
     figures = [
-        (cycle.start.leave_s, cycle.top.leave_s, cycle.end.time_s, least_kN, most_kN)
-        for cycle, least_kN, most_kN in known
+        (
+            cycle.start.leave_s,
+            cycle.top.leave_s,
+            cycle.end.time_s,
+            min(one_kN, other_kN),
+            max(one_kN, other_kN),
+        )
+        for cycle, one_kN, other_kN in known
     ]
     start_s, leave_s, end_s, least_kN, most_kN = np.array(figures, dtype=np.float64).reshape(-1, 5).T
     range_kN = most_kN - least_kN
