@@ -151,13 +151,13 @@ def main(arguments: list[str]) -> int:
         return 0 if task in {"", "-h", "--help"} else 2
     set_up()
     if task == "demo":
-        return run("-m", "cli", "demo", *rest)
+        return run("-m", "bufferstand", "demo", *rest)
     if task == "test":
         return test(rest)
     if task == "check":
         return check()
     if task == "run":
-        return run("-m", "cli", *rest)
+        return run("-m", "bufferstand", *rest)
     return 0
 
 

@@ -26,19 +26,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.guards import ChannelGuard
-from daq.metadata import stream_document
-from daq.pace import Pace
-from daq.panel import GuardPanel, GuardSet
-from drivers.connect import build_controller
-from drivers.interfaces import Stand
-from drivers.ring_controller import RingController
-from drivers.simulated.process import start_process
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from foundation.clock import WallClock
-from recording.writer import RunRecorder
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.guards import ChannelGuard
+from bufferstand.daq.metadata import stream_document
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
+from bufferstand.recording.writer import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TURN = 40

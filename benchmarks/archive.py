@@ -26,9 +26,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from recording.content import Event, Segment, StreamContent
-from recording.run import Run
-from recording.runfile import open_run, write_run
+from bufferstand.recording.content import Event, Segment, StreamContent
+from bufferstand.recording.run import Run
+from bufferstand.recording.runfile import open_run, write_run
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "sample_runs/runs/013-harmonic-78mm-15mm-0.849Hz.h5"
@@ -127,14 +127,14 @@ def measure(folder: Path, runs: int, jobs: int, draws: int) -> None:
     size = sum(path.stat().st_size for path in made)
     print(f"{runs} runs of {size / runs / 1e3:.0f} kB, {jobs} processes, {draws} draws")
     time.sleep(3.0)  # what has just changed is not trusted to be settled
-    evaluate = ["-m", "cli", "evaluate", str(archive), "--draws", str(draws), "--jobs", str(jobs)]
+    evaluate = ["-m", "bufferstand", "evaluate", str(archive), "--draws", str(draws), "--jobs", str(jobs)]
     kept = ["--cache", str(folder / "cache"), "--table", str(folder / "cycles.csv")]
     for path in (folder / "cache").glob("*"):
         path.unlink()
     read = ["-c", f"from benchmarks.archive import bare; bare({str(archive)!r}, {jobs})"]
     few = str(made[0].parent)
     cost(read)  # both sides once before: files and compiled libraries are at hand then
-    cost(["-m", "cli", "evaluate", few, "--draws", str(draws), "--jobs", str(jobs), "--no-cache"])
+    cost(["-m", "bufferstand", "evaluate", few, "--draws", str(draws), "--jobs", str(jobs), "--no-cache"])
     reading = cost(read)
     first = cost([*evaluate, *kept])
     second = cost([*evaluate, *kept])

@@ -16,13 +16,13 @@ import time
 from pathlib import Path
 
 from benchmarks.archive import make_run
-from evaluation.archive.cluster import Cluster
-from evaluation.archive.evaluate import evaluate_archive
-from evaluation.archive.identity import Settings
-from evaluation.archive.kept import Wanted
-from evaluation.archive.local import Local
-from evaluation.archive.tables import cycles_frame
-from evaluation.results import Options
+from bufferstand.evaluation.archive.cluster import Cluster
+from bufferstand.evaluation.archive.evaluate import evaluate_archive
+from bufferstand.evaluation.archive.identity import Settings
+from bufferstand.evaluation.archive.kept import Wanted
+from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.tables import cycles_frame
+from bufferstand.evaluation.results import Options
 from tests.evaluation_archive.dask_cluster import DaskCluster, dask_cluster
 
 

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import make_record
-from evaluation.results import Options, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
-from foundation.kind import Kind
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.foundation.kind import Kind
 
 Floats = NDArray[np.float64]
 RATE_HZ = 5000.0

@@ -32,7 +32,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=15)
     rounds = parser.parse_args().rounds
     for command in ("", "evaluate", "run", "report"):
-        words = ("-P", "-m", "cli", *command.split(), "--help")
+        words = ("-P", "-m", "bufferstand", *command.split(), "--help")
         pairs = [(seconds(words), seconds(BARE)) for _ in range(rounds)]
         ours, bare = (min(pair[i] for pair in pairs) for i in (0, 1))
         limits = f" (at most {MOST_S:g} s, {MOST_RATIO:g} x)" if not command else ""

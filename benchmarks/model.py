@@ -22,12 +22,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.model import kernels
+from bufferstand.model.file import load_model
+from bufferstand.model.fleet import SpringFleet, factors_of, law_of, rest_of
+from bufferstand.model.isothermal import isothermal_force
+from bufferstand.model.spring import SpringModel, ViscousBranch
 from examples.train_impact import MODELS
-from model import kernels
-from model.file import load_model
-from model.fleet import SpringFleet, factors_of, law_of, rest_of
-from model.isothermal import isothermal_force
-from model.spring import SpringModel, ViscousBranch
 
 Floats = NDArray[np.float64]
 STEP_S = 1e-3

@@ -24,20 +24,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.guards import ChannelGuard
-from daq.metadata import stream_document
-from daq.monitor.access import Tokens
-from daq.monitor.process import Address, web_process
-from daq.monitor.publisher import Publisher, publishing
-from daq.panel import GuardPanel, GuardSet
-from drivers.connect import build_controller
-from drivers.interfaces import Stand
-from drivers.simulated.process import start_process
-from drivers.stand_file import load_stand, with_endpoints
-from foundation.clock import WallClock
-from recording.writer import RunRecorder
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.guards import ChannelGuard
+from bufferstand.daq.metadata import stream_document
+from bufferstand.daq.monitor.access import Tokens
+from bufferstand.daq.monitor.process import Address, web_process
+from bufferstand.daq.monitor.publisher import Publisher, publishing
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
+from bufferstand.recording.writer import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TOKENS = Tokens(view="benchmark", control="", free_view=True)

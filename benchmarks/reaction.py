@@ -31,22 +31,22 @@ from typing import Any
 
 import numpy as np
 
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.driving import Driver, Halt
-from daq.guards import Action, ChannelGuard
-from daq.metadata import stream_document
-from daq.pace import Pace
-from daq.panel import GuardPanel, GuardSet
-from daq.safe_stop import SafeStop, SafeStopSettings
-from daq.signals import StopRequest
-from drivers.connect import build_controller, build_sensors
-from drivers.interfaces import Controller, SampleBlock, Stand
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.process import start_process, wires_folder
-from drivers.stand_file import load_stand, with_endpoints
-from foundation.clock import Clock, WallClock
-from recording.writer import RunRecorder
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.guards import Action, ChannelGuard
+from bufferstand.daq.metadata import stream_document
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.signals import StopRequest
+from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.drivers.interfaces import Controller, SampleBlock, Stand
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.process import start_process, wires_folder
+from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.foundation.clock import Clock, WallClock
+from bufferstand.recording.writer import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TOP_MM = 10.0

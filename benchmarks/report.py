@@ -24,14 +24,14 @@ from contextlib import contextmanager
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from evaluation.archive.comparison import load_evaluation
-from evaluation.figures.paint import draw
-from evaluation.report.build import build_content
-from evaluation.report.html import render_html
-from evaluation.report.pdf import render_pdf
-from evaluation.report.reading import read_source
-from recording.content import StreamContent
-from recording.runfile import open_run, write_run
+from bufferstand.evaluation.archive.comparison import load_evaluation
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.html import render_html
+from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.reading import read_source
+from bufferstand.recording.content import StreamContent
+from bufferstand.recording.runfile import open_run, write_run
 
 SAMPLES = Path(__file__).parents[1] / "sample_runs" / "runs"
 PAUSE_S = 20.0
@@ -82,7 +82,7 @@ def as_a_user(folder: Path, out: Path, *further: str) -> None:
     """Run the command and print what it took, its children included."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     wall = time.perf_counter()
-    command = [sys.executable, "-P", "-m", "cli", "report", str(folder), "--out", str(out), *further]
+    command = [sys.executable, "-P", "-m", "bufferstand", "report", str(folder), "--out", str(out), *further]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     after, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - wall
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime

@@ -43,24 +43,24 @@ from benchmarks.runaway_causes import (
     AmokSine,
     Stiff,
 )
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.driving import Driver, Halt
-from daq.guards import Action, ChannelGuard
-from daq.panel import GuardPanel, GuardSet
-from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
-from daq.scaling import ScaledBlock
-from daq.signals import StopRequest
-from daq.stop_eyes import StopEyes
-from drivers.interfaces import Stand
-from drivers.profile import Profile, load_profile
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.physics import ActuatorFacts
-from drivers.simulated.virtual_link import Lost, behind_a_wire
-from drivers.simulated.virtual_polling import polled_behind_a_wire
-from drivers.stand_file import StandFile, load_stand
-from foundation.clock import Clock
-from protocols.steps import Motion, RampTo, Release
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.guards import Action, ChannelGuard
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.signals import StopRequest
+from bufferstand.daq.stop_eyes import StopEyes
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.profile import Profile, load_profile
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.physics import ActuatorFacts
+from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
+from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
+from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.foundation.clock import Clock
+from bufferstand.protocols.steps import Motion, RampTo, Release
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 ROUND_TRIPS_S = (0.00004, 0.001, 0.002, 0.005, 0.01)

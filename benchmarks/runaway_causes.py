@@ -6,17 +6,17 @@ import struct
 from collections.abc import Callable, Collection
 from contextlib import suppress
 
-from daq.commanding import Commanding
-from drivers.interfaces import CommandRejected
-from drivers.interfaces import Controller as Interface
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.controller import Controller
-from drivers.simulated.device import RATE_HZ
-from drivers.simulated.modbus_pdu import WRITE_SEVERAL
-from drivers.simulated.motions import Harmonic as RunningSine
-from drivers.simulated.motions import Motion, Ramp
-from drivers.simulated.virtual_link import Lost
-from protocols.steps import Harmonic
+from bufferstand.daq.commanding import Commanding
+from bufferstand.drivers.interfaces import CommandRejected
+from bufferstand.drivers.interfaces import Controller as Interface
+from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.controller import Controller
+from bufferstand.drivers.simulated.device import RATE_HZ
+from bufferstand.drivers.simulated.modbus_pdu import WRITE_SEVERAL
+from bufferstand.drivers.simulated.motions import Harmonic as RunningSine
+from bufferstand.drivers.simulated.motions import Motion, Ramp
+from bufferstand.drivers.simulated.virtual_link import Lost
+from bufferstand.protocols.steps import Harmonic
 
 STIFFNESS_KN_PER_MM = 20.0
 SPEED_MM_PER_S = 50.0
@@ -52,7 +52,8 @@ class Spoiled:
     Parameters
     ----------
     deaf_to : collection of int
-        Commands (:class:`drivers.simulated.commands.Code`) that it acknowledges while it goes on as before.
+        Commands (:class:`bufferstand.drivers.simulated.commands.Code`) that it acknowledges while it goes on
+        as before.
     loses : str
         What is lost of the first request with a hold that goes over the wire in each run: its ``request`` or
         ``reply``; empty for neither.

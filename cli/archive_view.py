@@ -8,10 +8,10 @@ from contextlib import contextmanager
 
 import click
 
-from cli.evaluation_view import show_conformity, show_together
-from cli.options import figure, show_table
-from evaluation.archive.evaluate import ArchiveEvaluation, Progress
-from evaluation.archive.kept import KeptRun
+from bufferstand.cli.evaluation_view import show_conformity, show_together
+from bufferstand.cli.options import figure, show_table
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, Progress
+from bufferstand.evaluation.archive.kept import KeptRun
 
 LEAST_RUNS = 3
 """Fewer are done before a bar is read."""

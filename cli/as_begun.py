@@ -1,7 +1,8 @@
 """``resume`` goes on as the campaign was begun: on the same kind of stand, and with what has changed said.
 
-What differs in the campaign's files is shown before anything is connected (:mod:`cli.edits`). Controller and
-software come after the consent to move: until then no device is touched. All that is done here reads only.
+What differs in the campaign's files is shown before anything is connected (:mod:`bufferstand.cli.edits`).
+Controller and software come after the consent to move: until then no device is touched. All that is done here
+reads only.
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ from typing import Any
 
 import click
 
-from cli.arming import Consent, is_terminal, typed_line, user_name
-from cli.campaigns import Prepared
-from daq.begun import Begun, begun, software_version
-from daq.changes import SERIAL, Change, controller_changes, software_changes
-from daq.folder import CampaignRecord
-from daq.reached import OWN_WORD, REAL, WAITS, Reached, mixing
-from drivers.connect import Look, look_at_controller
-from foundation.errors import BadInput, DeviceFault
+from bufferstand.cli.arming import Consent, is_terminal, typed_line, user_name
+from bufferstand.cli.campaigns import Prepared
+from bufferstand.daq.begun import Begun, begun, software_version
+from bufferstand.daq.changes import SERIAL, Change, controller_changes, software_changes
+from bufferstand.daq.folder import CampaignRecord
+from bufferstand.daq.reached import OWN_WORD, REAL, WAITS, Reached, mixing
+from bufferstand.drivers.connect import Look, look_at_controller
+from bufferstand.foundation.errors import BadInput, DeviceFault
 
 OPTION = "--accept-controller"
 BEGUN_REAL = "this campaign was begun on the stand that its stand file leads to"

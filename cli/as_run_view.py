@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from cli.options import show_table
-from daq.as_run import (
+from bufferstand.cli.options import show_table
+from bufferstand.daq.as_run import (
     AS_RUN_NAME,
     REPORT_HEADER,
     AsRun,
@@ -20,10 +20,10 @@ from daq.as_run import (
     rows_in_force,
     totals,
 )
-from daq.folder import load_record
-from foundation.durations import duration_text
-from foundation.errors import BadInput
-from protocols.plan import Plan
+from bufferstand.daq.folder import load_record
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.plan import Plan
 
 
 def rows_against(plan: Plan, folder: Path) -> tuple[AsRun, ...]:

@@ -9,20 +9,20 @@ from pathlib import Path
 
 import click
 
-from cli.arming import Consent, Movement, ask_to_move
-from cli.gone import nobody_reads, say
-from cli.movement import stand_text
-from daq.driving import Halt
-from daq.guards import Action, Trip
-from daq.kept_zero import stored_path, stored_zero
-from daq.manual import RELEASE_SPEED_MM_PER_S, ManualLimits, ManualStand, by_hand
-from daq.signals import StopRequest, stop_on_signals
-from drivers.connect import build_controller, build_sensors
-from drivers.interfaces import Stand
-from drivers.stand_file import StandFile, load_stand
-from foundation.clock import Clock, WallClock
-from foundation.errors import ExitStatus
-from foundation.zero import Zero
+from bufferstand.cli.arming import Consent, Movement, ask_to_move
+from bufferstand.cli.gone import nobody_reads, say
+from bufferstand.cli.movement import stand_text
+from bufferstand.daq.driving import Halt
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.kept_zero import stored_path, stored_zero
+from bufferstand.daq.manual import RELEASE_SPEED_MM_PER_S, ManualLimits, ManualStand, by_hand
+from bufferstand.daq.signals import StopRequest, stop_on_signals
+from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.foundation.clock import Clock, WallClock
+from bufferstand.foundation.errors import ExitStatus
+from bufferstand.foundation.zero import Zero
 
 
 @contextmanager
@@ -64,7 +64,7 @@ def moving(stand: Stand, stand_file: StandFile, clock: Clock, limits: ManualLimi
     Raises
     ------
     Halt, DeviceFault
-        As :func:`daq.manual.by_hand`; a terminal that is gone is the operator's stop.
+        As :func:`bufferstand.daq.manual.by_hand`; a terminal that is gone is the operator's stop.
     """
     try:
         with (

@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from daq.unguarded import demand_consent, demand_thermometers, unguarded, watching_of
-from drivers.leeway import leeway_of
-from drivers.stand_file import StandFile, load_stand, wires_from
-from foundation.specimen import SpecimenFile, load_specimen
-from model.file import load_model
-from protocols.campaign import Campaign, load_campaign
-from protocols.curve_predictor import CurvePredictor, NothingKnown
-from protocols.guard_bounds import demand_bounds
-from protocols.limits import StandLimits
-from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor, Predictor
-from protocols.unseen_heat import demand_heat_is_seen
+from bufferstand.daq.unguarded import demand_consent, demand_thermometers, unguarded, watching_of
+from bufferstand.drivers.leeway import leeway_of
+from bufferstand.drivers.stand_file import StandFile, load_stand, wires_from
+from bufferstand.foundation.specimen import SpecimenFile, load_specimen
+from bufferstand.model.file import load_model
+from bufferstand.protocols.campaign import Campaign, load_campaign
+from bufferstand.protocols.curve_predictor import CurvePredictor, NothingKnown
+from bufferstand.protocols.guard_bounds import demand_bounds
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.prediction import ModelPredictor, Predictor
+from bufferstand.protocols.unseen_heat import demand_heat_is_seen
 
 BOTH = "{specimen} has a spring model and a [catalogue]: the model is taken, the catalogue's points are not"
 """What is said of a specimen of which two things are known."""

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from cli.campaigns import Prepared
-from daq.folder import CampaignRecord, begin_record
-from daq.inputs import FileEdit, Inputs
-from daq.limits import DEFAULT_TILT_MM, SPEED_FACTOR
-from daq.same_steps import same_steps
-from daq.unguarded import what_is_unguarded
-from drivers.profile import SHIPPED
-from drivers.stand_file import StandFile
-from protocols.guard_table import GuardTable, TripAction
-from protocols.plan import Plan
-from protocols.steps import PlannedStep
-from protocols.zero_table import ZeroTable
+from bufferstand.cli.campaigns import Prepared
+from bufferstand.daq.folder import CampaignRecord, begin_record
+from bufferstand.daq.inputs import FileEdit, Inputs
+from bufferstand.daq.limits import DEFAULT_TILT_MM, SPEED_FACTOR
+from bufferstand.daq.same_steps import same_steps
+from bufferstand.daq.unguarded import what_is_unguarded
+from bufferstand.drivers.profile import SHIPPED
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.protocols.guard_table import GuardTable, TripAction
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import PlannedStep
+from bufferstand.protocols.zero_table import ZeroTable
 
 Direction = Literal["stricter", "LOOSER", "another"]
 BOUNDS = ("force_max_kN", "stroke_max_mm", "frequency_max_Hz", "speed_max_mm_per_s", "force_trip_kN",

@@ -15,12 +15,12 @@ from typing import Any, Literal
 
 import click
 
-from cli.arming import is_terminal, typed_line, user_name
-from cli.campaigns import Prepared, prepare
-from cli.edit_meaning import LimitEdit, edits_shown, limits_edited, means_nothing, steps_told
-from daq.changes import file_changes
-from daq.folder import CampaignFolder, CampaignRecord
-from daq.inputs import (
+from bufferstand.cli.arming import is_terminal, typed_line, user_name
+from bufferstand.cli.campaigns import Prepared, prepare
+from bufferstand.cli.edit_meaning import LimitEdit, edits_shown, limits_edited, means_nothing, steps_told
+from bufferstand.daq.changes import file_changes
+from bufferstand.daq.folder import CampaignFolder, CampaignRecord
+from bufferstand.daq.inputs import (
     INPUTS_NAME,
     FileEdit,
     Inputs,
@@ -29,8 +29,8 @@ from daq.inputs import (
     read_inputs,
     restore_inputs,
 )
-from daq.starting import take_edits
-from foundation.errors import BadInput
+from bufferstand.daq.starting import take_edits
+from bufferstand.foundation.errors import BadInput
 
 Choice = Literal["take", "keep"]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from cli.options import figure, show_table
+from bufferstand.cli.options import figure, show_table
 
 COLUMNS = [
     ("run", "whole"),

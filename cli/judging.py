@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
-from cli.options import FILE, FiniteFloat, warn
-from evaluation.choices import DecisionRule, ForceCell
-from foundation.errors import BadInput
-from foundation.shares import MOVING_MASS_MOST_KG
+from bufferstand.cli.options import FILE, FiniteFloat, warn
+from bufferstand.evaluation.choices import DecisionRule, ForceCell
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.shares import MOVING_MASS_MOST_KG
 
 if TYPE_CHECKING:
-    from evaluation.requirements.limit_set import LimitSet
-    from evaluation.results import Options
+    from bufferstand.evaluation.requirements.limit_set import LimitSet
+    from bufferstand.evaluation.results import Options
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Judging:
 
     def warn_of_unused(self, runs: Sequence[Mapping[str, Any]]) -> None:
         """Say which inspector's file goes with none of the runs (``run`` of each entry of the document)."""
-        from evaluation.requirements.inspection import unused
+        from bufferstand.evaluation.requirements.inspection import unused
 
         for inspection in unused(self.options.inspections, runs):
             facts = inspection.inspection
@@ -104,10 +104,10 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
         force_cell: ForceCell | None,
         **others: Any,
     ) -> Any:
-        from evaluation.requirements.checklist import asked_items
-        from evaluation.requirements.inspection import load_inspection
-        from evaluation.requirements.limit_set import find_limit_set, shipped_limit_set
-        from evaluation.results import Options
+        from bufferstand.evaluation.requirements.checklist import asked_items
+        from bufferstand.evaluation.requirements.inspection import load_inspection
+        from bufferstand.evaluation.requirements.limit_set import find_limit_set, shipped_limit_set
+        from bufferstand.evaluation.results import Options
 
         limit_set = shipped_limit_set() if limits is None else find_limit_set(limits)
         options = Options(

@@ -16,9 +16,9 @@ try:
 
     import click
 
-    from cli.gone import drop, is_closed_terminal, shows_on_terminal
-    from cli.lazy import LazyGroup, module_name
-    from foundation.errors import BadInput, DeviceFault, ExitStatus
+    from bufferstand.cli.gone import drop, is_closed_terminal, shows_on_terminal
+    from bufferstand.cli.lazy import LazyGroup, module_name
+    from bufferstand.foundation.errors import BadInput, DeviceFault, ExitStatus
 except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOPPED
     sys.stderr.write("bufferstand: stopped by the operator: nothing was begun\n")
     raise SystemExit(3) from None
@@ -65,7 +65,7 @@ BUG_STATUS = 70
 
 @click.group(
     cls=LazyGroup,
-    modules={name: f"cli.commands.{module_name(name)}" for name in COMMANDS},
+    modules={name: f"bufferstand.cli.commands.{module_name(name)}" for name in COMMANDS},
     summaries=COMMANDS,
     sections=SECTIONS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from model.identification.drive import Drive
-from model.identification.response import Answer
-from model.simulation import Simulation
-from model.spring import SpringModel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.identification.drive import Drive
+from bufferstand.model.identification.response import Answer
+from bufferstand.model.simulation import Simulation
+from bufferstand.model.spring import SpringModel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cli.options import warn
-from evaluation.load import load_run
-from evaluation.model_check import AT_CONTACT_MM, KINDS, drive_of
-from evaluation.record import Record
-from evaluation.results import RunFacts
-from foundation.errors import BadInput
-from model.identification.drive import Drive, join
-from recording.catalogue import list_runs
+from bufferstand.cli.options import warn
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.model_check import AT_CONTACT_MM, KINDS, drive_of
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.identification.drive import Drive, join
+from bufferstand.recording.catalogue import list_runs
 
 LONGEST_GAP_S = 3600.0
 """Runs further apart are not taken to follow each other."""

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import click
 
-from cli.options import show_table, warn
-from model.identification.fitting import Estimate
-from model.identification.identify import Identification
-from model.identification.laws import LAWS, NAMES
-from model.identification.validation import CycleCheck
+from bufferstand.cli.options import show_table, warn
+from bufferstand.model.identification.fitting import Estimate
+from bufferstand.model.identification.identify import Identification
+from bufferstand.model.identification.laws import LAWS, NAMES
+from bufferstand.model.identification.validation import CycleCheck
 
 _MOST_CYCLES = 12
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from cli.arming import Movement
-from cli.campaigns import Prepared
-from daq.touch_peak import met_peak_kN, turned_peak_kN
-from drivers.stand_file import StandFile
-from foundation.durations import duration_text
-from foundation.specimen import Specimen
-from protocols.plan import Plan
-from protocols.steps import Hold, Motion, PlannedStep, WaitUntilCool, motion_dict
-from protocols.zero_table import ZeroTable
+from bufferstand.cli.arming import Movement
+from bufferstand.cli.campaigns import Prepared
+from bufferstand.daq.touch_peak import met_peak_kN, turned_peak_kN
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import Hold, Motion, PlannedStep, WaitUntilCool, motion_dict
+from bufferstand.protocols.zero_table import ZeroTable
 
 _UNITS = {
     "_mm_per_s": "mm/s", "_kN_per_s": "kN/s", "_mm": "mm", "_kN": "kN", "_Hz": "Hz", "_s": "s", "_C": "°C",
@@ -29,7 +29,7 @@ def campaign_movement(prepared: Prepared, left: Sequence[tuple[PlannedStep, Sequ
     prepared : Prepared
         The campaign, its stand and its specimen.
     left : sequence of (PlannedStep, motions)
-        What is still to be done, in order (:func:`daq.starting.left_to_do`).
+        What is still to be done, in order (:func:`bufferstand.daq.starting.left_to_do`).
     """
     specimen = prepared.specimen_file.specimen
     return Movement(

@@ -13,9 +13,9 @@ from typing import Any, Literal, TextIO, TypeVar
 
 import click
 
-from foundation.clock import DELAYS_TO_SPEED
-from foundation.errors import BadInput
-from foundation.output import check_outputs, replaced_whole
+from bufferstand.foundation.clock import DELAYS_TO_SPEED
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.output import check_outputs, replaced_whole
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 JUDGED_TO_SPEED = f"delays of signals are judged only at a speed of at most {DELAYS_TO_SPEED:g}"
@@ -69,7 +69,8 @@ def out_option(help_text: str, *, required: bool = True) -> Callable[[Function],
 
 
 def monitor_address(context: click.Context, parameter: click.Parameter, value: str | None) -> Any:  # noqa: ARG001
-    """Return where a page is served (:class:`daq.monitor.process.Address`), None where none is wanted.
+    """Return where a page is served (:class:`bufferstand.daq.monitor.process.Address`), None where none is
+    wanted.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def monitor_address(context: click.Context, parameter: click.Parameter, value: s
     """
     if value is None:
         return None
-    from daq.monitor.process import parse_address  # noqa: PLC0415 - only where a page is wanted
+    from bufferstand.daq.monitor.process import parse_address  # noqa: PLC0415 - only where a page is wanted
 
     return parse_address(value)
 
@@ -156,7 +157,7 @@ def open_output(target: str) -> Iterator[TextIO]:
     Raises
     ------
     BadInput
-        As :func:`foundation.output.replaced_whole`, and if standard output is closed.
+        As :func:`bufferstand.foundation.output.replaced_whole`, and if standard output is closed.
     """
     if target == "-":
         if sys.stdout is None:  # closed by whoever started this
@@ -173,7 +174,7 @@ def check_named(*targets: str | Path | None) -> None:
     Raises
     ------
     BadInput
-        As :func:`foundation.output.check_outputs`.
+        As :func:`bufferstand.foundation.output.check_outputs`.
     """
     check_outputs(Path(target) for target in targets if target is not None and str(target) != "-")
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols.plan import Plan
-from protocols.steps import PlannedStep
-from protocols.stroke_history import stroke_over_time
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import PlannedStep
+from bufferstand.protocols.stroke_history import stroke_over_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

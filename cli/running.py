@@ -10,30 +10,30 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from cli.arming import Consent, ask_to_move, check_given
-from cli.campaigns import Prepared
-from cli.movement import campaign_movement
-from cli.options import warn
-from cli.simulation import simulated_stand
-from daq.folder import CampaignRecord
-from daq.kept_zero import stored_zero
-from daq.keys import keys_from
-from daq.metadata import CampaignFacts
-from daq.monitor.process import Address, web_process
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from daq.signals import StopRequest, stop_on_signals
-from daq.starting import left_to_do
-from daq.terminal import progress_on
-from daq.unguarded import unguarded_at
-from drivers.connect import build_controller, build_sensors
-from drivers.interfaces import Stand
-from drivers.simulated.stand_clock import SHOWN, StandClock
-from drivers.simulated.waiting import NAME, WIRES, is_waiting
-from drivers.stand_file import StandFile
-from foundation.clock import Clock, WallClock
-from foundation.errors import BadInput
-from foundation.zero import Zero
+from bufferstand.cli.arming import Consent, ask_to_move, check_given
+from bufferstand.cli.campaigns import Prepared
+from bufferstand.cli.movement import campaign_movement
+from bufferstand.cli.options import warn
+from bufferstand.cli.simulation import simulated_stand
+from bufferstand.daq.folder import CampaignRecord
+from bufferstand.daq.kept_zero import stored_zero
+from bufferstand.daq.keys import keys_from
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.monitor.process import Address, web_process
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.signals import StopRequest, stop_on_signals
+from bufferstand.daq.starting import left_to_do
+from bufferstand.daq.terminal import progress_on
+from bufferstand.daq.unguarded import unguarded_at
+from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.simulated.stand_clock import SHOWN, StandClock
+from bufferstand.drivers.simulated.waiting import NAME, WIRES, is_waiting
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.clock import Clock, WallClock
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.zero import Zero
 
 
 def consent_to_move(
@@ -65,7 +65,7 @@ def consent_to_move(
     Raises
     ------
     BadInput
-        As :func:`perform` for the speed, and as :func:`cli.arming.ask_to_move`.
+        As :func:`perform` for the speed, and as :func:`bufferstand.cli.arming.ask_to_move`.
     """
     _check_speed(simulate, speed)
     movement = campaign_movement(prepared, left_to_do(prepared.plan, before, out))
@@ -106,7 +106,7 @@ def perform(
     edits : mapping, optional
         How edited files came to be taken, for the folder.
     changes : tuple of mapping
-        What differs from the start before, as it was accepted (:mod:`cli.as_begun`).
+        What differs from the start before, as it was accepted (:mod:`bufferstand.cli.as_begun`).
     accepted_serial : str
         Serial number of another controller that was accepted.
     truth : Path, optional

@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from cli.campaigns import Prepared
-from drivers.simulated.stand_clock import StandClock
-from drivers.stand_file import StandFile, with_endpoints
-from foundation.clock import Clock
+from bufferstand.cli.campaigns import Prepared
+from bufferstand.drivers.simulated.stand_clock import StandClock
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.foundation.clock import Clock
 
 STARVED_S = 10.0
 """Longest wait for a reply of the simulated stand [s of the wall]: a busy machine starves its process."""
@@ -36,7 +36,7 @@ def simulated_stand(
         If the stand file has no usable ``[simulation]`` or the process does not come up.
     """
     # The simulated stand is slow to import, and a real one does without it.
-    from drivers.simulated.process import start_process, wires_folder  # noqa: PLC0415
+    from bufferstand.drivers.simulated.process import start_process, wires_folder  # noqa: PLC0415
 
     with (
         wires_folder() as folder,

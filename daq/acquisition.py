@@ -12,23 +12,30 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from daq.blocks import join_blocks
-from daq.clock_guard import PAUSE_S, HostMemory, evaluate_host
-from daq.continuity import Continuity
-from daq.device_time import DeviceTime
-from daq.guards import Action, Trip
-from daq.pace import Pace
-from daq.panel import CONTROLLER_STREAM, GuardPanel
-from daq.plausibility_guard import PlausibilityGuard
-from daq.recorder_guard import RecorderGuard
-from daq.run_log import Recorder, RunLog
-from daq.scaling import ScaledBlock, scale, zeroed
-from daq.status_force import StatusForceMemory, evaluate_status_force
-from drivers.delivery import STATUS_LONGEST_S, status_rest_s
-from drivers.interfaces import NO_REPLY, ControllerStatus, SampleBlock, SensorFault, Stand, StreamFacts
-from foundation.channel import Branch
-from foundation.clock import Clock, steady_s
-from foundation.zero import Zero
+from bufferstand.daq.blocks import join_blocks
+from bufferstand.daq.clock_guard import PAUSE_S, HostMemory, evaluate_host
+from bufferstand.daq.continuity import Continuity
+from bufferstand.daq.device_time import DeviceTime
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.panel import CONTROLLER_STREAM, GuardPanel
+from bufferstand.daq.plausibility_guard import PlausibilityGuard
+from bufferstand.daq.recorder_guard import RecorderGuard
+from bufferstand.daq.run_log import Recorder, RunLog
+from bufferstand.daq.scaling import ScaledBlock, scale, zeroed
+from bufferstand.daq.status_force import StatusForceMemory, evaluate_status_force
+from bufferstand.drivers.delivery import STATUS_LONGEST_S, status_rest_s
+from bufferstand.drivers.interfaces import (
+    NO_REPLY,
+    ControllerStatus,
+    SampleBlock,
+    SensorFault,
+    Stand,
+    StreamFacts,
+)
+from bufferstand.foundation.channel import Branch
+from bufferstand.foundation.clock import Clock, steady_s
+from bufferstand.foundation.zero import Zero
 
 LONG_LOOK_S = 0.0005
 """After a look at the status that took longer, samples are read before anything else [s of the wall]."""

@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 
-from daq.as_run import AsRun, Expected
-from daq.heat_log import Seen
-from protocols.learning import HeatScale, Observation, end_as_measured, learn_heating
-from protocols.plan import Plan, expected_total_s
-from protocols.prediction import Predictor, Temperatures
-from protocols.replanning import Replanner
-from protocols.steps import PlannedStep
+from bufferstand.daq.as_run import AsRun, Expected
+from bufferstand.daq.heat_log import Seen
+from bufferstand.protocols.learning import HeatScale, Observation, end_as_measured, learn_heating
+from bufferstand.protocols.plan import Plan, expected_total_s
+from bufferstand.protocols.prediction import Predictor, Temperatures
+from bufferstand.protocols.replanning import Replanner
+from bufferstand.protocols.steps import PlannedStep
 
 MISSED_K = 0.3
 """As long as a step ends no further from what was expected, and the factors stay, the outlook holds."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.acquisition import Acquisition
-from daq.driving import Driver
-from daq.panel import GuardPanel, GuardSet
-from daq.reached import Reached
-from daq.ride_out import RideOut
-from daq.safe_stop import SafeStop
-from daq.zeroing import Zeroing
-from drivers.interfaces import Identity
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.driving import Driver
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.reached import Reached
+from bufferstand.daq.ride_out import RideOut
+from bufferstand.daq.safe_stop import SafeStop
+from bufferstand.daq.zeroing import Zeroing
+from bufferstand.drivers.interfaces import Identity
 
 
 @dataclass(frozen=True)

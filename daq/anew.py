@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from daq.acquisition import Acquisition
-from daq.controller_guard import WATCHDOG_FAULT, fault_text
-from daq.guards import Action, Trip
-from daq.ride_out import VALVE_OFF_S
-from drivers.interfaces import ControllerStatus, DeviceFault, Identity, NotInCharge, WireLost
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import WATCHDOG_FAULT, fault_text
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.ride_out import VALVE_OFF_S
+from bufferstand.drivers.interfaces import ControllerStatus, DeviceFault, Identity, NotInCharge, WireLost
 
 _WRAP_S = 2**32 * 1e-6
 """A controller's clock of microseconds begins again after so long [s]."""

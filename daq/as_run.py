@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.warmed import Warmed
-from foundation.durations import duration_text
-from foundation.errors import BadInput
-from protocols.learning import Observation
-from recording.run import Run
-from recording.runfile import open_run
+from bufferstand.daq.warmed import Warmed
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.learning import Observation
+from bufferstand.recording.run import Run
+from bufferstand.recording.runfile import open_run
 
 AS_RUN_NAME = "as-run.jsonl"
 REPORT_HEADER = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from foundation.errors import NotInCharge
+from bufferstand.foundation.errors import NotInCharge
 
 LONGEST_CALL_S = 4.0
 """No call to a controller takes longer where its ``timeout_s`` is half a second [s of the wall]."""

@@ -6,14 +6,14 @@ import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from daq.acquisition import Acquisition
-from daq.scaling import FORCES, STROKE_WIRES
-from daq.wiring.doubt import Doubt, channel_setting
-from daq.wiring.two_at_rest import doubt_at_rest
-from foundation.specimen import Specimen
-from foundation.zero import Zero
-from protocols.steps import PlannedStep
-from protocols.zero_table import ZeroTable
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.scaling import FORCES, STROKE_WIRES
+from bufferstand.daq.wiring.doubt import Doubt, channel_setting
+from bufferstand.daq.wiring.two_at_rest import doubt_at_rest
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.foundation.zero import Zero
+from bufferstand.protocols.steps import PlannedStep
+from bufferstand.protocols.zero_table import ZeroTable
 
 FIRST_LOOK_S = 0.5
 """So long at least every device is watched before anything moves [s of stand time]."""

@@ -11,12 +11,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from daq.folder import CampaignRecord
-from daq.reached import Reached
-from drivers.interfaces import Identity
-from foundation.errors import BadInput
-from recording.runfile import read_metadata
-from recording.simulated import HOW_KEY, KEY, simulated_of
+from bufferstand.daq.folder import CampaignRecord
+from bufferstand.daq.reached import Reached
+from bufferstand.drivers.interfaces import Identity
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.runfile import read_metadata
+from bufferstand.recording.simulated import HOW_KEY, KEY, simulated_of
 
 SIMULATE, SPEED, SOFTWARE, CONTROLLER, CHANGES = "simulate", "speed", "software", "controller", "changes"
 TRIP = "trip"

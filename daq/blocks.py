@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from drivers.interfaces import SampleBlock
+from bufferstand.drivers.interfaces import SampleBlock
 
 
 def join_blocks(blocks: Iterable[SampleBlock]) -> Iterator[SampleBlock]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from daq.acquisition import Acquisition
+from bufferstand.daq.acquisition import Acquisition
 
 CATCH_UP_S = 20.0
 """A reader that is behind the stand may stay so long without one newer sample [s of the wall]."""

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from daq.inputs import FileEdit
-from drivers.interfaces import Identity
+from bufferstand.daq.inputs import FileEdit
+from bufferstand.drivers.interfaces import Identity
 
 SERIAL = "the controller’s serial number"
 _CONTROLLER = (

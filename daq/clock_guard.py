@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
 
 DEVICE_JUMP_S = 0.1
 """So much the time stamps may differ from what the count of samples says, from block to block [s]."""

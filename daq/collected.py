@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.panel import CONTROLLER_STREAM
-from daq.scaling import ScaledBlock
+from bufferstand.daq.panel import CONTROLLER_STREAM
+from bufferstand.daq.scaling import ScaledBlock
 
 
 class Collected:

@@ -2,7 +2,7 @@
 
 Asked is the specimen's stroke, commanded the piston's: further by what the machine gives way under the force
 that is expected, by what the actuator falls short at the frequency, and by the zero. What is expected comes
-from the plan and from what was learned (:mod:`daq.stroke_learning`); a running sine is corrected.
+from the plan and from what was learned (:mod:`bufferstand.daq.stroke_learning`); a running sine is corrected.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from daq.slow_looking import RampLook, StaticLook
-from daq.stroke_agreement import Mute, Once, Terms, Voice
-from daq.stroke_command import commanded_sine, first_loading
-from daq.stroke_looking import Order, SineLook
-from daq.stroke_rows import StrokeRow
-from drivers.interfaces import Controller
-from protocols.commanded import Sine, piston_mm
-from protocols.steps import (
+from bufferstand.daq.slow_looking import RampLook, StaticLook
+from bufferstand.daq.stroke_agreement import Mute, Once, Terms, Voice
+from bufferstand.daq.stroke_command import commanded_sine, first_loading
+from bufferstand.daq.stroke_looking import Order, SineLook
+from bufferstand.daq.stroke_rows import StrokeRow
+from bufferstand.drivers.interfaces import Controller
+from bufferstand.protocols.commanded import Sine, piston_mm
+from bufferstand.protocols.steps import (
     Harmonic,
     Motion,
     MotionEstimate,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drivers.interfaces import SensorFault
+from bufferstand.drivers.interfaces import SensorFault
 
 
 class Complaints:

@@ -12,21 +12,21 @@ from typing import Protocol
 
 import numpy as np
 
-from daq.awake import Awake, StoodStill
-from daq.clock_guard import PAUSE_S
-from daq.guards import Action, Trip
-from daq.panel import GuardPanel
-from daq.ride_out import Reached, RideOut
-from drivers.interfaces import Controller, ControllerStatus
-from foundation.clock import Clock
-from foundation.errors import DeviceFault, NotInCharge, WireLost
+from bufferstand.daq.awake import Awake, StoodStill
+from bufferstand.daq.clock_guard import PAUSE_S
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.panel import GuardPanel
+from bufferstand.daq.ride_out import Reached, RideOut
+from bufferstand.drivers.interfaces import Controller, ControllerStatus
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import DeviceFault, NotInCharge, WireLost
 
 ASK_AGAIN_S = 1.0
 """So often it is asked whether another program still has the controller [s of the wall]."""
 
 
 class Watched(Reached, Protocol):
-    """What a break does to the one who reads (:class:`daq.acquisition.Acquisition`)."""
+    """What a break does to the one who reads (:class:`bufferstand.daq.acquisition.Acquisition`)."""
 
     feeding: bool
 

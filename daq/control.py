@@ -17,10 +17,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from daq.notes import clean_note, signed_note
-from daq.signals import StopLevel, StopRequest
-from foundation.errors import BadInput
-from foundation.line_socket import bind_for_oneself, connected, exchange
+from bufferstand.daq.notes import clean_note, signed_note
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.line_socket import bind_for_oneself, connected, exchange
 
 SOCKET_NAME = "control"
 WAIT_S = 5.0

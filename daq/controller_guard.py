@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
-from daq.wiring.tripped import Limited
-from drivers.cia402 import RESET_FORCE_MAX_KN
-from drivers.in_use import SWITCHED_ON
-from drivers.interfaces import ControllerStatus, EndReason, MotionState
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.tripped import Limited
+from bufferstand.drivers.cia402 import RESET_FORCE_MAX_KN
+from bufferstand.drivers.in_use import SWITCHED_ON
+from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState
 
 FAULT_CODES = {1: "watchdog", 2: "force limit of the device", 3: "stroke limit of the device", 4: "actuator"}
 """What the controller's ``fault_code`` means (register profile)."""

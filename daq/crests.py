@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols.commanded import Sine
+from bufferstand.protocols.commanded import Sine
 
 Floats = NDArray[np.float64]
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from protocols.commanded import Sine
-from protocols.stroke_table import StrokeTable
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.stroke_table import StrokeTable
 
 CLOSE_PERCENT, CLOSE_MM = 0.5, 0.1
 """What compensation is to reach: amplitude, in per cent of what is asked, and mean [mm]."""

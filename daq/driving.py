@@ -10,19 +10,19 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
-from daq.acquisition import Acquisition
-from daq.catching_up import catch_up
-from daq.commanding import Commandable, Commanding
-from daq.force_cycling import cycle_between_forces
-from daq.force_row import ForceRow
-from daq.guards import Action, Trip
-from daq.progress import Part
-from daq.release_bound import ReleaseBound, contact_of
-from daq.signals import StopLevel, StopRequest
-from daq.steadiness import SteadinessWatch
-from drivers.interfaces import ControllerStatus, EndReason
-from foundation.errors import CommandRejected, WireLost
-from protocols.steps import (
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.catching_up import catch_up
+from bufferstand.daq.commanding import Commandable, Commanding
+from bufferstand.daq.force_cycling import cycle_between_forces
+from bufferstand.daq.force_row import ForceRow
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.progress import Part
+from bufferstand.daq.release_bound import ReleaseBound, contact_of
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.daq.steadiness import SteadinessWatch
+from bufferstand.drivers.interfaces import ControllerStatus, EndReason
+from bufferstand.foundation.errors import CommandRejected, WireLost
+from bufferstand.protocols.steps import (
     ForceCycles,
     Harmonic,
     Hold,

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from foundation.errors import BadInput
-from protocols.admissible import Judge, shows_the_curve
-from protocols.curve_predictor import CurvePredictor, curve_of_stroke
-from protocols.plan import Plan
-from protocols.prediction import Predictor
-from protocols.steps import Hold, PlannedStep, TouchOff, WaitUntilCool
-from recording.runfile import open_run
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.admissible import Judge, shows_the_curve
+from bufferstand.protocols.curve_predictor import CurvePredictor, curve_of_stroke
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Predictor
+from bufferstand.protocols.steps import Hold, PlannedStep, TouchOff, WaitUntilCool
+from bufferstand.recording.runfile import open_run
 
 
 class Acquaintance:

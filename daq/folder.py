@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from daq.inputs import (
+from bufferstand.daq.inputs import (
     INPUTS_NAME,
     FileEdit,
     Inputs,
@@ -19,13 +19,13 @@ from daq.inputs import (
     read_inputs,
     write_whole,
 )
-from daq.same_steps import same_steps
-from foundation.errors import BadInput
-from foundation.settings import read_text
-from protocols.plan import Plan
-from protocols.steps import PlannedStep
-from recording.runfile import read_metadata
-from recording.simulated import KEY
+from bufferstand.daq.same_steps import same_steps
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import read_text
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import PlannedStep
+from bufferstand.recording.runfile import read_metadata
+from bufferstand.recording.simulated import KEY
 
 SCHEMA = "bufferstand/campaign/1"
 RECORD_NAME = "campaign.json"
@@ -100,7 +100,7 @@ class CampaignRecord:
     reason: str = ""
     stopped_by: str = ""
     trip: dict[str, Any] = field(default_factory=dict)
-    """What stopped it, as data (:meth:`daq.guards.Trip.facts`); empty where nothing did."""
+    """What stopped it, as data (:meth:`bufferstand.daq.guards.Trip.facts`); empty where nothing did."""
     started_utc: str = ""
     updated_utc: str = field(default="")
     starts: tuple[dict[str, Any], ...] = ()
@@ -324,7 +324,7 @@ def begin_record(
         What is to be done now.
     before : CampaignRecord or None
         How far an earlier start came; steps are recognised by their plan hash, or where limits or data of the
-        same specimen were edited by what they ask for (:mod:`daq.same_steps`).
+        same specimen were edited by what they ask for (:mod:`bufferstand.daq.same_steps`).
     campaign_file : str
         The copy of the campaign file, relative to the folder.
     folder : Path

@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from daq.acquisition import Acquisition
-from daq.force_row import ForceTurns, force_row
-from daq.turn_watch import TurnWatch
-from protocols.force_turns import FINEST_MM
-from protocols.steps import ForceCycles, RampTo, RampToForce
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.force_row import ForceTurns, force_row
+from bufferstand.daq.turn_watch import TurnWatch
+from bufferstand.protocols.force_turns import FINEST_MM
+from bufferstand.protocols.steps import ForceCycles, RampTo, RampToForce
 
 if TYPE_CHECKING:
-    from daq.driving import Driver
+    from bufferstand.daq.driving import Driver
 
 PASSES = 2.0
 """So many passes ahead is looked where a turn is not known yet: its force grows faster and faster."""
@@ -90,7 +90,7 @@ def cycle_between_forces(
     Raises
     ------
     Halt
-        As :meth:`daq.driving.Driver.perform`.
+        As :meth:`bufferstand.daq.driving.Driver.perform`.
     """
     cycling = _Cycling(motion, driver, acquisition, limit_s)
     acquisition.listeners.append(cycling.watch.take)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from daq.stroke_rows import spans
-from protocols.steps import ForceCycles
+from bufferstand.daq.stroke_rows import spans
+from bufferstand.protocols.steps import ForceCycles
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.sine_watch import CommandSeen, SineWatch
-from protocols.commanded import Sine
+from bufferstand.daq.sine_watch import CommandSeen, SineWatch
+from bufferstand.protocols.commanded import Sine
 
 SEARCH_SHARE = 0.125
 """The first full period is looked for in steps of so much of a cycle."""

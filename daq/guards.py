@@ -1,7 +1,7 @@
 """Guards as data, and their evaluation as pure functions: observation in, verdict and memory out.
 
 A guard never keeps anything itself: what it must remember from block to block is a small frozen record
-that its evaluation takes and returns. The latch lies in :mod:`daq.panel`.
+that its evaluation takes and returns. The latch lies in :mod:`bufferstand.daq.panel`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from daq.scaling import ScaledBlock
+from bufferstand.daq.scaling import ScaledBlock
 
 
 class Action(IntEnum):
@@ -110,7 +110,7 @@ class ChannelGuard:
     name : str
         Name of the guard.
     signal : str
-        Channel or derived signal of :class:`daq.scaling.ScaledBlock`.
+        Channel or derived signal of :class:`bufferstand.daq.scaling.ScaledBlock`.
     upper, lower : float or None
         Limits in ``unit``; a sample beyond one of them, or no number at all, is an excess.
     unit : str

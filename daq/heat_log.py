@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.panel import GuardPanel
-from daq.scaling import ScaledBlock
-from daq.warmed import Warmed
+from bufferstand.daq.panel import GuardPanel
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.warmed import Warmed
 
 LATE_S = 3.0
 """A sensor that gives its first reading within this time gives the temperature at the beginning [s]."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from foundation.settings import read_text
+from bufferstand.foundation.settings import read_text
 
 INPUTS_NAME = "inputs"
 BEFORE_NAME = "inputs-before"

@@ -6,10 +6,10 @@ import json
 from datetime import UTC, datetime
 from pathlib import Path
 
-from foundation.errors import BadInput
-from foundation.settings import load_settings
-from foundation.zero import Zero
-from protocols.zero_table import ZeroTable
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import load_settings
+from bufferstand.foundation.zero import Zero
+from bufferstand.protocols.zero_table import ZeroTable
 
 STORED_SUFFIX = ".zero.toml"
 """``stand.toml`` has its zero in ``stand.zero.toml``."""

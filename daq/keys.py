@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TextIO
 
-from daq.notes import LONGEST
-from daq.signals import StopLevel, StopRequest
+from bufferstand.daq.notes import LONGEST
+from bufferstand.daq.signals import StopLevel, StopRequest
 
 HELP = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
 _POLL_S = 0.2

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from daq.clock_guard import LagGuard
-from daq.controller_guard import ControllerGuard
-from daq.frozen_guard import FrozenGuard
-from daq.guards import Action, AgreementGuard, ChannelGuard
-from daq.missed_guard import MissedGuard
-from daq.panel import FORCE_2_STREAM, GuardSet
-from daq.rate_guard import HeatingGuard, SpeedGuard
-from daq.silence_guard import SilenceGuard
-from daq.temperature_guard import TemperatureGuard
-from drivers.interfaces import Stand
-from protocols.guard_table import GuardTable
-from protocols.limits import Envelope, TestLimits
+from bufferstand.daq.clock_guard import LagGuard
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.frozen_guard import FrozenGuard
+from bufferstand.daq.guards import Action, AgreementGuard, ChannelGuard
+from bufferstand.daq.missed_guard import MissedGuard
+from bufferstand.daq.panel import FORCE_2_STREAM, GuardSet
+from bufferstand.daq.rate_guard import HeatingGuard, SpeedGuard
+from bufferstand.daq.silence_guard import SilenceGuard
+from bufferstand.daq.temperature_guard import TemperatureGuard
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.protocols.guard_table import GuardTable
+from bufferstand.protocols.limits import Envelope, TestLimits
 
 ACTIONS = {
     "note": Action.NOTE,

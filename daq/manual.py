@@ -10,26 +10,26 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from daq.acquisition import Acquisition
-from daq.before_start import first_look
-from daq.catching_up import NOT_CAUGHT_UP, catch_up
-from daq.controller_guard import DEVICE_LIMIT_FAULTS, fault_text
-from daq.driving import Driver, Halt
-from daq.guards import Action, Trip
-from daq.limits import guards_for
-from daq.panel import GuardPanel, GuardSet
-from daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
-from daq.signals import StopRequest
-from daq.stand_use import give_back, use_trouble
-from daq.stop_eyes import StopEyes
-from daq.zero_limits import BEYOND_MM
-from drivers.interfaces import EndReason, Stand
-from drivers.stand_file import StandFile
-from foundation.clock import Clock
-from foundation.errors import DeviceFault
-from foundation.specimen import Specimen
-from protocols.guard_table import GuardActions, GuardTable
-from protocols.limits import StandLimits, TestLimits, envelope
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.before_start import first_look
+from bufferstand.daq.catching_up import NOT_CAUGHT_UP, catch_up
+from bufferstand.daq.controller_guard import DEVICE_LIMIT_FAULTS, fault_text
+from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.limits import guards_for
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from bufferstand.daq.signals import StopRequest
+from bufferstand.daq.stand_use import give_back, use_trouble
+from bufferstand.daq.stop_eyes import StopEyes
+from bufferstand.daq.zero_limits import BEYOND_MM
+from bufferstand.drivers.interfaces import EndReason, Stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import DeviceFault
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.guard_table import GuardActions, GuardTable
+from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
 
 SPEED_MAX_MM_PER_S = 5.0
 """Nothing moves faster by hand."""

@@ -8,15 +8,15 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Any
 
-from daq.panel import GuardSet
-from daq.reached import Reached
-from daq.scaling import zeroed
-from drivers.interfaces import Identity, Stand, StreamFacts
-from foundation.zero import Zero
-from protocols.plan import Plan
-from protocols.steps import PlannedStep
-from protocols.temperature_limits import limits_of
-from recording.simulated import SPEED_KEY
+from bufferstand.daq.panel import GuardSet
+from bufferstand.daq.reached import Reached
+from bufferstand.daq.scaling import zeroed
+from bufferstand.drivers.interfaces import Identity, Stand, StreamFacts
+from bufferstand.foundation.zero import Zero
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import PlannedStep
+from bufferstand.protocols.temperature_limits import limits_of
+from bufferstand.recording.simulated import SPEED_KEY
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,10 @@ class CampaignFacts:
     accepted_serial: str = ""
     """Serial number of another controller with which somebody has agreed to go on."""
     changes: tuple[Mapping[str, Any], ...] = ()
-    """What differs from what the campaign began with (:mod:`daq.changes`), as it was accepted."""
+    """What differs from what the campaign began with (:mod:`bufferstand.daq.changes`), as it was accepted."""
     doubted: tuple[Mapping[str, Any], ...] = ()
-    """What ended earlier starts that recorded nothing (:func:`daq.starting.doubts_before`), for the runs."""
+    """What ended earlier starts that recorded nothing (:func:`bufferstand.daq.starting.doubts_before`), for
+    the runs."""
     edited: tuple[Mapping[str, Any], ...] = ()
     """Every edit of the campaign's files that was taken so far, with its diff, for the runs."""
 

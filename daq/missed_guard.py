@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
 
 WINDOW_S = 60.0
 """Missed cycles are counted over so long [s of the controller's clock]."""

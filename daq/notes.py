@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 NOTES_NAME = "notes.jsonl"
 LONGEST = 2000

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
-from daq.acquisition import Acquisition
-from daq.alive import Alive
-from daq.anew import Anew
-from daq.before_start import (
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.alive import Alive
+from bufferstand.daq.anew import Anew
+from bufferstand.daq.before_start import (
     apart_trouble,
     delivery_remark,
     delivery_trouble,
@@ -22,36 +22,36 @@ from daq.before_start import (
     wires_doubt,
     zero_trouble,
 )
-from daq.driving import Driver, Halt
-from daq.guards import Action, Trip
-from daq.kept_zero import keep_zero, zero_to_take
-from daq.limits import ACTIONS, DEFAULT_TILT_MM, guards_for
-from daq.metadata import CampaignFacts
-from daq.panel import GuardPanel, GuardSet
-from daq.passes import Passes
-from daq.progress import Watcher
-from daq.reached import another, how_reached, mixing
-from daq.riding import rides_of
-from daq.run_settings import RunSettings
-from daq.safe_stop import SafeStop, SafeStopSettings
-from daq.showing import Showing
-from daq.signals import StopLevel, StopRequest
-from daq.stand_use import await_free, look_at_use, use_trouble
-from daq.start_band import begins_with_a_wait
-from daq.stop_eyes import StopEyes
-from daq.validity import expired_calibrations
-from daq.wiring import WiringGuard, doubt_trip
-from daq.wiring.expected import wiring_guard
-from daq.zero_limits import ZeroLimits
-from daq.zeroing import Zeroing
-from drivers.interfaces import Stand
-from foundation.clock import Clock
-from foundation.zero import Zero
-from protocols.guard_table import GuardTable
-from protocols.plan import Plan
-from protocols.prediction import Predictor
-from protocols.steps import PlannedStep
-from protocols.temperature_limits import limits_of
+from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.kept_zero import keep_zero, zero_to_take
+from bufferstand.daq.limits import ACTIONS, DEFAULT_TILT_MM, guards_for
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.passes import Passes
+from bufferstand.daq.progress import Watcher
+from bufferstand.daq.reached import another, how_reached, mixing
+from bufferstand.daq.riding import rides_of
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.showing import Showing
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.daq.stand_use import await_free, look_at_use, use_trouble
+from bufferstand.daq.start_band import begins_with_a_wait
+from bufferstand.daq.stop_eyes import StopEyes
+from bufferstand.daq.validity import expired_calibrations
+from bufferstand.daq.wiring import WiringGuard, doubt_trip
+from bufferstand.daq.wiring.expected import wiring_guard
+from bufferstand.daq.zero_limits import ZeroLimits
+from bufferstand.daq.zeroing import Zeroing
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.zero import Zero
+from bufferstand.protocols.guard_table import GuardTable
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Predictor
+from bufferstand.protocols.steps import PlannedStep
+from bufferstand.protocols.temperature_limits import limits_of
 
 CALL_TIMEOUTS, CALL_MORE_S = 6.0, 1.0
 """No call to the controller takes longer than so many ``timeout_s`` and so much more [s]."""

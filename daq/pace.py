@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from drivers.delivery import FEED_S
-from drivers.interfaces import StreamFacts
+from bufferstand.drivers.delivery import FEED_S
+from bufferstand.drivers.interfaces import StreamFacts
 
 SHARE_OF_POLL = 0.25
 """Share of a poll's period after which the next pass comes."""

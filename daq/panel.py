@@ -7,8 +7,14 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from daq.clock_guard import DeviceClockMemory, LagGuard, LagMemory, evaluate_device_clock, evaluate_lag
-from daq.controller_guard import (
+from bufferstand.daq.clock_guard import (
+    DeviceClockMemory,
+    LagGuard,
+    LagMemory,
+    evaluate_device_clock,
+    evaluate_lag,
+)
+from bufferstand.daq.controller_guard import (
     ControllerGuard,
     ControllerMemory,
     evaluate_controller_silence,
@@ -16,8 +22,8 @@ from daq.controller_guard import (
     evaluate_status,
     new_limit,
 )
-from daq.frozen_guard import FrozenGuard, FrozenMemory, evaluate_frozen
-from daq.guards import (
+from bufferstand.daq.frozen_guard import FrozenGuard, FrozenMemory, evaluate_frozen
+from bufferstand.daq.guards import (
     Action,
     AgreementGuard,
     AgreementMemory,
@@ -27,8 +33,8 @@ from daq.guards import (
     evaluate_agreement,
     evaluate_channel,
 )
-from daq.missed_guard import MissedGuard, MissedMemory, evaluate_missed
-from daq.rate_guard import (
+from bufferstand.daq.missed_guard import MissedGuard, MissedMemory, evaluate_missed
+from bufferstand.daq.rate_guard import (
     HeatingGuard,
     HeatingMemory,
     SpeedGuard,
@@ -36,18 +42,18 @@ from daq.rate_guard import (
     evaluate_heating,
     evaluate_speed,
 )
-from daq.scaling import ScaledBlock
-from daq.silence_guard import SilenceGuard, SilenceMemory, evaluate_stream_silence
-from daq.temperature_guard import (
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.silence_guard import SilenceGuard, SilenceMemory, evaluate_stream_silence
+from bufferstand.daq.temperature_guard import (
     TemperatureGuard,
     TemperatureMemory,
     evaluate_fault,
     evaluate_reading,
     evaluate_silence,
 )
-from daq.wiring import Compared, WiringGuard, WiringWatch
-from daq.wiring.tripped import Limited
-from drivers.interfaces import ControllerStatus, SensorFault
+from bufferstand.daq.wiring import Compared, WiringGuard, WiringWatch
+from bufferstand.daq.wiring.tripped import Limited
+from bufferstand.drivers.interfaces import ControllerStatus, SensorFault
 
 CONTROLLER_STREAM = "controller"
 """Name of the controller's stream (spec of the run file)."""

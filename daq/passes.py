@@ -7,15 +7,15 @@ from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
 from pathlib import Path
 
-from daq.acquisition import Acquisition
-from daq.catching_up import NOT_CAUGHT_UP, catch_up
-from daq.driving import Driver
-from daq.notes import add_note
-from daq.progress import Watcher
-from daq.showing import Showing
-from daq.signals import StopRequest
-from foundation.clock import Clock
-from foundation.errors import DeviceFault
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.catching_up import NOT_CAUGHT_UP, catch_up
+from bufferstand.daq.driving import Driver
+from bufferstand.daq.notes import add_note
+from bufferstand.daq.progress import Watcher
+from bufferstand.daq.showing import Showing
+from bufferstand.daq.signals import StopRequest
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import DeviceFault
 
 DOUBT_S = 0.8
 """What a judge of the wiring has begun to doubt it knows within this: a jump of one force lasts 0.25 s until

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
-from drivers.interfaces import SampleBlock, StreamFacts
-from foundation.channel import Channel
-from foundation.plausibility import Implausible, Watch
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.plausibility import Implausible, Watch
 
 HOLD_S = 0.05
 """An end of the range or an overload must last this long [s]: one bad sample is none."""

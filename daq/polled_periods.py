@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from daq.scaling import ScaledBlock
+from bufferstand.daq.scaling import ScaledBlock
 
 
 class PolledPeriods:

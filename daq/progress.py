@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
-    from daq.acquisition import Acquisition
-    from daq.scaling import ScaledBlock
+    from bufferstand.daq.acquisition import Acquisition
+    from bufferstand.daq.scaling import ScaledBlock
 
 Phase = Literal["start", "ramp", "motion", "release", "touch", "hold", "cool-down", "safe stop", "done"]
 """What the campaign does at present."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class SpeedGuard:
     Parameters
     ----------
     name, signal, unit, label : str
-        As of :class:`daq.guards.ChannelGuard`; ``unit`` is that of the speed.
+        As of :class:`bufferstand.daq.guards.ChannelGuard`; ``unit`` is that of the speed.
     limit : float
         Largest speed, in ``unit``.
     action : Action

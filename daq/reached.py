@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from drivers.interfaces import Identity, Stand
-from recording.simulated import HOW_KEY, KEY
+from bufferstand.drivers.interfaces import Identity, Stand
+from bufferstand.recording.simulated import HOW_KEY, KEY
 
 STARTED = "started by the program for the campaign (--simulate)"
 OWN_WORD = "the controller says so itself"

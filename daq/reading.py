@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.in_use import is_read_by_one, who_uses
-from drivers.interfaces import SampleBlock, SensorFault, Stand, StreamFacts
-from foundation.channel import Channel
-from foundation.clock import Clock
-from foundation.errors import DeviceFault
-from foundation.zero import Zero
+from bufferstand.drivers.in_use import is_read_by_one, who_uses
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault, Stand, StreamFacts
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import DeviceFault
+from bufferstand.foundation.zero import Zero
 
 PASS_S = 0.02
 """From one look at the devices to the next [s]."""

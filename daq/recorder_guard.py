@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from daq.guards import Action, Trip
+from bufferstand.daq.guards import Action, Trip
 
 
 class Recording(Protocol):
-    """What is looked at of a recorder (:class:`recording.writer.RunRecorder`)."""
+    """What is looked at of a recorder (:class:`bufferstand.recording.writer.RunRecorder`)."""
 
     @property
     def written(self) -> int:

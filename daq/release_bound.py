@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from foundation.zero import Zero
+from bufferstand.foundation.zero import Zero
 
 GROWN_MM = 5.0
 """So far before first contact nothing touches: 0.5 m of elastomer grow by 4 mm in 40 K (2e-4 per K)."""

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
 
-from daq.guards import Action, Trip
-from drivers.in_use import IN_MOTION
-from drivers.interfaces import ControllerStatus, MotionState
-from drivers.leeway import RESERVE_S, Leeway
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.drivers.in_use import IN_MOTION
+from bufferstand.drivers.interfaces import ControllerStatus, MotionState
+from bufferstand.drivers.leeway import RESERVE_S, Leeway
 
 RETRY_S = 0.05
 """From one try to reach the controller to the next at least [s of the wall]."""
@@ -59,7 +59,8 @@ class Outage:
 
 
 class Reached(Protocol):
-    """What is done with the controller when an outage may be over (:class:`daq.acquisition.Acquisition`)."""
+    """What is done with the controller when an outage may be over
+    (:class:`bufferstand.daq.acquisition.Acquisition`)."""
 
     def feed_first(self) -> None:
         """Feed the watchdog now, if this program feeds it."""

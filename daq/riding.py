@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from daq.acquisition import Acquisition
-from daq.ride_out import RideOut
-from drivers.leeway import Leeway
-from protocols.guard_table import GuardTable
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.ride_out import RideOut
+from bufferstand.drivers.leeway import Leeway
+from bufferstand.protocols.guard_table import GuardTable
 
 
 def rides_of(
@@ -25,7 +25,7 @@ def rides_of(
     table : GuardTable
         ``[guards]`` in force.
     ask_anew : callable
-        Looks at the stand as at a start (:meth:`daq.anew.Anew.look`).
+        Looks at the stand as at a start (:meth:`bufferstand.daq.anew.Anew.look`).
     """
     controller = acquisition.stand.controller
     leeway = Leeway(watchdog_s, table.controller_silence_s, controller.facts.clock == "device")

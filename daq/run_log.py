@@ -9,14 +9,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.complaints import Complaints
-from daq.recorder_guard import Recording
-from drivers.interfaces import SensorFault
-from foundation.clock import Clock
+from bufferstand.daq.complaints import Complaints
+from bufferstand.daq.recorder_guard import Recording
+from bufferstand.drivers.interfaces import SensorFault
+from bufferstand.foundation.clock import Clock
 
 
 class Recorder(Recording, Protocol):
-    """Where the raw blocks of a run go (:class:`recording.writer.RunRecorder`)."""
+    """Where the raw blocks of a run go (:class:`bufferstand.recording.writer.RunRecorder`)."""
 
     def append(
         self,

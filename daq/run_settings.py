@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from daq.driving import Patience
-from daq.pace import Pace
-from protocols.guard_table import GuardTable
+from bufferstand.daq.driving import Patience
+from bufferstand.daq.pace import Pace
+from bufferstand.protocols.guard_table import GuardTable
 
 
 @dataclass(frozen=True)

@@ -8,37 +8,37 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from daq.agenda import Agenda
-from daq.as_run import AsRun, add_as_run, observed_run, read_as_run
-from daq.begun import begun, with_doubt, with_stand
-from daq.control import listening
-from daq.controller_guard import FORCE_LIMIT_FAULT, fault_text
-from daq.driving import Halt
-from daq.first_stroke import Acquaintance
-from daq.folder import CampaignFolder, CampaignRecord, CampaignStatus
-from daq.guards import Trip, run_status
-from daq.heat_log import Seen
-from daq.metadata import CampaignFacts
-from daq.monitor.publisher import publishing
-from daq.progress import Both, ProgressSink, Silent
-from daq.run_settings import RunSettings
-from daq.safe_stop import SafeStopReport
-from daq.session import RecorderMaker, Session
-from daq.signals import StopLevel, StopRequest
-from daq.starting import begin, changes_taken, doubts_before, edits_taken
-from drivers.interfaces import Stand
-from foundation.clock import Clock
-from foundation.durations import duration_text
-from foundation.errors import BadInput, DeviceFault, ExitStatus
-from protocols.curve_predictor import CurvePredictor
-from protocols.learning import Observation
-from protocols.plan import Plan
-from protocols.prediction import Predictor
-from protocols.replanning import Replanner
-from protocols.steps import Motion, PlannedStep, motions_after
-from protocols.temperature_limits import limits_of
-from recording.seal import seal_orphans
-from recording.writer import RunRecorder
+from bufferstand.daq.agenda import Agenda
+from bufferstand.daq.as_run import AsRun, add_as_run, observed_run, read_as_run
+from bufferstand.daq.begun import begun, with_doubt, with_stand
+from bufferstand.daq.control import listening
+from bufferstand.daq.controller_guard import FORCE_LIMIT_FAULT, fault_text
+from bufferstand.daq.driving import Halt
+from bufferstand.daq.first_stroke import Acquaintance
+from bufferstand.daq.folder import CampaignFolder, CampaignRecord, CampaignStatus
+from bufferstand.daq.guards import Trip, run_status
+from bufferstand.daq.heat_log import Seen
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.monitor.publisher import publishing
+from bufferstand.daq.progress import Both, ProgressSink, Silent
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.safe_stop import SafeStopReport
+from bufferstand.daq.session import RecorderMaker, Session
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.daq.starting import begin, changes_taken, doubts_before, edits_taken
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.errors import BadInput, DeviceFault, ExitStatus
+from bufferstand.protocols.curve_predictor import CurvePredictor
+from bufferstand.protocols.learning import Observation
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Predictor
+from bufferstand.protocols.replanning import Replanner
+from bufferstand.protocols.steps import Motion, PlannedStep, motions_after
+from bufferstand.protocols.temperature_limits import limits_of
+from bufferstand.recording.seal import seal_orphans
+from bufferstand.recording.writer import RunRecorder
 
 FORCE_ADVICE = (
     "the same step would bring the same force again: make it smaller (edit the campaign file, then resume), "
@@ -91,7 +91,7 @@ def run_campaign(
     """Run a campaign, or go on with it: steps that ``campaign.json`` there calls complete are left out.
 
     Whatever ends it, the stand ends at zero force with the valve off, and every run is closed. The stand is
-    not closed. Enter :func:`daq.signals.stop_on_signals` around the call.
+    not closed. Enter :func:`bufferstand.daq.signals.stop_on_signals` around the call.
 
     Parameters
     ----------

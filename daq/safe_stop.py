@@ -14,12 +14,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
-from daq.release_bound import ReleaseBound
-from daq.signals import signals_held_back
-from daq.stop_eyes import Blind, Eyes
-from drivers.interfaces import Controller, ControllerStatus, MotionState
-from foundation.clock import Clock
-from foundation.errors import CommandRejected, DeviceFault, NotInCharge
+from bufferstand.daq.release_bound import ReleaseBound
+from bufferstand.daq.signals import signals_held_back
+from bufferstand.daq.stop_eyes import Blind, Eyes
+from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge
 
 VALVE_OFF = (MotionState.OFF, MotionState.READY)
 """States in which the actuator's valve is off."""

@@ -11,8 +11,8 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from protocols.asked import asked_text, canonical_text
-from protocols.plan import Plan
+from bufferstand.protocols.asked import asked_text, canonical_text
+from bufferstand.protocols.plan import Plan
 
 
 def same_steps(plan: Plan, before: Mapping[str, Any]) -> dict[str, str]:

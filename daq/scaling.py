@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.interfaces import SampleBlock, StreamFacts
-from foundation.channel import Branch
-from foundation.zero import Zero
+from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
+from bufferstand.foundation.channel import Branch
+from bufferstand.foundation.zero import Zero
 
 STROKE_WIRES = ("stroke_1", "stroke_2")
 """The two draw wires on the buffer."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.scaling import ScaledBlock
+from bufferstand.daq.scaling import ScaledBlock
 
 Floats = NDArray[np.float64]
 

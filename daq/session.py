@@ -8,40 +8,40 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from daq.agenda import Agenda
-from daq.alive import Alive
-from daq.crests import prepare
-from daq.driving import Halt
-from daq.guards import Action, Trip, run_status
-from daq.heat_log import LATE_S, HeatLog, Seen
-from daq.metadata import CampaignFacts, run_document
-from daq.opening import Opening, expired_today, guards_of, trip_at
-from daq.passes import Passes
-from daq.polled_periods import PolledPeriods
-from daq.progress import ProgressSink, Watcher
-from daq.reached import Reached
-from daq.run_log import Recorder
-from daq.run_settings import RunSettings
-from daq.safe_stop import SafeStopReport
-from daq.showing import Showing, phase_of
-from daq.signals import StopRequest
-from daq.stand_use import give_back, rests_long
-from daq.start_band import begins_with_a_wait, say_beginning, too_cold
-from daq.stroke_agreement import Terms
-from daq.stroke_keeping import NOW_NAME, StrokeKeeper
-from daq.stroke_rows import add_strokes
-from daq.stroke_terms import SessionVoice, terms_for
-from daq.warmed import Warmed
-from daq.warming import warm_up
-from daq.zero_limits import BEYOND_MM
-from daq.zeroing import LATE_S as LATE_FORCE_S
-from drivers.in_use import SWITCHED_ON
-from drivers.interfaces import Identity, Stand
-from foundation.clock import Clock
-from foundation.errors import BadInput, DeviceFault, NotInCharge
-from protocols.plan import Plan
-from protocols.prediction import Predictor
-from protocols.steps import Motion, PlannedStep, TouchOff
+from bufferstand.daq.agenda import Agenda
+from bufferstand.daq.alive import Alive
+from bufferstand.daq.crests import prepare
+from bufferstand.daq.driving import Halt
+from bufferstand.daq.guards import Action, Trip, run_status
+from bufferstand.daq.heat_log import LATE_S, HeatLog, Seen
+from bufferstand.daq.metadata import CampaignFacts, run_document
+from bufferstand.daq.opening import Opening, expired_today, guards_of, trip_at
+from bufferstand.daq.passes import Passes
+from bufferstand.daq.polled_periods import PolledPeriods
+from bufferstand.daq.progress import ProgressSink, Watcher
+from bufferstand.daq.reached import Reached
+from bufferstand.daq.run_log import Recorder
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.safe_stop import SafeStopReport
+from bufferstand.daq.showing import Showing, phase_of
+from bufferstand.daq.signals import StopRequest
+from bufferstand.daq.stand_use import give_back, rests_long
+from bufferstand.daq.start_band import begins_with_a_wait, say_beginning, too_cold
+from bufferstand.daq.stroke_agreement import Terms
+from bufferstand.daq.stroke_keeping import NOW_NAME, StrokeKeeper
+from bufferstand.daq.stroke_rows import add_strokes
+from bufferstand.daq.stroke_terms import SessionVoice, terms_for
+from bufferstand.daq.warmed import Warmed
+from bufferstand.daq.warming import warm_up
+from bufferstand.daq.zero_limits import BEYOND_MM
+from bufferstand.daq.zeroing import LATE_S as LATE_FORCE_S
+from bufferstand.drivers.in_use import SWITCHED_ON
+from bufferstand.drivers.interfaces import Identity, Stand
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import BadInput, DeviceFault, NotInCharge
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Predictor
+from bufferstand.protocols.steps import Motion, PlannedStep, TouchOff
 
 RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
 """Makes the recorder of a run in a folder, under an id, with its metadata document."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from daq.acquisition import Acquisition
-from daq.agenda import Agenda
-from daq.driving import Driver
-from daq.guards import Action, Trip
-from daq.progress import Phase, Progress, ProgressSink, Throttle
-from foundation.clock import Clock
-from protocols.plan import Plan
-from protocols.steps import (
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.agenda import Agenda
+from bufferstand.daq.driving import Driver
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.progress import Phase, Progress, ProgressSink, Throttle
+from bufferstand.foundation.clock import Clock
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import (
     ForceCycles,
     Harmonic,
     Hold,
@@ -20,7 +20,7 @@ from protocols.steps import (
     TouchOff,
     WaitUntilCool,
 )
-from protocols.temperature_limits import limits_of
+from bufferstand.protocols.temperature_limits import limits_of
 
 
 class Showing:

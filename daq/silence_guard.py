@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from daq.guards import Action, Trip
+from bufferstand.daq.guards import Action, Trip
 
 
 @dataclass(frozen=True)

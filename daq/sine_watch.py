@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.crests import Turned
-from daq.scaling import ScaledBlock
-from protocols.commanded import Sine
+from bufferstand.daq.crests import Turned
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.protocols.commanded import Sine
 
 Floats = NDArray[np.float64]
 
@@ -141,10 +141,10 @@ class Period:
 
         Notes
         -----
-        The turns are fitted crests (:mod:`daq.crests`), and the force there is read from the branch that
-        leads to them. Phases, branches and what the machine took are those of a Fourier series over the
-        period, by least squares, which takes a channel's delay out exactly; a series has not the height of a
-        flat crest.
+        The turns are fitted crests (:mod:`bufferstand.daq.crests`), and the force there is read from the
+        branch that leads to them. Phases, branches and what the machine took are those of a Fourier series
+        over the period, by least squares, which takes a channel's delay out exactly; a series has not the
+        height of a flat crest.
         """
         count, values = len(self.since_s), self.values
         if count < FEWEST_SAMPLES:

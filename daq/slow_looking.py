@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from daq.scaling import ScaledBlock
-from daq.static_watch import RampWatch, StaticWatch
-from daq.stroke_agreement import Terms
-from daq.stroke_looking import Order
-from daq.stroke_rows import StrokeRow, static_row
-from protocols.steps import RampTo, StaticCycles
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.static_watch import RampWatch, StaticWatch
+from bufferstand.daq.stroke_agreement import Terms
+from bufferstand.daq.stroke_looking import Order
+from bufferstand.daq.stroke_rows import StrokeRow, static_row
+from bufferstand.protocols.steps import RampTo, StaticCycles
 
 
 class _AtTheEnd:

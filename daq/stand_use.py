@@ -10,12 +10,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
-from daq.controller_guard import fault_text
-from daq.safe_stop import SafeStopReport
-from drivers.in_use import IN_MOTION, SWITCHED_ON
-from drivers.interfaces import Controller, ControllerStatus, MotionState, WriterSeen
-from foundation.clock import Clock
-from protocols.steps import PlannedStep
+from bufferstand.daq.controller_guard import fault_text
+from bufferstand.daq.safe_stop import SafeStopReport
+from bufferstand.drivers.in_use import IN_MOTION, SWITCHED_ON
+from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState, WriterSeen
+from bufferstand.foundation.clock import Clock
+from bufferstand.protocols.steps import PlannedStep
 
 FREE_S = 10.0
 """The controller drops a writer so long after its last heartbeat [s of the wall] (docs/drivers.md)."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from daq.acquisition import Acquisition
-from protocols.steps import PlannedStep, StartBand
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.protocols.steps import PlannedStep, StartBand
 
 
 def begins_with_a_wait(step: PlannedStep) -> bool:

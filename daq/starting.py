@@ -9,13 +9,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from daq.as_run import AS_RUN_NAME
-from daq.begun import CHANGES, TRIP, start_facts
-from daq.changes import file_changes
-from daq.folder import CampaignFolder, CampaignRecord, begin_record
-from daq.metadata import CampaignFacts
-from protocols.plan import Plan
-from protocols.steps import Motion, PlannedStep, motions_after
+from bufferstand.daq.as_run import AS_RUN_NAME
+from bufferstand.daq.begun import CHANGES, TRIP, start_facts
+from bufferstand.daq.changes import file_changes
+from bufferstand.daq.folder import CampaignFolder, CampaignRecord, begin_record
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import Motion, PlannedStep, motions_after
 
 _CHANGED = "{what}: {before} → {now}"
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.scaling import ScaledBlock
-from protocols.steps import StaticCycles
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.protocols.steps import StaticCycles
 
 Floats = NDArray[np.float64]
 

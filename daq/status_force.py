@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from daq.guards import Action, Trip
+from bufferstand.daq.guards import Action, Trip
 
 APART_KN = 10.0
 """So much at least it may differ from the samples: it is read at another instant, by another calibration."""

@@ -7,11 +7,11 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from daq.scaling import ScaledBlock
-from evaluation.cycles import find_cycles
-from evaluation.quantities import evaluate_cycle
-from evaluation.record import FloatArray, Record
-from protocols.steps import Harmonic, Steadiness
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.quantities import evaluate_cycle
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.protocols.steps import Harmonic, Steadiness
 
 KEPT_PERIODS = 2.6
 """The last whole cycle lies within so many periods of the end, wherever the count of cycles changes."""

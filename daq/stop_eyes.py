@@ -11,12 +11,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.acquisition import Acquisition
-from daq.panel import CONTROLLER_STREAM
-from daq.release_bound import contact_of
-from daq.scaling import FORCES, ScaledBlock
-from daq.wiring.two_at_rest import apart_at_rest
-from foundation.channel import Channel
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.panel import CONTROLLER_STREAM
+from bufferstand.daq.release_bound import contact_of
+from bufferstand.daq.scaling import FORCES, ScaledBlock
+from bufferstand.daq.wiring.two_at_rest import apart_at_rest
+from bufferstand.foundation.channel import Channel
 
 WINDOW_S = 0.015
 """Speed and force are means over so long [s]: a block of a ring at 1 kHz; three samples at least."""

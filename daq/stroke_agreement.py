@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from daq.stroke_learning import StrokeKnowledge
-from daq.stroke_steps import Bounds
-from protocols.stroke_table import StrokeTable
+from bufferstand.daq.stroke_learning import StrokeKnowledge
+from bufferstand.daq.stroke_steps import Bounds
+from bufferstand.protocols.stroke_table import StrokeTable
 
 
 class Voice(Protocol):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.cycles_judged import CLOSE_PERCENT
-from daq.stroke_learning import StrokeKnowledge
-from daq.stroke_steps import Bounds, within_force
-from protocols.commanded import Sine, piston_sine
-from protocols.steps import Harmonic, MotionEstimate, PlannedStep, Turns
+from bufferstand.daq.cycles_judged import CLOSE_PERCENT
+from bufferstand.daq.stroke_learning import StrokeKnowledge
+from bufferstand.daq.stroke_steps import Bounds, within_force
+from bufferstand.protocols.commanded import Sine, piston_sine
+from bufferstand.protocols.steps import Harmonic, MotionEstimate, PlannedStep, Turns
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from daq.stroke_learning import StrokeKnowledge, is_knowledge
-from daq.stroke_rows import read_strokes
+from bufferstand.daq.stroke_learning import StrokeKnowledge, is_knowledge
+from bufferstand.daq.stroke_rows import read_strokes
 
 NOW_NAME = "strokes-now.json"
 EVERY_S = 1.0

@@ -4,7 +4,7 @@ Three things lie between the command and the specimen's stroke, and each is kept
 one step teaches holds for the next, whatever its stroke and frequency:
 
 * the machine gives way: position − stroke = offset + F / k;
-* the actuator follows the command with a gain and a lag (:mod:`daq.stroke_loop`);
+* the actuator follows the command with a gain and a lag (:mod:`bufferstand.daq.stroke_loop`);
 * the specimen's forces are not those of its model: a factor at either turn.
 
 Slow strokes show the machine, how late the piston follows an even command (as ramps do), and the specimen's
@@ -23,10 +23,10 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.sine_watch import CycleSeen
-from daq.static_watch import LEAST_KN, SlowStroke
-from daq.stroke_loop import fitted_loop
-from protocols.steps import Turns
+from bufferstand.daq.sine_watch import CycleSeen
+from bufferstand.daq.static_watch import LEAST_KN, SlowStroke
+from bufferstand.daq.stroke_loop import fitted_loop
+from bufferstand.protocols.steps import Turns
 
 Floats = NDArray[np.float64]
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from daq.crests import Turned
-from daq.cycles_judged import CyclesJudged
-from daq.full_cycles import Change, FullCycle, FullCycles
-from daq.scaling import ScaledBlock
-from daq.sine_watch import CycleSeen, Period, SineWatch
-from daq.stroke_agreement import Once, Terms, Voice
-from daq.stroke_rows import StrokeRow, harmonic_row
-from daq.stroke_steps import corrected
-from drivers.interfaces import Controller
-from foundation.errors import CommandRejected
-from protocols.commanded import Sine
-from protocols.steps import Harmonic, Turns
+from bufferstand.daq.crests import Turned
+from bufferstand.daq.cycles_judged import CyclesJudged
+from bufferstand.daq.full_cycles import Change, FullCycle, FullCycles
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.sine_watch import CycleSeen, Period, SineWatch
+from bufferstand.daq.stroke_agreement import Once, Terms, Voice
+from bufferstand.daq.stroke_rows import StrokeRow, harmonic_row
+from bufferstand.daq.stroke_steps import corrected
+from bufferstand.drivers.interfaces import Controller
+from bufferstand.foundation.errors import CommandRejected
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.steps import Harmonic, Turns
 
 LEAST_LEFT = 2
 """Cycles that are left when a sine is changed: it goes over in the first, and the second shows it."""

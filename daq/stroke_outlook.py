@@ -7,14 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from daq.stroke_command import commanded_sine, first_loading, uncompensated_sine
-from daq.stroke_keeping import learned_in
-from daq.stroke_rows import read_strokes
-from daq.stroke_terms import bounds_of, knowledge_in
-from foundation.errors import BadInput
-from protocols.commanded import Sine
-from protocols.plan import Plan
-from protocols.steps import Harmonic, PlannedStep
+from bufferstand.daq.stroke_command import commanded_sine, first_loading, uncompensated_sine
+from bufferstand.daq.stroke_keeping import learned_in
+from bufferstand.daq.stroke_rows import read_strokes
+from bufferstand.daq.stroke_terms import bounds_of, knowledge_in
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import Harmonic, PlannedStep
 
 HEADER = ("step", "name", "asked mm", "commanded mm", "reached mm", "off")
 """Columns of :func:`outlook_rows` and :func:`reached_rows`."""

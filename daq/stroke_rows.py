@@ -14,9 +14,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from daq.cycles_judged import CLOSE_MM, CLOSE_PERCENT, CyclesJudged
-from protocols.commanded import Sine
-from protocols.stroke_table import StrokeTable
+from bufferstand.daq.cycles_judged import CLOSE_MM, CLOSE_PERCENT, CyclesJudged
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.stroke_table import StrokeTable
 
 STROKES_NAME = "strokes.jsonl"
 MOST_SPANS = 12

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from daq.sine_watch import CycleSeen
-from protocols.commanded import Sine
+from bufferstand.daq.sine_watch import CycleSeen
+from bufferstand.protocols.commanded import Sine
 
 SHARE = 0.8
 """So much of what is missing is made up for at once."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from daq.acquisition import Acquisition
-from daq.showing import Showing
-from daq.stroke_agreement import Terms
-from daq.stroke_keeping import learned_in
-from daq.stroke_learning import StrokeKnowledge
-from daq.stroke_steps import Bounds
-from drivers.interfaces import Stand
-from protocols.plan import Plan
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.showing import Showing
+from bufferstand.daq.stroke_agreement import Terms
+from bufferstand.daq.stroke_keeping import learned_in
+from bufferstand.daq.stroke_learning import StrokeKnowledge
+from bufferstand.daq.stroke_steps import Bounds
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.protocols.plan import Plan
 
 
 def terms_for(plan: Plan, stand: Stand, folder: Path) -> Terms:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
-from drivers.interfaces import SensorFault
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.drivers.interfaces import SensorFault
 
 POWER_ON_C = 85.0
 """What a DS18B20 reports after power-on without a conversion; it occurs as a true reading, too."""

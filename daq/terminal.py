@@ -12,7 +12,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from daq.progress import Progress, ProgressSink
+from bufferstand.daq.progress import Progress, ProgressSink
 
 
 def duration(seconds: float) -> str:

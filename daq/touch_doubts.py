@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.acquisition import Acquisition
-from daq.collected import Collected
-from daq.driving import Halt
-from daq.guards import Action, Trip
-from daq.scaling import FORCES
-from daq.wiring import doubt_trip
-from daq.wiring.doubt import Doubt
-from daq.wiring.stretch import Stretch
-from daq.wiring.touch import Touch, doubt_of_touch, has_risen, scatter_doubt
-from drivers.interfaces import EndReason
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.collected import Collected
+from bufferstand.daq.driving import Halt
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import FORCES
+from bufferstand.daq.wiring import doubt_trip
+from bufferstand.daq.wiring.doubt import Doubt
+from bufferstand.daq.wiring.stretch import Stretch
+from bufferstand.daq.wiring.touch import Touch, doubt_of_touch, has_risen, scatter_doubt
+from bufferstand.drivers.interfaces import EndReason
 
 SIGNALS = ("command", "position", "stroke_1", "stroke_2", "force")
 EXPLAINED = (*FORCES, "zero", "tilt", "stroke", "speed", "following error")

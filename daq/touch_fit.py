@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.wiring.stretch import noise_of
+from bufferstand.daq.wiring.stretch import noise_of
 
 FloatArray = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ that way. What is announced before a stand moves is this bound, not the force of
 
 from __future__ import annotations
 
-from protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
+from bufferstand.protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
 
 STIFFNESS_KN_PER_MM = 150.0
 """Of a frame whose stand file states none [kN/mm]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.scaling import ScaledBlock
+from bufferstand.daq.scaling import ScaledBlock
 
 Floats = NDArray[np.float64]
 

@@ -7,21 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from daq.wiring.expected import little_expected
-from drivers.profile import Profile
-from drivers.stand_bounds import power_on_C
-from drivers.stand_file import StandFile
-from foundation.clock import DELAYS_TO_SPEED
-from foundation.errors import BadInput
-from foundation.settings import place_of, read_text
-from foundation.specimen import Specimen
-from foundation.unguarded import NO_TEMPERATURE_STOP
-from protocols.campaign import Campaign
-from protocols.guard_bounds import Watching
-from protocols.guard_table import GuardTable
-from protocols.plan import Plan
-from protocols.prediction import Predictor
-from protocols.steps import PlannedStep, WaitUntilCool
+from bufferstand.daq.wiring.expected import little_expected
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.stand_bounds import power_on_C
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.clock import DELAYS_TO_SPEED
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import place_of, read_text
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.foundation.unguarded import NO_TEMPERATURE_STOP
+from bufferstand.protocols.campaign import Campaign
+from bufferstand.protocols.guard_bounds import Watching
+from bufferstand.protocols.guard_table import GuardTable
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Predictor
+from bufferstand.protocols.steps import PlannedStep, WaitUntilCool
 
 HARMED_BY_HEAT = ("elastomer", "rubber-steel", None)
 """Elastic systems that heat destroys; one that nobody has stated counts as such."""

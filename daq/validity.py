@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import date
 
-from drivers.interfaces import Stand
+from bufferstand.drivers.interfaces import Stand
 
 
 def expired_calibrations(stand: Stand, day: date) -> list[str]:

@@ -1,22 +1,22 @@
 """Warming a specimen up: cycles, a rest, and cycles again, until spring and sensors are as warm as asked for.
 
-The sensors lag behind the spring (:mod:`daq.sensor_drift`). So a go of cycles ends when the spring, not the
-sensor, is expected to be there: by the slope of the readings times the lag, or, where a band is so narrow
-that this is seen too late, after a number of cycles by what one of them heats. After every go it is waited
-until readings and spring have become even; what was missed then says what lag and heating really are, and
-the next go makes up for it.
+The sensors lag behind the spring (:mod:`bufferstand.daq.sensor_drift`). So a go of cycles ends when the
+spring, not the sensor, is expected to be there: by the slope of the readings times the lag, or, where a band
+is so narrow that this is seen too late, after a number of cycles by what one of them heats. After every go it
+is waited until readings and spring have become even; what was missed then says what lag and heating really
+are, and the next go makes up for it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from daq.acquisition import Acquisition
-from daq.driving import Driver
-from daq.sensor_drift import SLOPE_NOISE_K_PER_S, WINDOW_S, Drift, Lag, SensorDrift
-from daq.warmed import Warmed
-from protocols.evenness import EVEN_LAGS, UNKNOWN_LAG_S, even_within_K, seen_too_late
-from protocols.steps import ForceCycles, Harmonic, Motion, PlannedStep, StaticCycles, Warmth
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.driving import Driver
+from bufferstand.daq.sensor_drift import SLOPE_NOISE_K_PER_S, WINDOW_S, Drift, Lag, SensorDrift
+from bufferstand.daq.warmed import Warmed
+from bufferstand.protocols.evenness import EVEN_LAGS, UNKNOWN_LAG_S, even_within_K, seen_too_late
+from bufferstand.protocols.steps import ForceCycles, Harmonic, Motion, PlannedStep, StaticCycles, Warmth
 
 LEAST_LAG_S = 5.0
 """No model's lag is believed to be less [s]."""
@@ -54,7 +54,7 @@ def warm_up(
     Raises
     ------
     Halt
-        As :meth:`daq.driving.Driver.perform`, and if it takes too many cycles or too long.
+        As :meth:`bufferstand.daq.driving.Driver.perform`, and if it takes too many cycles or too long.
     """
     warming = _Warming(step, warmth, motions, driver, acquisition)
     acquisition.observers.append(warming.drift.take)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from daq.scaling import STROKE_WIRES
-from daq.wiring.two_at_rest import apart_at_rest
-from foundation.zero import Zero
-from protocols.zero_table import ZeroTable
+from bufferstand.daq.scaling import STROKE_WIRES
+from bufferstand.daq.wiring.two_at_rest import apart_at_rest
+from bufferstand.foundation.zero import Zero
+from bufferstand.protocols.zero_table import ZeroTable
 
 BEYOND_MM = 5.0
 """A piston that stands farther out than a command goes has the controller's own limit so far beyond it."""

@@ -1,9 +1,10 @@
 """Stroke 0 of a campaign: touched off before the first stroke, taken over, or as the channels read at rest.
 
 Touching off is done by the controller itself: one slow static cycle that turns at a small force, so that no
-delay of the wire adds to the force. Up to :data:`protocols.zero_table.TOUCH_FORCE_MAX_KN` a buffer is not
-compressed (its preload is several times as much), and its first compression is still to come. Where the
-contact was is found afterwards from the samples (:mod:`daq.touch_fit`), not from what was commanded.
+delay of the wire adds to the force. Up to :data:`bufferstand.protocols.zero_table.TOUCH_FORCE_MAX_KN` a
+buffer is not compressed (its preload is several times as much), and its first compression is still to come.
+Where the contact was is found afterwards from the samples (:mod:`bufferstand.daq.touch_fit`), not from what
+was commanded.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.acquisition import Acquisition
-from daq.collected import Collected
-from daq.driving import Driver, Halt
-from daq.guards import Action, ChannelGuard, Trip
-from daq.panel import GuardSet
-from daq.scaling import FORCES, STROKE_WIRES
-from daq.touch_doubts import TouchDoubts
-from daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
-from daq.touch_peak import SLOW_SHARE
-from daq.zero_limits import ZeroLimits, wires_apart, zero_refusal
-from drivers.interfaces import EndReason
-from foundation.channel import Channel
-from foundation.durations import duration_text
-from foundation.zero import ChannelZero, Touch, Zero
-from protocols.steps import (
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.collected import Collected
+from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.guards import Action, ChannelGuard, Trip
+from bufferstand.daq.panel import GuardSet
+from bufferstand.daq.scaling import FORCES, STROKE_WIRES
+from bufferstand.daq.touch_doubts import TouchDoubts
+from bufferstand.daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
+from bufferstand.daq.touch_peak import SLOW_SHARE
+from bufferstand.daq.zero_limits import ZeroLimits, wires_apart, zero_refusal
+from bufferstand.drivers.interfaces import EndReason
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.zero import ChannelZero, Touch, Zero
+from bufferstand.protocols.steps import (
     ForceCycles,
     Harmonic,
     Motion,
@@ -40,7 +41,7 @@ from protocols.steps import (
     StaticCycles,
     TouchOff,
 )
-from protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
+from bufferstand.protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
 
 FloatArray = NDArray[np.float64]
 Forces = Mapping[str, FloatArray]

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from drivers import cia402
-from drivers.interfaces import CommandRejected, DeviceFault
-from drivers.profile import LIMITS
-from drivers.register_panel import FAULT_TEXTS, RegisterPanel
-from drivers.writer_lock import WriterLock
+from bufferstand.drivers import cia402
+from bufferstand.drivers.interfaces import CommandRejected, DeviceFault
+from bufferstand.drivers.profile import LIMITS
+from bufferstand.drivers.register_panel import FAULT_TEXTS, RegisterPanel
+from bufferstand.drivers.writer_lock import WriterLock
 
 _INTERMEDIATE_S = 0.1
 
@@ -35,7 +35,8 @@ class ActuatorSwitch:
         self._set: Sequence[int] = ()
 
     def feed_watchdog(self) -> None:
-        """Write a heartbeat that differs from the last, as :meth:`drivers.writer_lock.WriterLock.feed`.
+        """Write a heartbeat that differs from the last, as
+        :meth:`bufferstand.drivers.writer_lock.WriterLock.feed`.
 
         Raises
         ------

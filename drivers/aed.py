@@ -10,12 +10,12 @@ import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from drivers.aed_values import continuous_decoder, single_decoder, status_words
-from drivers.interfaces import DeviceFault
-from drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
-from drivers.serial_line import Line
-from drivers.stand_file import AmplifierSettings
-from foundation.clock import Clock
+from bufferstand.drivers.aed_values import continuous_decoder, single_decoder, status_words
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
+from bufferstand.drivers.serial_line import Line
+from bufferstand.drivers.stand_file import AmplifierSettings
+from bufferstand.foundation.clock import Clock
 
 STOP = b"STP;"
 CONTINUOUS = b"MSV?0;"
@@ -172,7 +172,7 @@ class AedDialect:
 
 
 class AedAmplifier(SerialAmplifier):
-    """Sensor of :mod:`drivers.interfaces`: force through an AED, stamped with host time.
+    """Sensor of :mod:`bufferstand.drivers.interfaces`: force through an AED, stamped with host time.
 
     Parameters
     ----------

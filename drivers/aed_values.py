@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from drivers.text_values import LineDecoder, TextValue
+from bufferstand.drivers.text_values import LineDecoder, TextValue
 
 NET_OVERFLOW, GROSS_OVERFLOW, CONVERTER_OVERFLOW, STANDSTILL = 0x01, 0x02, 0x04, 0x08
 """Bits of the status byte."""

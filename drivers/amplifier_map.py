@@ -8,10 +8,10 @@ from pathlib import Path
 
 from pydantic import Field, field_validator, model_validator
 
-from drivers.registers import WORDS, RegisterType, WordOrder, decode_value
-from foundation.errors import BadInput
-from foundation.settings import Settings, load_settings
-from foundation.wrong_key import WrongKeyError
+from bufferstand.drivers.registers import WORDS, RegisterType, WordOrder, decode_value
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Settings, load_settings
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 SHIPPED_MAPS = Path(__file__).parent / "amplifier_maps"
 """Folder of the maps that come with the software."""

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from drivers.stand_numbers import ReplyTime
-from foundation.settings import Settings
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
+from bufferstand.drivers.stand_numbers import ReplyTime
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 BITS_16, BITS_24 = (-0x8000, 0x7FFF), (-0x800000, 0x7FFFFF)
 """Counts of converters of so many bits."""

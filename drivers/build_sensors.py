@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from drivers.aed import AedAmplifier
-from drivers.amplifier_map import AmplifierMap, load_amplifier_map
-from drivers.ds2480b_bus import Ds2480bBus
-from drivers.gsv2 import Gsv2Amplifier
-from drivers.interfaces import Sensor
-from drivers.modbus_amplifier import ModbusAmplifier
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import RtuWire, TcpWire, Wire
-from drivers.stand_file import StandFile
-from drivers.w1_folder import W1Bus
-from foundation.clock import Clock
-from foundation.errors import BadInput
+from bufferstand.drivers.aed import AedAmplifier
+from bufferstand.drivers.amplifier_map import AmplifierMap, load_amplifier_map
+from bufferstand.drivers.ds2480b_bus import Ds2480bBus
+from bufferstand.drivers.gsv2 import Gsv2Amplifier
+from bufferstand.drivers.interfaces import Sensor
+from bufferstand.drivers.modbus_amplifier import ModbusAmplifier
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.w1_folder import W1Bus
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import BadInput
 
 
 def build_amplifier(stand_file: StandFile, clock: Clock) -> Sensor | None:

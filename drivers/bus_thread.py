@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, Protocol, TypeVar
 
-from foundation.clock import Clock
+from bufferstand.foundation.clock import Clock
 
 _LONGEST_WAIT_S = 0.05
 _FIRST_WAIT_S = 0.001

@@ -9,9 +9,9 @@ from datetime import date
 
 import numpy as np
 
-from drivers.check_clock import drift_row, fit_drift
-from drivers.check_hints import controller_hint, port_hint
-from drivers.check_rows import (
+from bufferstand.drivers.check_clock import drift_row, fit_drift
+from bufferstand.drivers.check_hints import controller_hint, port_hint
+from bufferstand.drivers.check_rows import (
     CheckRow,
     bus_rows,
     calibration_rows,
@@ -21,18 +21,25 @@ from drivers.check_rows import (
     rate_row,
     value_row,
 )
-from drivers.check_samples import POLL_S, delivery_row, missed_row, sample_rate_row, watch
-from drivers.check_verdict import WATCH_S, Verdict
-from drivers.connect import build_controller, build_sensors
-from drivers.in_use import is_read_by_one, who_uses
-from drivers.interfaces import Controller, DeviceFault, MotionState, SampleBlock, Sensor, SensorFault
-from drivers.leeway import leeway_of
-from drivers.register_panel import FAULT_TEXTS
-from drivers.stand_file import StandFile
-from drivers.w1_folder import roms_on_bus
-from foundation.channel import Channel
-from foundation.clock import Clock
-from foundation.plausibility import Watch
+from bufferstand.drivers.check_samples import POLL_S, delivery_row, missed_row, sample_rate_row, watch
+from bufferstand.drivers.check_verdict import WATCH_S, Verdict
+from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.drivers.in_use import is_read_by_one, who_uses
+from bufferstand.drivers.interfaces import (
+    Controller,
+    DeviceFault,
+    MotionState,
+    SampleBlock,
+    Sensor,
+    SensorFault,
+)
+from bufferstand.drivers.leeway import leeway_of
+from bufferstand.drivers.register_panel import FAULT_TEXTS
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.w1_folder import roms_on_bus
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.plausibility import Watch
 
 ROUND_TRIPS = 50
 """Status reads whose duration is measured."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.check_rows import CheckRow
-from drivers.check_verdict import Verdict
-from drivers.clock_bounds import ClockBounds
+from bufferstand.drivers.check_rows import CheckRow
+from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.clock_bounds import ClockBounds
 
 LEAST_PAIRS = 3
 """Fewer readings bound no rate that is worth telling."""
@@ -59,7 +59,7 @@ def fit_drift(host_s: Sequence[float], trip_s: Sequence[float], tick_us: Sequenc
     """Return the drift from readings of the device's clock; None where there are too few.
 
     A reading is true somewhere between request and reply, and nothing else is taken for sure
-    (:mod:`drivers.clock_bounds`): so the uncertainty holds on a computer that is busy, too.
+    (:mod:`bufferstand.drivers.clock_bounds`): so the uncertainty holds on a computer that is busy, too.
 
     Parameters
     ----------

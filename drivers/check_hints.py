@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from drivers.interfaces import NO_REPLY, DeviceFault
-from drivers.modbus_link import ModbusLink, ModbusRefusal
-from drivers.modbus_wires import RtuWire, TcpWire, Wire
-from drivers.port_trouble import is_held
-from drivers.profile import IDENTITY
-from drivers.ring_identity import find_mismatch
-from drivers.stand_file import StandFile
+from bufferstand.drivers.interfaces import NO_REPLY, DeviceFault
+from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
+from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
+from bufferstand.drivers.port_trouble import is_held
+from bufferstand.drivers.profile import IDENTITY
+from bufferstand.drivers.ring_identity import find_mismatch
+from bufferstand.drivers.stand_file import StandFile
 
 UNITS = (1, 0, 255, 2, 3, 4, 5, 247)
 """Unit identifiers that are tried where the stand file's does not answer."""

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import date, timedelta
 
-from drivers.check_verdict import Verdict
-from drivers.ds18b20 import looks_genuine
-from drivers.stand_file import StandFile
-from foundation.channel import Channel
+from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.ds18b20 import looks_genuine
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.channel import Channel
 
 CALIBRATION_SOON = timedelta(days=30)
 """A calibration that ends within this time gets a note."""

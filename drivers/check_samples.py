@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from drivers.check_clock import LEAST_PAIRS
-from drivers.check_rows import CheckRow, rate_row
-from drivers.check_verdict import Verdict
-from drivers.delivery import Delivery
-from drivers.interfaces import Controller, SampleBlock
-from drivers.poll_delivery import LEFT_OUT_SHARE, PollDelivery
-from foundation.clock import MISSED_CYCLES_MAX_PER_MIN, Clock
+from bufferstand.drivers.check_clock import LEAST_PAIRS
+from bufferstand.drivers.check_rows import CheckRow, rate_row
+from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.delivery import Delivery
+from bufferstand.drivers.interfaces import Controller, SampleBlock
+from bufferstand.drivers.poll_delivery import LEFT_OUT_SHARE, PollDelivery
+from bufferstand.foundation.clock import MISSED_CYCLES_MAX_PER_MIN, Clock
 
 RATE_TOLERANCE = 0.02
 """Share by which the rate of a ring may differ from that stated."""

@@ -13,13 +13,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from drivers import cia402
-from drivers.interfaces import CommandRejected, DeviceFault, MotionState
-from drivers.modbus_link import ModbusRefusal
-from drivers.profile import COMMAND
-from drivers.register_panel import RegisterPanel
-from drivers.registers import Layout
-from drivers.writer_lock import WriterLock
+from bufferstand.drivers import cia402
+from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, MotionState
+from bufferstand.drivers.modbus_link import ModbusRefusal
+from bufferstand.drivers.profile import COMMAND
+from bufferstand.drivers.register_panel import RegisterPanel
+from bufferstand.drivers.registers import Layout
+from bufferstand.drivers.writer_lock import WriterLock
 
 REJECT_TEXTS = {
     1: "unknown command",

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drivers.build_sensors import build_sensors as build_sensors  # noqa: PLC0414 - the other half of it
-from drivers.interfaces import Identity, Stand
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import RtuWire, TcpWire, Wire
-from drivers.polling_controller import PollingController
-from drivers.profile import Profile
-from drivers.register_controller import RegisterController
-from drivers.ring_controller import RingController
-from drivers.stand_file import StandFile
-from drivers.writer_notice import NoticeBoard
-from foundation.clock import Clock
+from bufferstand.drivers.build_sensors import build_sensors as build_sensors  # noqa: PLC0414 - the other half of it
+from bufferstand.drivers.interfaces import Identity, Stand
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
+from bufferstand.drivers.polling_controller import PollingController
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.register_controller import RegisterController
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.writer_notice import NoticeBoard
+from bufferstand.foundation.clock import Clock
 
 
 def build_controller(

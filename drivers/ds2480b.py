@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 
-from drivers.ds18b20 import crc8
-from drivers.interfaces import DeviceFault
-from drivers.serial_line import Line
+from bufferstand.drivers.ds18b20 import crc8
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.serial_line import Line
 
 BAUD = 9600
 

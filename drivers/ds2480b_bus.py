@@ -9,14 +9,14 @@ from pathlib import Path
 
 import serial
 
-from drivers.ds18b20 import SCRATCHPAD_BYTES, Reading, ReadingFault, decode_scratchpad
-from drivers.ds2480b import BAUD, MATCH_ROM, SKIP_ROM, Ds2480b, Presence, rom_bytes, rom_name
-from drivers.interfaces import DeviceFault
-from drivers.port_trouble import cannot_be_opened
-from drivers.serial_line import QUIET_S, READ_S, Line
-from drivers.stand_file import TemperatureSettings
-from drivers.temperature_bus import TemperatureBus
-from foundation.clock import Clock
+from bufferstand.drivers.ds18b20 import SCRATCHPAD_BYTES, Reading, ReadingFault, decode_scratchpad
+from bufferstand.drivers.ds2480b import BAUD, MATCH_ROM, SKIP_ROM, Ds2480b, Presence, rom_bytes, rom_name
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.port_trouble import cannot_be_opened
+from bufferstand.drivers.serial_line import QUIET_S, READ_S, Line
+from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.temperature_bus import TemperatureBus
+from bufferstand.foundation.clock import Clock
 
 CONVERT, READ_SCRATCHPAD, READ_POWER = 0x44, 0xBE, 0xB4
 CONVERSION_MOST_S = 1.0

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from drivers.amplifier_settings import Gsv2Settings
-from drivers.gsv2_frames import SHORT, FrameDecoder
-from drivers.interfaces import DeviceFault
-from drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
-from drivers.serial_line import Line
-from drivers.stand_file import AmplifierSettings
-from drivers.text_values import LineDecoder, decimal_counts
-from foundation.clock import Clock
+from bufferstand.drivers.amplifier_settings import Gsv2Settings
+from bufferstand.drivers.gsv2_frames import SHORT, FrameDecoder
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
+from bufferstand.drivers.serial_line import Line
+from bufferstand.drivers.stand_file import AmplifierSettings
+from bufferstand.drivers.text_values import LineDecoder, decimal_counts
+from bufferstand.foundation.clock import Clock
 
 SET_ZERO = b"\x0c"
 SET_FREQUENCY = b"\x12"
@@ -187,7 +187,7 @@ class Gsv2Dialect:
 
 
 class Gsv2Amplifier(SerialAmplifier):
-    """Sensor of :mod:`drivers.interfaces`: force through a GSV-2, stamped with host time.
+    """Sensor of :mod:`bufferstand.drivers.interfaces`: force through a GSV-2, stamped with host time.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drivers.interfaces import Controller, MotionState
+from bufferstand.drivers.interfaces import Controller, MotionState
 
 IN_MOTION = (MotionState.RAMPING, MotionState.WAVEFORM, MotionState.RELEASING)
 """States in which the piston goes somewhere."""

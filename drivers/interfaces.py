@@ -11,13 +11,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.delivery import Delivery
-from drivers.poll_delivery import PollDelivery
-from foundation.channel import Channel
-from foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
-from foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
-from foundation.errors import NotInCharge as NotInCharge  # noqa: PLC0414 - part of the interface
-from foundation.errors import WireLost as WireLost  # noqa: PLC0414 - part of the interface
+from bufferstand.drivers.delivery import Delivery
+from bufferstand.drivers.poll_delivery import PollDelivery
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
+from bufferstand.foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
+from bufferstand.foundation.errors import NotInCharge as NotInCharge  # noqa: PLC0414 - part of the interface
+from bufferstand.foundation.errors import WireLost as WireLost  # noqa: PLC0414 - part of the interface
 
 NO_REPLY = "no reply within"
 """Words of an event of the wire: a request was waited for in vain, and sent again."""

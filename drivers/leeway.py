@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from drivers.delivery import FEED_S
-from drivers.modbus_link import HURRY_S, LONGER
-from drivers.profile import Profile
-from drivers.stand_file import ControllerSettings
+from bufferstand.drivers.delivery import FEED_S
+from bufferstand.drivers.modbus_link import HURRY_S, LONGER
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.stand_file import ControllerSettings
 
 RESERVE_S = 0.2
 """So much of the watchdog's time is kept for the way of the feed: no later try can be in time [s]."""

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 
-from drivers.interfaces import SampleBlock, SensorFault
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault
 
 
 class Mailbox:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from drivers.interfaces import SampleBlock
+from bufferstand.drivers.interfaces import SampleBlock
 
 LONGEST_PAUSE_S = 0.5
 """A clock that steps by more than this between two samples was set, or its device restarted [s]."""

@@ -12,15 +12,15 @@ from typing import Literal
 
 import numpy as np
 
-from drivers.amplifier_map import AmplifierMap, status_texts
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
-from drivers.mailbox import Mailbox
-from drivers.modbus_link import ModbusLink
-from drivers.registers import decode_value
-from drivers.serial_amplifier import SILENCE_S, STREAM, with_saturation
-from drivers.stand_file import AmplifierSettings
-from foundation.clock import Clock
-from foundation.plausibility import Watch
+from bufferstand.drivers.amplifier_map import AmplifierMap, status_texts
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
+from bufferstand.drivers.mailbox import Mailbox
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.registers import decode_value
+from bufferstand.drivers.serial_amplifier import SILENCE_S, STREAM, with_saturation
+from bufferstand.drivers.stand_file import AmplifierSettings
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.plausibility import Watch
 
 STUCK_S = 2.0
 """Stand time without a new measurement after which the amplifier counts as stuck [s]."""
@@ -31,7 +31,8 @@ _DTYPES = {"u16": np.uint16, "i16": np.int16, "u32": np.uint32, "i32": np.int32,
 
 
 class ModbusAmplifier:
-    """Sensor of :mod:`drivers.interfaces`: force through an amplifier with registers, stamped with host time.
+    """Sensor of :mod:`bufferstand.drivers.interfaces`: force through an amplifier with registers, stamped
+    with host time.
 
     Parameters
     ----------

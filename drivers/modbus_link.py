@@ -20,12 +20,12 @@ from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
 
-from drivers import packed_exchange
-from drivers.interfaces import NO_REPLY
-from drivers.modbus_wires import CannotOpenError, Client, TcpWire, Wire
-from drivers.packed_exchange import Exchange, PackedPort, PackedReply
-from drivers.registers import pack
-from foundation.errors import DeviceFault, WireLost
+from bufferstand.drivers import packed_exchange
+from bufferstand.drivers.interfaces import NO_REPLY
+from bufferstand.drivers.modbus_wires import CannotOpenError, Client, TcpWire, Wire
+from bufferstand.drivers.packed_exchange import Exchange, PackedPort, PackedReply
+from bufferstand.drivers.registers import pack
+from bufferstand.foundation.errors import DeviceFault, WireLost
 
 # What pymodbus logs is said here as events and faults; without a handler Python would print it besides.
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())

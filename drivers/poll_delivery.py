@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from drivers.delivery import COMMANDS_HZ, FEED_S, status_rest_s
+from bufferstand.drivers.delivery import COMMANDS_HZ, FEED_S, status_rest_s
 
 LEFT_OUT_SHARE = 0.1
 """Share of the periods that may be without a sample; more is no test at the stated rate."""

@@ -14,8 +14,8 @@ from contextlib import AbstractContextManager, nullcontext
 
 import numpy as np
 
-from drivers.bus_thread import Bus, BusThread
-from drivers.interfaces import (
+from bufferstand.drivers.bus_thread import Bus, BusThread
+from bufferstand.drivers.interfaces import (
     ControllerStatus,
     DeviceFault,
     Identity,
@@ -24,15 +24,15 @@ from drivers.interfaces import (
     WireLost,
     WriterSeen,
 )
-from drivers.modbus_link import ModbusLink
-from drivers.poll_delivery import PollDelivery
-from drivers.poll_skew import PolledAt, SkewMeter
-from drivers.profile import Profile
-from drivers.register_controller import RegisterController
-from drivers.registers import DTYPES, Layout, decode_value
-from drivers.writer_notice import NoticeBoard
-from foundation.channel import Channel
-from foundation.clock import Clock
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.poll_delivery import PollDelivery
+from bufferstand.drivers.poll_skew import PolledAt, SkewMeter
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.register_controller import RegisterController
+from bufferstand.drivers.registers import DTYPES, Layout, decode_value
+from bufferstand.drivers.writer_notice import NoticeBoard
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.clock import Clock
 
 STREAM = "controller"
 STAMPING = "stroke_1"
@@ -53,7 +53,7 @@ QUICK_PERCENT = 25.0
 
 
 class PollingController:
-    """Controller of :mod:`drivers.interfaces` over one Modbus link, for a profile that polls.
+    """Controller of :mod:`bufferstand.drivers.interfaces` over one Modbus link, for a profile that polls.
 
     A thread of its own owns the link; the methods may be called from any one thread.
 
@@ -356,7 +356,7 @@ class PollingController:
         Raises
         ------
         CommandRejected, DeviceFault
-            As :meth:`drivers.register_controller.RegisterController.enable`.
+            As :meth:`bufferstand.drivers.register_controller.RegisterController.enable`.
         """
         self._bus.call(
             lambda: self._inner.enable(
@@ -427,7 +427,7 @@ class PollingController:
         Raises
         ------
         CommandRejected, DeviceFault
-            As :meth:`drivers.register_controller.RegisterController.adjust_harmonic`.
+            As :meth:`bufferstand.drivers.register_controller.RegisterController.adjust_harmonic`.
         """
         self._bus.call(lambda: self._inner.adjust_harmonic(mean_mm=mean_mm, amplitude_mm=amplitude_mm))
 
@@ -490,7 +490,7 @@ class PollingController:
         Raises
         ------
         DeviceFault
-            As :meth:`drivers.register_controller.RegisterController.reset_fault`.
+            As :meth:`bufferstand.drivers.register_controller.RegisterController.reset_fault`.
         """
         self._bus.call(self._inner.reset_fault)
 

@@ -21,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from drivers.registers import (
+from bufferstand.drivers.registers import (
     WORDS,
     Layout,
     Place,
@@ -31,10 +31,10 @@ from drivers.registers import (
     from_wire,
     to_wire,
 )
-from foundation.canonical import content_hash
-from foundation.errors import BadInput
-from foundation.settings import Settings, parse_settings, read_text
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.canonical import content_hash
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Settings, parse_settings, read_text
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 SHIPPED = Path(__file__).parent / "profiles"
 """Folder of the profiles that come with the software."""

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from drivers import command_port as command
-from drivers.actuator_switch import ActuatorSwitch
-from drivers.interfaces import (
+from bufferstand.drivers import command_port as command
+from bufferstand.drivers.actuator_switch import ActuatorSwitch
+from bufferstand.drivers.interfaces import (
     CommandRejected,
     ControllerStatus,
     EndReason,
@@ -17,12 +17,12 @@ from drivers.interfaces import (
     WireLost,
     WriterSeen,
 )
-from drivers.modbus_link import ModbusLink, ModbusRefusal
-from drivers.profile import IDENTITY, SIMULATED, SIMULATED_SIGN, Profile
-from drivers.register_panel import RegisterPanel
-from drivers.ring_identity import find_mismatch
-from drivers.writer_lock import WriterLock
-from drivers.writer_notice import NoticeBoard
+from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
+from bufferstand.drivers.profile import IDENTITY, SIMULATED, SIMULATED_SIGN, Profile
+from bufferstand.drivers.register_panel import RegisterPanel
+from bufferstand.drivers.ring_identity import find_mismatch
+from bufferstand.drivers.writer_lock import WriterLock
+from bufferstand.drivers.writer_notice import NoticeBoard
 
 
 class RegisterController:
@@ -435,7 +435,7 @@ class RegisterController:
         Raises
         ------
         DeviceFault
-            As :meth:`drivers.actuator_switch.ActuatorSwitch.reset_fault`.
+            As :meth:`bufferstand.drivers.actuator_switch.ActuatorSwitch.reset_fault`.
         """
         self._switch.reset_fault()
 

@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from drivers import cia402
-from drivers.interfaces import DeviceFault, WireLost
-from drivers.modbus_link import ModbusLink, ModbusRefusal
-from drivers.profile import STATUS, Profile
-from drivers.registers import crc_of
+from bufferstand.drivers import cia402
+from bufferstand.drivers.interfaces import DeviceFault, WireLost
+from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
+from bufferstand.drivers.profile import STATUS, Profile
+from bufferstand.drivers.registers import crc_of
 
 FAULT_TEXTS = {
     0: "none",
@@ -147,7 +147,7 @@ class RegisterPanel:
                 self.outlast(lost)
 
     def set(self, name: str, value: int, *, hurry: bool = False) -> None:
-        """Set one register; ``hurry`` as :meth:`drivers.modbus_link.ModbusLink.write`.
+        """Set one register; ``hurry`` as :meth:`bufferstand.drivers.modbus_link.ModbusLink.write`.
 
         Raises
         ------

@@ -9,18 +9,18 @@ from functools import partial
 
 import numpy as np
 
-from drivers.delivery import WORK_S, Delivery
-from drivers.interfaces import ControllerStatus, Identity, SampleBlock, StreamFacts
-from drivers.missed_cycles import parted
-from drivers.modbus_link import ModbusLink
-from drivers.packed_exchange import Exchange
-from drivers.profile import STATUS, Profile
-from drivers.register_controller import RegisterController
-from drivers.registers import pack
-from drivers.ring_reader import AlteredBlock, DoubtfulBlock, RingReader, RingRows
-from drivers.writer_notice import NoticeBoard
-from foundation.channel import Channel
-from foundation.clock import Clock
+from bufferstand.drivers.delivery import WORK_S, Delivery
+from bufferstand.drivers.interfaces import ControllerStatus, Identity, SampleBlock, StreamFacts
+from bufferstand.drivers.missed_cycles import parted
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.packed_exchange import Exchange
+from bufferstand.drivers.profile import STATUS, Profile
+from bufferstand.drivers.register_controller import RegisterController
+from bufferstand.drivers.registers import pack
+from bufferstand.drivers.ring_reader import AlteredBlock, DoubtfulBlock, RingReader, RingRows
+from bufferstand.drivers.writer_notice import NoticeBoard
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.clock import Clock
 
 STREAM = "controller"
 KEEP_S = 0.2
@@ -42,7 +42,7 @@ QUICK_PERCENT = 25.0
 
 
 class RingController(RegisterController):
-    """Controller of :mod:`drivers.interfaces` over one Modbus link; all methods from one thread.
+    """Controller of :mod:`bufferstand.drivers.interfaces` over one Modbus link; all methods from one thread.
 
     Parameters
     ----------

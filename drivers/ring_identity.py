@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.profile import Profile
-from drivers.registers import Layout, encode_value
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.registers import Layout, encode_value
 
 
 def find_mismatch(profile: Profile, window: Layout, registers: Sequence[int]) -> str:

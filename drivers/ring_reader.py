@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.missed_cycles import missed_cycles
-from drivers.profile import ASKED, CHECK, Profile
+from bufferstand.drivers.missed_cycles import missed_cycles
+from bufferstand.drivers.profile import ASKED, CHECK, Profile
 
 _WRAP = 1 << 32
 _HALF = 1 << 31

@@ -11,15 +11,15 @@ from typing import Protocol
 import numpy as np
 import serial
 
-from drivers.host_stamps import HostStamps, RateWatch
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
-from drivers.mailbox import Mailbox
-from drivers.port_trouble import cannot_be_opened
-from drivers.serial_line import QUIET_S, READ_S, Line, parity_of
-from drivers.stand_file import AmplifierSettings
-from foundation.channel import Channel, Plausibility
-from foundation.clock import Clock
-from foundation.plausibility import Watch
+from bufferstand.drivers.host_stamps import HostStamps, RateWatch
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
+from bufferstand.drivers.mailbox import Mailbox
+from bufferstand.drivers.port_trouble import cannot_be_opened
+from bufferstand.drivers.serial_line import QUIET_S, READ_S, Line, parity_of
+from bufferstand.drivers.stand_file import AmplifierSettings
+from bufferstand.foundation.channel import Channel, Plausibility
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.plausibility import Watch
 
 STREAM = "amplifier"
 
@@ -117,7 +117,7 @@ class Dialect(Protocol):
 
 
 class SerialAmplifier:
-    """Sensor of :mod:`drivers.interfaces`: force through an amplifier, stamped with host time.
+    """Sensor of :mod:`bufferstand.drivers.interfaces`: force through an amplifier, stamped with host time.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
-from foundation.clock import Clock
+from bufferstand.foundation.clock import Clock
 
 READ_S = 0.05
 """Longest wait of one read [s]."""

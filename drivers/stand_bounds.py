@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drivers.amplifier_map import load_amplifier_map
-from drivers.registers import RegisterType
-from foundation.channel import Calibration, Channel
-from foundation.errors import BadInput
-from foundation.settings import place_of
-from foundation.shares import TRIP_SHARE, tilt_bound_mm
+from bufferstand.drivers.amplifier_map import load_amplifier_map
+from bufferstand.drivers.registers import RegisterType
+from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import place_of
+from bufferstand.foundation.shares import TRIP_SHARE, tilt_bound_mm
 
 if TYPE_CHECKING:
-    from drivers.profile import Profile
-    from drivers.stand_file import StandFile
+    from bufferstand.drivers.profile import Profile
+    from bufferstand.drivers.stand_file import StandFile
 
 POWER_ON_COUNTS = 1360.0
 """Counts of a DS18B20 that has lost its supply: 85 °C in sixteenths."""

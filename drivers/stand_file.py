@@ -17,10 +17,10 @@ from pydantic import (
     model_validator,
 )
 
-from drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifierSettings
-from drivers.profile import Profile, load_profile
-from drivers.stand_bounds import demand_stand_bounds
-from drivers.stand_numbers import (
+from bufferstand.drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifierSettings
+from bufferstand.drivers.profile import Profile, load_profile
+from bufferstand.drivers.stand_bounds import demand_stand_bounds
+from bufferstand.drivers.stand_numbers import (
     STAND_FORCE_KN,
     Baud,
     CellRange,
@@ -37,12 +37,12 @@ from drivers.stand_numbers import (
     Travel,
     Watchdog,
 )
-from foundation.channel import Calibration, Channel, ChannelUncertainty
-from foundation.errors import BadInput
-from foundation.force_speed import curve_problem
-from foundation.settings import Settings, load_settings, read_text
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.force_speed import curve_problem
+from bufferstand.foundation.settings import Settings, load_settings, read_text
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
     "force": ("force", "kN"),

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
-from foundation.wanted import Within
+from bufferstand.foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
+from bufferstand.foundation.wanted import Within
 
 Baud = Annotated[
     int, Field(gt=0, le=4_000_000), Within(300, 4_000_000, "no serial line here is slower or faster")

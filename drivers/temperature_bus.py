@@ -12,11 +12,11 @@ from typing import Protocol
 
 import numpy as np
 
-from drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault, looks_genuine
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
-from drivers.mailbox import Mailbox
-from drivers.stand_file import SensorSettings, TemperatureSettings
-from foundation.clock import Clock
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault, looks_genuine
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
+from bufferstand.drivers.mailbox import Mailbox
+from bufferstand.drivers.stand_file import SensorSettings, TemperatureSettings
+from bufferstand.foundation.clock import Clock
 
 _POLL_S = 0.01
 _READ_WORST_S = 1.0
@@ -57,7 +57,7 @@ class BusReader(Protocol):
 
 
 class BusSensor:
-    """Sensor of :mod:`drivers.interfaces`: one DS18B20, read by its bus.
+    """Sensor of :mod:`bufferstand.drivers.interfaces`: one DS18B20, read by its bus.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 HEAD = "# bufferstand transcript 1"
 Sign = Literal[">", "<", "+", "-"]

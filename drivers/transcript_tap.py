@@ -20,10 +20,10 @@ from typing import Protocol
 
 import serial
 
-from drivers.ds2480b import BAUD as ADAPTER_BAUD
-from drivers.stand_file import Endpoints, StandFile, with_endpoints
-from drivers.transcript import HEAD, Piece, Sign
-from foundation.errors import BadInput
+from bufferstand.drivers.ds2480b import BAUD as ADAPTER_BAUD
+from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
+from bufferstand.drivers.transcript import HEAD, Piece, Sign
+from bufferstand.foundation.errors import BadInput
 
 _PARITIES = {"none": "N", "even": "E", "odd": "O"}
 _POLL_S = 0.05

@@ -15,12 +15,12 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
-from drivers.ds18b20 import Reading, ReadingFault, decode_temperature, decode_w1_slave
-from drivers.interfaces import DeviceFault
-from drivers.stand_file import TemperatureSettings
-from drivers.temperature_bus import BusSensor as W1Sensor
-from drivers.temperature_bus import TemperatureBus
-from foundation.clock import Clock
+from bufferstand.drivers.ds18b20 import Reading, ReadingFault, decode_temperature, decode_w1_slave
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.temperature_bus import BusSensor as W1Sensor
+from bufferstand.drivers.temperature_bus import TemperatureBus
+from bufferstand.foundation.clock import Clock
 
 __all__ = ["FolderReader", "W1Bus", "W1Sensor", "read_sensor", "read_temperature", "roms_on_bus"]
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 import secrets
 from contextlib import suppress
 
-from drivers.interfaces import DeviceFault, NotInCharge, WriterSeen
-from drivers.modbus_link import ModbusRefusal
-from drivers.profile import WATCHDOG_LEFT
-from drivers.register_panel import RegisterPanel
-from drivers.writer_notice import NoticeBoard
-from foundation.clock import steady_s
+from bufferstand.drivers.interfaces import DeviceFault, NotInCharge, WriterSeen
+from bufferstand.drivers.modbus_link import ModbusRefusal
+from bufferstand.drivers.profile import WATCHDOG_LEFT
+from bufferstand.drivers.register_panel import RegisterPanel
+from bufferstand.drivers.writer_notice import NoticeBoard
+from bufferstand.foundation.clock import steady_s
 
 LOOK_S = 1.0
 """A heartbeat is written only if the lock was seen to be the own so recently [s of the wall]: a pause of this

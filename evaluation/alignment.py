@@ -12,11 +12,11 @@ from typing import Literal
 
 import numpy as np
 
-from evaluation.cycles import cycle_samples
-from evaluation.motion import Cycle
-from evaluation.record import FloatArray, Record
-from evaluation.spectra import HARMONICS, spectra
-from evaluation.splines import moved_evenly, spline_at
+from bufferstand.evaluation.cycles import cycle_samples
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.spectra import HARMONICS, spectra
+from bufferstand.evaluation.splines import moved_evenly, spline_at
 
 SINE_STROKE = 0.05
 """Up to this distortion the closed form is that of a sine stroke, above it that of constant speed."""

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from evaluation.choices import DecisionRule, check_draws
-from evaluation.document import evaluate_file, evaluate_paths
-from evaluation.results import Options
-from evaluation.table import cycle_table
-from foundation.errors import BadInput
-from recording.catalogue import facts_of, run_files
-from recording.foreign.importing import Imported, import_file
-from recording.foreign.wanted import ImportOptions
-from recording.frames import to_dataset, to_frame
-from recording.run import Run
-from recording.runfile import open_run as _open_run
+from bufferstand.evaluation.choices import DecisionRule, check_draws
+from bufferstand.evaluation.document import evaluate_file, evaluate_paths
+from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.table import cycle_table
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.catalogue import facts_of, run_files
+from bufferstand.recording.foreign.importing import Imported, import_file
+from bufferstand.recording.foreign.wanted import ImportOptions
+from bufferstand.recording.frames import to_dataset, to_frame
+from bufferstand.recording.run import Run
+from bufferstand.recording.runfile import open_run as _open_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,7 +89,7 @@ def runs(paths: Paths) -> pd.DataFrame:
 
 
 def channels(run: str | Path | Run, stream: str | None = None) -> pd.DataFrame:
-    """Return the samples of a run as a table (:func:`recording.frames.to_frame`).
+    """Return the samples of a run as a table (:func:`bufferstand.recording.frames.to_frame`).
 
     Raises
     ------
@@ -100,7 +100,7 @@ def channels(run: str | Path | Run, stream: str | None = None) -> pd.DataFrame:
 
 
 def dataset(run: str | Path | Run) -> xr.Dataset:
-    """Return all channels of a run as an xarray dataset (:func:`recording.frames.to_dataset`).
+    """Return all channels of a run as an xarray dataset (:func:`bufferstand.recording.frames.to_dataset`).
 
     Raises
     ------

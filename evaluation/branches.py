@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray, Record
-from evaluation.splines import splines
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.splines import splines
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]

@@ -1,8 +1,9 @@
 """The linear uncertainty budget of a run's main results (JCGM 100), by GTC, for the report.
 
-The Monte Carlo propagation (:mod:`evaluation.uncertainty`) gives the value of record; the budget says where
-it comes from. Both rest on the same facts of the channels and the same integrals of the recorded loops. Every
-input is one uncertain number that all results share, so that damping is propagated as one quantity.
+The Monte Carlo propagation (:mod:`bufferstand.evaluation.uncertainty`) gives the value of record; the budget
+says where it comes from. Both rest on the same facts of the channels and the same integrals of the recorded
+loops. Every input is one uncertain number that all results share, so that damping is propagated as one
+quantity.
 """
 
 from __future__ import annotations
@@ -15,22 +16,22 @@ from typing import Any
 import GTC  # type: ignore[import-untyped]
 import numpy as np
 
-from evaluation.budget_lines import Budget, BudgetLine
-from evaluation.error_model import (
+from bufferstand.evaluation.budget_lines import Budget, BudgetLine
+from bufferstand.evaluation.error_model import (
     drum_periods_mm,
     mean_of_wires,
     stroke_term_slopes,
     stroke_terms,
 )
-from evaluation.inertia import InertiaForce
-from evaluation.own_errors import OwnErrors
-from evaluation.propagations import Propagations
-from evaluation.quantities import TANGENT_WINDOW
-from evaluation.record import FloatArray
-from evaluation.results import Summary
-from evaluation.summary import LEAST_SCATTER
-from evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.own_errors import OwnErrors
+from bufferstand.evaluation.propagations import Propagations
+from bufferstand.evaluation.quantities import TANGENT_WINDOW
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.results import Summary
+from bufferstand.evaluation.summary import LEAST_SCATTER
+from bufferstand.evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading
+from bufferstand.foundation.channel import ChannelUncertainty
 
 QUANTITIES = ("stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm")
 """The results that a budget is drawn up for, by their names in the document."""
@@ -230,7 +231,8 @@ def _beside(name: str, gap_limit: float, summary: Summary, cycles: int) -> tuple
     scatter by beyond their noise, as an uncertainty of their mean (type A).
 
     The bound of a gap is one of each result by itself (damping's is not that of the energies), and one
-    rectangular error for the whole run, as it is drawn (:func:`evaluation.uncertain_results.with_gaps`).
+    rectangular error for the whole run, as it is drawn
+    (:func:`bufferstand.evaluation.uncertain_results.with_gaps`).
     """
     found = []
     if gap_limit:

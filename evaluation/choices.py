@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 DecisionRule = Literal["simple", "guard-band"]
 """How a value near a limit is judged (contracts § 4)."""

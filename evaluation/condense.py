@@ -15,11 +15,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray, Record
-from evaluation.reversals import Sampling, find_reversals, held_samples
-from evaluation.spectra import HARMONICS
-from foundation.kind import Kind
-from foundation.ranks import median
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.reversals import Sampling, find_reversals, held_samples
+from bufferstand.evaluation.spectra import HARMONICS
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.ranks import median
 
 POINTS_OF_KIND: Mapping[Kind, int | None] = {
     "harmonic": 1000,
@@ -32,8 +32,8 @@ of a static run has corners where the stroke meets the specimen again. None: a s
 POINTS_OF_A_SINE = 120
 """… and where the stroke of a harmonic run is as good as a sine. Its loop area, its turning points and its
 harmonics are corrected for the bend between and within the blocks
-(:meth:`evaluation.branches.Branches.areas`, :func:`evaluation.turn_fits.smooth_fits`,
-:class:`evaluation.spectra.Spectra`): of what is left, the largest is
+(:meth:`bufferstand.evaluation.branches.Branches.areas`, :func:`bufferstand.evaluation.turn_fits.smooth_fits`,
+:class:`bufferstand.evaluation.spectra.Spectra`): of what is left, the largest is
 2e-6 of W_a; an extreme force loses (π / 120)² / 6 = 1e-4 of its amplitude."""
 SINE_DISTORTION = 0.05
 _MANY_TURNS = 40
@@ -74,7 +74,8 @@ def condensed_for(
     reversals : array of int or None
         Its reversals, where they are known then.
     warnings : tuple of str
-        That a record which came averaged (:mod:`evaluation.long_runs`) has fewer points than it needs.
+        That a record which came averaged (:mod:`bufferstand.evaluation.long_runs`) has fewer points than it
+        needs.
     """
     points = POINTS_OF_KIND[kind]
     if points is None or record.by_event:

@@ -2,7 +2,7 @@
 
 Criteria (docs/evaluation.md): a cycle is *complete* when both its lower turning points are turns of the
 motion, or rests of the specimen to which the stroke returns, and no break of the record lies inside (those
-that are bridged, :mod:`evaluation.gaps`, are none). It is
+that are bridged, :mod:`bufferstand.evaluation.gaps`, are none). It is
 *steady* when it closes and repeats a neighbour: turning points, frequency and distortion of the stroke.
 """
 
@@ -14,14 +14,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.defects import describe
-from evaluation.motion import Cycle, CycleColumns, TurnColumns, TurningPoint
-from evaluation.record import FloatArray, Record
-from evaluation.reversal_dwells import with_reversals
-from evaluation.reversals import Sampling, find_reversals
-from evaluation.spectra import spectra_between
-from evaluation.turn_sides import Reversals
-from evaluation.turning import fit_turning_points
+from bufferstand.evaluation.defects import describe
+from bufferstand.evaluation.motion import Cycle, CycleColumns, TurnColumns, TurningPoint
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.reversal_dwells import with_reversals
+from bufferstand.evaluation.reversals import Sampling, find_reversals
+from bufferstand.evaluation.spectra import spectra_between
+from bufferstand.evaluation.turn_sides import Reversals
+from bufferstand.evaluation.turning import fit_turning_points
 
 STEADY_STROKE = 0.02
 """Turning points of a steady cycle agree within this share of its range …"""
@@ -65,8 +65,8 @@ def find_with_harmonics(
 ) -> tuple[tuple[Cycle, ...], NDArray[np.complex128]]:
     """Return the cycles of a run, and K* of the complete ones by the force as it is [kN/mm], (C,).
 
-    ``reversals`` are those of :func:`evaluation.reversals.find_reversals`, if they are known already. At
-    ``slips_s`` the stroke jumps, against its motion or with it, which is no motion.
+    ``reversals`` are those of :func:`bufferstand.evaluation.reversals.find_reversals`, if they are known
+    already. At ``slips_s`` the stroke jumps, against its motion or with it, which is no motion.
     """
     sampling = record.stroke_sampling
     index = find_reversals(record.stroke_mm, sampling) if reversals is None else reversals

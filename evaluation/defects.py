@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.ranks import quantile
+from bufferstand.foundation.ranks import quantile
 
 FloatArray = NDArray[np.float64]
 

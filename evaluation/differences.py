@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from evaluation.across_runs.combine import Figure, Figures
-from evaluation.across_runs.shared import Owed
+from bufferstand.evaluation.across_runs.combine import Figure, Figures
+from bufferstand.evaluation.across_runs.shared import Owed
 
 _COVERAGE = 2.0
 
@@ -17,7 +17,8 @@ _COVERAGE = 2.0
 class Value:
     """A value with its expanded uncertainty U (k = 2), where one is known.
 
-    ``shared``: what of its standard uncertainty other values have, too (:mod:`evaluation.across_runs`).
+    ``shared``: what of its standard uncertainty other values have, too
+    (:mod:`bufferstand.evaluation.across_runs`).
     """
 
     value: float

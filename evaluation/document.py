@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.budget_lines import budget_entry
-from evaluation.conformity import candidate_of, decide_purposes
-from evaluation.copies import Recording, each_once
-from evaluation.evidence import comparison_entries, evidence_entry, plain
-from evaluation.grouping import mixture
-from evaluation.history import RunHistory, across_entries
-from evaluation.record import Record
-from evaluation.requirements.limit_set import LimitSet
-from evaluation.results import (
+from bufferstand.evaluation.budget_lines import budget_entry
+from bufferstand.evaluation.conformity import candidate_of, decide_purposes
+from bufferstand.evaluation.copies import Recording, each_once
+from bufferstand.evaluation.evidence import comparison_entries, evidence_entry, plain
+from bufferstand.evaluation.grouping import mixture
+from bufferstand.evaluation.history import RunHistory, across_entries
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.requirements.limit_set import LimitSet
+from bufferstand.evaluation.results import (
     CycleResult,
     Expanded,
     Extreme,
@@ -32,9 +32,9 @@ from evaluation.results import (
     Summary,
     Trend,
 )
-from evaluation.steps import points_of
-from evaluation.trends import find_trends
-from recording.catalogue import run_files
+from bufferstand.evaluation.steps import points_of
+from bufferstand.evaluation.trends import find_trends
+from bufferstand.recording.catalogue import run_files
 
 SCHEMA = "bufferstand/evaluation/1"
 _NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -164,8 +164,8 @@ def evaluate_file(
         If it cannot be read or evaluated.
     """
     # What evaluates takes a second to import, and an archive in which nothing changed does without.
-    from evaluation.load import load_run  # noqa: PLC0415
-    from evaluation.run import evaluate_run  # noqa: PLC0415
+    from bufferstand.evaluation.load import load_run  # noqa: PLC0415
+    from bufferstand.evaluation.run import evaluate_run  # noqa: PLC0415
 
     record, facts = load_run(path)
     return evaluate_run(record, facts, options, limit_set)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.corners import corner_moment
-from evaluation.record import FloatArray
-from evaluation.turn_sides import Side
+from bufferstand.evaluation.corners import corner_moment
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turn_sides import Side
 
 PLATEAU_BANDS = (0.001, 0.003, 0.01)
 """Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""

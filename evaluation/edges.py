@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from evaluation.record import FloatArray
-from evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, derivative, maxima, solved, value_at
-from evaluation.turn_sides import Side
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, derivative, maxima, solved, value_at
+from bufferstand.evaluation.turn_sides import Side
 
 _EDGE_SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
 _WIDE, _ENOUGH = 0.2, 30

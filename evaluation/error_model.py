@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.inertia import InertiaForce
-from evaluation.own_errors import OwnErrors
-from evaluation.record import FloatArray
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.own_errors import OwnErrors
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.channel import ChannelUncertainty
 
 SHAPE_LENGTH_MM = 120.0
 """Half wave of the longest of the smooth deviations that make up a stroke linearity error [mm]."""
@@ -93,14 +93,14 @@ class Draws:
         holds the truth as often as one for an error of that size and either sign. It has one sign in all
         cycles, and does not average out.
     unrecorded : array, shape (N,)
-        What is not on record, as a share of its limit, -1 … 1 (:mod:`evaluation.gaps`).
+        What is not on record, as a share of its limit, -1 … 1 (:mod:`bufferstand.evaluation.gaps`).
     blunt : array, shape (N, 2)
         How blunt lower and upper turns are, of what they may be: standard normal, the same in all cycles, as
         one stand makes them.
     drums_mm : tuple of float
         Circumferences of the wires' drums that are stated.
     own : int
-        The last so many of the force's errors are the run's own (:mod:`evaluation.own_errors`).
+        The last so many of the force's errors are the run's own (:mod:`bufferstand.evaluation.own_errors`).
     ends : array, shape (N, 2)
         Doubt of the forces at lower and upper turns, in its standard uncertainty: standard normal, the same
         in all cycles, as they are read in one way.

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from evaluation.results import RunEvaluation
-from evaluation.thermal_comparison import compare_temperatures
+from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.evaluation.thermal_comparison import compare_temperatures
 
 
 def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
@@ -43,7 +43,7 @@ def _impact(run: RunEvaluation) -> dict[str, float | None] | None:
 def skew_effect(run: RunEvaluation) -> dict[str, Any]:
     """Return what 1 ms of skew changes in a run: in units, and as a share of the run's own figures.
 
-    Of a run with several steps each has its own: :func:`evaluation.steps.points_of`.
+    Of a run with several steps each has its own: :func:`bufferstand.evaluation.steps.points_of`.
 
     The share is None where it would be more than 1: of an elastic reference, which has nothing to lose.
     """

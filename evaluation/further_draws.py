@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from evaluation.error_model import Draws, stroke_term_slopes
-from evaluation.motion import Cycle, Loop
-from evaluation.record import FloatArray, Temperature
-from evaluation.results import CycleResult
-from evaluation.speed_noise import speed_lean
-from evaluation.uncertainty import CyclePropagation, stroke_figures, turn_draws
+from bufferstand.evaluation.error_model import Draws, stroke_term_slopes
+from bufferstand.evaluation.motion import Cycle, Loop
+from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.speed_noise import speed_lean
+from bufferstand.evaluation.uncertainty import CyclePropagation, stroke_figures, turn_draws
 
 _DISTORTING = range(2, 11)
 """Harmonics of the stroke that count as distortion."""

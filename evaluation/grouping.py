@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from evaluation.results import RunEvaluation
+from bufferstand.evaluation.results import RunEvaluation
 
 
 def grouped(

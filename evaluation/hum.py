@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.record import FloatArray
-from foundation.ranks import median
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median
 
 _MOST_LINES = 3
 _FASTER = 12

@@ -15,12 +15,12 @@ from typing import Literal
 
 import numpy as np
 
-from evaluation.choices import ForceCell
-from evaluation.motion import Cycle
-from evaluation.record import FloatArray, Record
-from foundation.errors import BadInput
-from foundation.ranks import median
-from foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
+from bufferstand.evaluation.choices import ForceCell
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.ranks import median
+from bufferstand.foundation.shares import MASS_ACCURACY_MOST_PERCENT, MOVING_MASS_MOST_KG
 
 WINDOW = 0.2
 """Acceleration: quartic over this share of the shortest cycle (at least 7 samples)."""

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.motion import TurningPoint
-from evaluation.record import FloatArray, Record
-from evaluation.turn_fits import Points, derivative, points_of, powers, solved, value_at
-from foundation.ranks import median
+from bufferstand.evaluation.motion import TurningPoint
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.turn_fits import Points, derivative, points_of, powers, solved, value_at
+from bufferstand.foundation.ranks import median
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]

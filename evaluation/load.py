@@ -10,28 +10,28 @@ from typing import Any, cast, get_args
 
 import numpy as np
 
-from evaluation.across_runs.identity import Occasion, identity_of
-from evaluation.channels.bring import as_taken, same_instants
-from evaluation.channels.joined import are_apart, joined
-from evaluation.channels.rows import is_stamped
-from evaluation.channels.sensors import said, true_readings
-from evaluation.channels.signals import signals_of
-from evaluation.choices import ForceCell
-from evaluation.extremes import peaks_of
-from evaluation.long_runs import Bounds, long_record, on_time, thinned
-from evaluation.record import Ends, FloatArray, Record, Temperature, make_record
-from evaluation.results import RunFacts
-from evaluation.steps.corrections import EVENT
-from evaluation.told import guard_doubts
-from foundation.channel import Channel, ChannelUncertainty
-from foundation.errors import BadInput
-from foundation.kind import Kind
-from foundation.names import readable
-from foundation.purpose import Purpose
-from foundation.units import to_inside
-from recording.run import STROKES, Run, Series
-from recording.runfile import opened_run
-from recording.simulated import simulated_of
+from bufferstand.evaluation.across_runs.identity import Occasion, identity_of
+from bufferstand.evaluation.channels.bring import as_taken, same_instants
+from bufferstand.evaluation.channels.joined import are_apart, joined
+from bufferstand.evaluation.channels.rows import is_stamped
+from bufferstand.evaluation.channels.sensors import said, true_readings
+from bufferstand.evaluation.channels.signals import signals_of
+from bufferstand.evaluation.choices import ForceCell
+from bufferstand.evaluation.extremes import peaks_of
+from bufferstand.evaluation.long_runs import Bounds, long_record, on_time, thinned
+from bufferstand.evaluation.record import Ends, FloatArray, Record, Temperature, make_record
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.evaluation.steps.corrections import EVENT
+from bufferstand.evaluation.told import guard_doubts
+from bufferstand.foundation.channel import Channel, ChannelUncertainty
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.names import readable
+from bufferstand.foundation.purpose import Purpose
+from bufferstand.foundation.units import to_inside
+from bufferstand.recording.run import STROKES, Run, Series
+from bufferstand.recording.runfile import opened_run
+from bufferstand.recording.simulated import simulated_of
 
 _EMPTY: FloatArray = np.zeros(0)
 _LOOKED_AT = 4096

@@ -1,8 +1,8 @@
 """A run that is too long to be held at once: read in pieces, and averaged over blocks while it is read.
 
-What is wrong with single samples is found on all of them, by the rules of :mod:`evaluation.defects`. What
-stays is a record of bounded size: the evaluation of a run of any length takes the same memory, but for its
-cycles.
+What is wrong with single samples is found on all of them, by the rules of
+:mod:`bufferstand.evaluation.defects`. What stays is a record of bounded size: the evaluation of a run of any
+length takes the same memory, but for its cycles.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.bring import holes, same_instants
-from evaluation.channels.joined import are_of_streams
-from evaluation.channels.pieces import Pieces
-from evaluation.channels.rows import is_stamped
-from evaluation.condense import block_means, block_starts
-from evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
-from evaluation.extremes.peaks import joined, peaks_of
-from evaluation.record import Ends, Record, check_usable, with_own_steps
-from evaluation.splines import moved, moved_evenly
-from foundation.ranks import median
-from foundation.units import to_inside
-from recording.run import Run, Series, mean_stroke
+from bufferstand.evaluation.channels.bring import holes, same_instants
+from bufferstand.evaluation.channels.joined import are_of_streams
+from bufferstand.evaluation.channels.pieces import Pieces
+from bufferstand.evaluation.channels.rows import is_stamped
+from bufferstand.evaluation.condense import block_means, block_starts
+from bufferstand.evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
+from bufferstand.evaluation.extremes.peaks import joined, peaks_of
+from bufferstand.evaluation.record import Ends, Record, check_usable, with_own_steps
+from bufferstand.evaluation.splines import moved, moved_evenly
+from bufferstand.foundation.ranks import median
+from bufferstand.foundation.units import to_inside
+from bufferstand.recording.run import Run, Series, mean_stroke
 
 _MARGIN = 64
 """Samples about a piece that its splines see: what lies further off counts by less than 0.27^64."""

@@ -8,13 +8,21 @@ from functools import cached_property
 
 import numpy as np
 
-from evaluation.branches import DENSE_SAMPLES, MOST_POINTS, Branches, Stretches, closed
-from evaluation.motion import Cycle, CycleColumns, EndReading, Loop
-from evaluation.record import FloatArray, Record
-from evaluation.reversals import noise_sigma, without_fast_hum
-from evaluation.turns import EndForces, Ends, ForceExtremes, Inside, continuous, end_forces, force_extremes
-from evaluation.turns.end_forces import MOST_ASKED
-from evaluation.turns.of_cycles import BY_SPEED, arrivals, arriving, at_rests, by_speed, creeping
+from bufferstand.evaluation.branches import DENSE_SAMPLES, MOST_POINTS, Branches, Stretches, closed
+from bufferstand.evaluation.motion import Cycle, CycleColumns, EndReading, Loop
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.reversals import noise_sigma, without_fast_hum
+from bufferstand.evaluation.turns import (
+    EndForces,
+    Ends,
+    ForceExtremes,
+    Inside,
+    continuous,
+    end_forces,
+    force_extremes,
+)
+from bufferstand.evaluation.turns.end_forces import MOST_ASKED
+from bufferstand.evaluation.turns.of_cycles import BY_SPEED, arrivals, arriving, at_rests, by_speed, creeping
 
 __all__ = ["DENSE_SAMPLES", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
 
@@ -126,16 +134,16 @@ def cut_loops(
 ) -> Iterator[LoopStack]:
     """Cut the loops of cycles with both lower turning points and the upper one as points of them.
 
-    The force at a turning point is read from each branch by itself (:func:`evaluation.turns.end_forces`): the
-    loading branch ends with its own. The unloading one begins with the same where the force is continuous,
-    else with its own: a jump at one stroke encloses no area. The same holds where a loading branch leaves a
-    rest.
+    The force at a turning point is read from each branch by itself
+    (:func:`bufferstand.evaluation.turns.end_forces`): the loading branch ends with its own. The unloading one
+    begins with the same where the force is continuous, else with its own: a jump at one stroke encloses no
+    area. The same holds where a loading branch leaves a rest.
 
     Parameters
     ----------
     record : Record
     cycles : sequence of Cycle
-        Of :func:`evaluation.cycles.find_cycles`, complete.
+        Of :func:`bufferstand.evaluation.cycles.find_cycles`, complete.
     noise : tuple of float, optional
         :func:`noise_of` the record, if it is known already.
     alone : bool

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.loops import CutLoops
-from evaluation.record import FloatArray, Record
-from evaluation.results import CycleResult
+from bufferstand.evaluation.loops import CutLoops
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.results import CycleResult
 
 TURN = 0.2
 """The turn of a loop is looked for within this share of its range below the top."""

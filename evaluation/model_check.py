@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import Record
-from model.identification.drive import Drive, reduce_run
-from model.identification.identify import experiment_of
-from model.identification.response import Answer, BandStage, LagStage, answer
-from model.identification.validation import CycleCheck, check_cycles
-from model.spring import SpringModel
+from bufferstand.evaluation.record import Record
+from bufferstand.model.identification.drive import Drive, reduce_run
+from bufferstand.model.identification.identify import experiment_of
+from bufferstand.model.identification.response import Answer, BandStage, LagStage, answer
+from bufferstand.model.identification.validation import CycleCheck, check_cycles
+from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
 

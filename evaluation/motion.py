@@ -2,7 +2,8 @@
 
 A cycle runs from a lower turning point over the upper one to the next lower turning point. A rest at a lower
 turning point belongs to none: the cycle starts when the stroke leaves it and ends when the stroke arrives.
-That a stand stands while it reverses is no rest, but part of its cycles (:mod:`evaluation.reversal_dwells`).
+That a stand stands while it reverses is no rest, but part of its cycles
+(:mod:`bufferstand.evaluation.reversal_dwells`).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
+from bufferstand.evaluation.record import FloatArray
 
 TurnMethod = Literal["polynomial", "lines", "plateau", "reversal", "edge", "cut"]
 
@@ -186,7 +187,7 @@ class CycleColumns(NamedTuple):
 
 
 class EndReading(NamedTuple):
-    """How the force at an end of a branch was read (:class:`evaluation.turns.EndForces`)."""
+    """How the force at an end of a branch was read (:class:`bufferstand.evaluation.turns.EndForces`)."""
 
     gain: float = 1.0
     slope_kN_per_mm: float = 0.0
@@ -194,7 +195,8 @@ class EndReading(NamedTuple):
 
 
 class ExtremeReading(NamedTuple):
-    """How the least or largest force of a cycle was read (:class:`evaluation.turns.ForceExtremes`).
+    """How the least or largest force of a cycle was read
+    (:class:`bufferstand.evaluation.turns.ForceExtremes`).
 
     Attributes
     ----------

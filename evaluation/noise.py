@@ -18,12 +18,12 @@ from functools import cached_property
 
 import numpy as np
 
-from evaluation.dwells import EASED_S
-from evaluation.hum import Line, lines_of, without_lines
-from evaluation.inertia import InertiaForce
-from evaluation.motion import Cycle
-from evaluation.record import FloatArray, Record
-from evaluation.reversals import difference_sigma, noise_sigma
+from bufferstand.evaluation.dwells import EASED_S
+from bufferstand.evaluation.hum import Line, lines_of, without_lines
+from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.reversals import difference_sigma, noise_sigma
 
 BLOCKS_A_CYCLE = 64
 """Means over blocks count while a cycle has so many: fifth differences of a loop's fifth harmonic leave 1e-5
@@ -165,7 +165,8 @@ class Noise:
     """Noise of force [kN] and stroke [mm], estimated from the record.
 
     Standard deviations of the white noise of a sample, and the densities; without one the noise is white.
-    ``force_lines``: hum on the force, which is an error of its own (:mod:`evaluation.own_errors`).
+    ``force_lines``: hum on the force, which is an error of its own
+    (:mod:`bufferstand.evaluation.own_errors`).
     """
 
     force_kN: float

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.loops import cut_loops
-from evaluation.motion import Loop
-from evaluation.noise import Spectrum, stroke_spectrum, white
-from evaluation.quantities import SPEED_WINDOW
-from evaluation.record import Record
-from evaluation.results import CycleResult
-from evaluation.reversals import noise_sigma
-from evaluation.speed_noise import BY_NOISE_AT_ENDS, LEAST_WINDOW, speed_lean
+from bufferstand.evaluation.loops import cut_loops
+from bufferstand.evaluation.motion import Loop
+from bufferstand.evaluation.noise import Spectrum, stroke_spectrum, white
+from bufferstand.evaluation.quantities import SPEED_WINDOW
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.reversals import noise_sigma
+from bufferstand.evaluation.speed_noise import BY_NOISE_AT_ENDS, LEAST_WINDOW, speed_lean
 
 _WORTH_A_WORD = 0.02
 """Share of a speed: so far as strokes may differ and still be called alike."""

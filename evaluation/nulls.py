@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from evaluation.alignment import SkewSensitivity
-from evaluation.record import Temperature
-from evaluation.results import CycleResult, Quantities, RequirementResult, Summary
-from evaluation.steps.sum_up import SummedUp
-from evaluation.thermometry import why_no_temperature
-from evaluation.wires import DrawWires
+from bufferstand.evaluation.alignment import SkewSensitivity
+from bufferstand.evaluation.record import Temperature
+from bufferstand.evaluation.results import CycleResult, Quantities, RequirementResult, Summary
+from bufferstand.evaluation.steps.sum_up import SummedUp
+from bufferstand.evaluation.thermometry import why_no_temperature
+from bufferstand.evaluation.wires import DrawWires
 
 _FEW_SAMPLES = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s", "stroke_distortion")
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.hum import Line
-from evaluation.record import FloatArray
-from foundation.ranks import median
+from bufferstand.evaluation.hum import Line
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median
 
 _OWN = 5
-"""Of the generators by which errors are drawn (:mod:`evaluation.error_model`)."""
+"""Of the generators by which errors are drawn (:mod:`bufferstand.evaluation.error_model`)."""
 
 
 @dataclass(frozen=True)

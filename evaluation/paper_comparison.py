@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.figures import loops, timeline, trends
-from evaluation.figures.decimate import kept_samples
-from evaluation.figures.plot import BLACK, Curve, Floats, Level, Plot
-from evaluation.record import make_record
-from evaluation.results import CycleResult, Options, RunFacts
-from evaluation.run import evaluate_run
-from model.paper_runs import (
+from bufferstand.evaluation.figures import loops, timeline, trends
+from bufferstand.evaluation.figures.decimate import kept_samples
+from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Level, Plot
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import CycleResult, Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.model.paper_runs import (
     SEQUENCE_mm,
     SimulatedRun,
     frequency_of,
@@ -22,8 +22,8 @@ from model.paper_runs import (
     static_run,
     warming_run,
 )
-from model.prediction import predict_static
-from model.spring import SpringModel
+from bufferstand.model.prediction import predict_static
+from bufferstand.model.spring import SpringModel
 
 _POINTS = 2000
 _REFERENCE_C = 25.0

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
-from evaluation.inertia import InertiaForce
-from evaluation.loops import cut_loops, noise_of
-from evaluation.motion import Cycle
-from evaluation.noise import Noise, record_noise
-from evaluation.own_errors import OwnErrors, own_errors
-from evaluation.record import Record
-from evaluation.uncertainty import CyclePropagation
+from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.loops import cut_loops, noise_of
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.noise import Noise, record_noise
+from bufferstand.evaluation.own_errors import OwnErrors, own_errors
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.uncertainty import CyclePropagation
 
 
 class Propagations(Mapping[int, CyclePropagation]):

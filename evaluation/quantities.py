@@ -1,7 +1,7 @@
 """The figures of cycles, by the names of the evaluation contract, and the windows they are read in.
 
-Cycles are evaluated many at once (:mod:`evaluation.loops`): a run of ten thousand costs no more than its
-samples do. One by itself is a stack of one.
+Cycles are evaluated many at once (:mod:`bufferstand.evaluation.loops`): a run of ten thousand costs no more
+than its samples do. One by itself is a stack of one.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.branches import Branches
-from evaluation.cycles import STEADY_STROKE
-from evaluation.loops import CutLoops, LoopStack
-from evaluation.motion import Cycle, Loop
-from evaluation.record import FloatArray, Record
-from evaluation.results import CycleResult, Quantities
-from evaluation.smoothing import moving_slopes, polynomials
-from evaluation.spectra import spectra
-from evaluation.thermometry import READING_INTERVAL_S, temperatures_of
+from bufferstand.evaluation.branches import Branches
+from bufferstand.evaluation.cycles import STEADY_STROKE
+from bufferstand.evaluation.loops import CutLoops, LoopStack
+from bufferstand.evaluation.motion import Cycle, Loop
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.results import CycleResult, Quantities
+from bufferstand.evaluation.smoothing import moving_slopes, polynomials
+from bufferstand.evaluation.spectra import spectra
+from bufferstand.evaluation.thermometry import READING_INTERVAL_S, temperatures_of
 
 TANGENT_WINDOW = 0.15
 """Tangent stiffness: cubic fit of force over stroke within ± this share of the range about the mean."""

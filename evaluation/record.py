@@ -11,16 +11,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evaluation.channels.between import Between
-from evaluation.channels.sensors import SensorFault
-from evaluation.channels.signals import Signals
-from evaluation.defects import Cleaner, Defect, gap
-from evaluation.gaps.clock import understand
-from evaluation.gaps.even import even_stamps
-from evaluation.gaps.events import event_changes, lost_between, silent_beyond_beat
-from evaluation.gaps.steps import unusual_steps
-from evaluation.reversals import Sampling, sampling_of, without_fast_hum
-from foundation.errors import BadInput
+from bufferstand.evaluation.channels.between import Between
+from bufferstand.evaluation.channels.sensors import SensorFault
+from bufferstand.evaluation.channels.signals import Signals
+from bufferstand.evaluation.defects import Cleaner, Defect, gap
+from bufferstand.evaluation.gaps.clock import understand
+from bufferstand.evaluation.gaps.even import even_stamps
+from bufferstand.evaluation.gaps.events import event_changes, lost_between, silent_beyond_beat
+from bufferstand.evaluation.gaps.steps import unusual_steps
+from bufferstand.evaluation.reversals import Sampling, sampling_of, without_fast_hum
+from bufferstand.foundation.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ class Record:
     temperatures : tuple of Temperature
     breaks : tuple of int
         Index i: between sample i-1 and sample i more may have happened than the sampling usually sees. What
-        that means for a figure is found by :mod:`evaluation.gaps`.
+        that means for a figure is found by :mod:`bufferstand.evaluation.gaps`.
     defects : tuple of Defect
         What caused the breaks, in order of time.
     wire_difference_mm : array, shape (N,), or None
@@ -90,7 +90,7 @@ class Record:
     drums_mm : tuple of float
         Circumferences of the drums of its draw wires, where stated: their deviation repeats with it.
     averaged : int
-        Samples as recorded that each sample is the mean of (:mod:`evaluation.condense`).
+        Samples as recorded that each sample is the mean of (:mod:`bufferstand.evaluation.condense`).
     moment_error_s : float
         Limit of the error of a sample's moment, where its stamp was rounded.
     between : Between, or None
@@ -152,7 +152,8 @@ class Record:
 
     @cached_property
     def stroke_noise_mm(self) -> float:
-        """Noise of its stroke by which fits are judged (:func:`evaluation.reversals.without_fast_hum`)."""
+        """Noise of its stroke by which fits are judged
+        (:func:`bufferstand.evaluation.reversals.without_fast_hum`)."""
         return without_fast_hum(self.as_read(self.stroke_mm), self.stroke_sampling.sigma)
 
     def has_break(self, first: int, last: int) -> bool:

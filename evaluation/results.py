@@ -10,26 +10,26 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from evaluation.across_runs.identity import Basis, ChannelIdentity
-from evaluation.across_runs.shared import Chain, SharedErrors
-from evaluation.budget_lines import Budget
-from evaluation.choices import DRAWS, DecisionRule, ForceCell
-from evaluation.inertia import InertiaCorrection, MovingMass
-from evaluation.motion import Cycle
-from evaluation.record import Record
-from foundation.channel import ChannelUncertainty
-from foundation.kind import Kind
-from foundation.purpose import Purpose
+from bufferstand.evaluation.across_runs.identity import Basis, ChannelIdentity
+from bufferstand.evaluation.across_runs.shared import Chain, SharedErrors
+from bufferstand.evaluation.budget_lines import Budget
+from bufferstand.evaluation.choices import DRAWS, DecisionRule, ForceCell
+from bufferstand.evaluation.inertia import InertiaCorrection, MovingMass
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import Record
+from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.purpose import Purpose
 
 if TYPE_CHECKING:  # these modules make their facts from the results defined here
-    from evaluation.alignment import SkewSensitivity
-    from evaluation.contact import FirstContact
-    from evaluation.history.facts import RunHistory
-    from evaluation.mean_loop import MeanLoop
-    from evaluation.plausibility.finding import Finding
-    from evaluation.requirements.inspection import Inspection
-    from evaluation.wires import DrawWires
-    from recording.run import RunEvent
+    from bufferstand.evaluation.alignment import SkewSensitivity
+    from bufferstand.evaluation.contact import FirstContact
+    from bufferstand.evaluation.history.facts import RunHistory
+    from bufferstand.evaluation.mean_loop import MeanLoop
+    from bufferstand.evaluation.plausibility.finding import Finding
+    from bufferstand.evaluation.requirements.inspection import Inspection
+    from bufferstand.evaluation.wires import DrawWires
+    from bufferstand.recording.run import RunEvent
 
 Verdict = Literal[
     "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
@@ -327,7 +327,8 @@ class RequirementResult:
     stroke_mm: float | None = None
     """Where a force window stands, by the limit set [mm]; 0: the preload. None for all other rows."""
     shared: tuple[float, ...] = ()
-    """What ``measured`` owes to each error of the channels (:mod:`evaluation.across_runs`), where known."""
+    """What ``measured`` owes to each error of the channels (:mod:`bufferstand.evaluation.across_runs`), where
+    known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -366,7 +367,7 @@ class RunEvaluation:
     history: RunHistory | None = None
     """Holds, residual strokes, settling and cumulated energy."""
     findings: tuple[Finding, ...] = ()
-    """What on record no specimen and no motion make (:mod:`evaluation.plausibility`)."""
+    """What on record no specimen and no motion make (:mod:`bufferstand.evaluation.plausibility`)."""
     unfit: bool = False
     """Whether its means are of spoiled cycles: they are kept out of trends and comparisons. A run of several
     steps is unfit if all of them are; one without means if all its complete cycles are spoiled."""

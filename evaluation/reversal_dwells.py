@@ -23,10 +23,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.like_flanks import LikeFlanks, crossings, like_flanks
-from evaluation.motion import TurningPoint
-from evaluation.record import FloatArray, Record
-from foundation.ranks import median
+from bufferstand.evaluation.like_flanks import LikeFlanks, crossings, like_flanks
+from bufferstand.evaluation.motion import TurningPoint
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.foundation.ranks import median
 
 LONGEST_S = 0.2
 """No stand is taken to need longer to reverse [s] …"""

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.ranks import quantile
+from bufferstand.foundation.ranks import quantile
 
 FloatArray = NDArray[np.float64]
 

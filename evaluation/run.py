@@ -6,38 +6,57 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
-from evaluation.across_runs.shared import Regression, SharedErrors
-from evaluation.collecting import collecting_later
-from evaluation.condense import condensed_for
-from evaluation.contact import contact_warnings, first_contact_of
-from evaluation.error_model import Draws, draw_errors, drum_periods_mm, missing_facts
-from evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
-from evaluation.gaps.found import Found, found_in
-from evaluation.held_against import held_against
-from evaluation.history import history_of
-from evaluation.noise import Noise, record_noise
-from evaluation.noisy_speeds import noisy_speed_warnings
-from evaluation.nulls import missing_warnings, temperature_warnings
-from evaluation.plausibility import Channels, Look, Spoiled, doubted, look_for_implausible, without_claims
-from evaluation.plausibility.codes import without_codes
-from evaluation.plausibility.jumps import slips_s
-from evaluation.plausibility.means import division_without, summed_without_claims, unfit_warnings
-from evaluation.plausibility.spikes import without_spikes
-from evaluation.record import FloatArray, Record
-from evaluation.requirements.decision import run_verdict
-from evaluation.requirements.inspection import inspection_of
-from evaluation.requirements.judge import assumptions, is_judged, judge_with_contact, why_not_judged
-from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from evaluation.requirements.rows import Case
-from evaluation.results import CycleResult, Measured, Options, RequirementResult, RunEvaluation, RunFacts
-from evaluation.reversals import Sampling
-from evaluation.steps import Division
-from evaluation.steps.corrections import with_settling
-from evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
-from evaluation.summary import MeanOfDraws
-from evaluation.uncertain_results import with_uncertainty
-from evaluation.wires import DrawWires, check_wires
-from evaluation.wiring import doubted_signals
+from bufferstand.evaluation.across_runs.shared import Regression, SharedErrors
+from bufferstand.evaluation.collecting import collecting_later
+from bufferstand.evaluation.condense import condensed_for
+from bufferstand.evaluation.contact import contact_warnings, first_contact_of
+from bufferstand.evaluation.error_model import Draws, draw_errors, drum_periods_mm, missing_facts
+from bufferstand.evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
+from bufferstand.evaluation.gaps.found import Found, found_in
+from bufferstand.evaluation.held_against import held_against
+from bufferstand.evaluation.history import history_of
+from bufferstand.evaluation.noise import Noise, record_noise
+from bufferstand.evaluation.noisy_speeds import noisy_speed_warnings
+from bufferstand.evaluation.nulls import missing_warnings, temperature_warnings
+from bufferstand.evaluation.plausibility import (
+    Channels,
+    Look,
+    Spoiled,
+    doubted,
+    look_for_implausible,
+    without_claims,
+)
+from bufferstand.evaluation.plausibility.codes import without_codes
+from bufferstand.evaluation.plausibility.jumps import slips_s
+from bufferstand.evaluation.plausibility.means import division_without, summed_without_claims, unfit_warnings
+from bufferstand.evaluation.plausibility.spikes import without_spikes
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.requirements.decision import run_verdict
+from bufferstand.evaluation.requirements.inspection import inspection_of
+from bufferstand.evaluation.requirements.judge import (
+    assumptions,
+    is_judged,
+    judge_with_contact,
+    why_not_judged,
+)
+from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
+from bufferstand.evaluation.requirements.rows import Case
+from bufferstand.evaluation.results import (
+    CycleResult,
+    Measured,
+    Options,
+    RequirementResult,
+    RunEvaluation,
+    RunFacts,
+)
+from bufferstand.evaluation.reversals import Sampling
+from bufferstand.evaluation.steps import Division
+from bufferstand.evaluation.steps.corrections import with_settling
+from bufferstand.evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
+from bufferstand.evaluation.summary import MeanOfDraws
+from bufferstand.evaluation.uncertain_results import with_uncertainty
+from bufferstand.evaluation.wires import DrawWires, check_wires
+from bufferstand.evaluation.wiring import doubted_signals
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""
@@ -57,7 +76,7 @@ def evaluate_run(
     Parameters
     ----------
     record : Record
-        Stroke and force on common instants (:func:`evaluation.record.make_record`).
+        Stroke and force on common instants (:func:`bufferstand.evaluation.record.make_record`).
     facts : RunFacts
         Kind, specimen and uncertainty of the channels.
     options : Options, optional

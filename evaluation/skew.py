@@ -15,17 +15,17 @@ from typing import Literal
 import numpy as np
 from scipy.special import fdtri, stdtrit
 
-from evaluation.across_runs.skew_floors import Resolution, skew_floors
-from evaluation.alignment import advanced, area_rate_J_per_s
-from evaluation.choices import REFERENCE_LOSS
-from evaluation.cycles import find_cycles
-from evaluation.loops import cut_loop
-from evaluation.motion import Cycle
-from evaluation.quantities import absorbed_energy_J, first_harmonic
-from evaluation.record import Record
-from evaluation.results import RunFacts
-from foundation.errors import BadInput
-from foundation.ranks import median
+from bufferstand.evaluation.across_runs.skew_floors import Resolution, skew_floors
+from bufferstand.evaluation.alignment import advanced, area_rate_J_per_s
+from bufferstand.evaluation.choices import REFERENCE_LOSS
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.loops import cut_loop
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.quantities import absorbed_energy_J, first_harmonic
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.ranks import median
 
 SAME_FREQUENCY = 0.05
 """Cycles whose frequencies agree within this share are one point."""

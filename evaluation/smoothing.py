@@ -11,8 +11,8 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
-from evaluation.turn_fits import powers
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turn_fits import powers
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.even_harmonics import basis_for
-from evaluation.motion import Cycle
-from evaluation.record import FloatArray, Record
+from bufferstand.evaluation.even_harmonics import basis_for
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import FloatArray, Record
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]

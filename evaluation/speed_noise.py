@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.motion import Loop
-from evaluation.noise import Spectrum
-from evaluation.quantities import SPEED_WINDOW
-from evaluation.record import FloatArray
-from evaluation.smoothing import moving_slopes
+from bufferstand.evaluation.motion import Loop
+from bufferstand.evaluation.noise import Spectrum
+from bufferstand.evaluation.quantities import SPEED_WINDOW
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.smoothing import moving_slopes
 
 TRIALS = 32
 _SEED = 15_551

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
+from bufferstand.evaluation.record import FloatArray
 
 IndexArray = NDArray[np.intp]
 

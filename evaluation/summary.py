@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from evaluation.record import FloatArray
-from evaluation.results import CycleResult, Measured, Quantities, Summary
-from evaluation.uncertainty import COVERAGE, NORMAL_95, half_width_95
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.results import CycleResult, Measured, Quantities, Summary
+from bufferstand.evaluation.uncertainty import COVERAGE, NORMAL_95, half_width_95
 
 SUMMARY_NAMES = Quantities._fields
 """Every figure of a cycle is averaged."""

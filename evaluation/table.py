@@ -15,9 +15,9 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from evaluation.document import CYCLE_QUANTITIES
-from foundation.errors import BadInput
-from foundation.output import replaced_whole
+from bufferstand.evaluation.document import CYCLE_QUANTITIES
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.output import replaced_whole
 
 if TYPE_CHECKING:  # takes a third of a second, and CSV does without
     import pandas as pd

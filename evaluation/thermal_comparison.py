@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.across_runs.combine import Figure, Figures
-from evaluation.across_runs.runs import assumption, basis_of
-from evaluation.across_runs.shared import Owed
-from evaluation.grouping import grouped, specimen_of
-from evaluation.mean_loop import MeanLoop
-from evaluation.quantities import is_two_sided
-from evaluation.results import RunEvaluation
+from bufferstand.evaluation.across_runs.combine import Figure, Figures
+from bufferstand.evaluation.across_runs.runs import assumption, basis_of
+from bufferstand.evaluation.across_runs.shared import Owed
+from bufferstand.evaluation.grouping import grouped, specimen_of
+from bufferstand.evaluation.mean_loop import MeanLoop
+from bufferstand.evaluation.quantities import is_two_sided
+from bufferstand.evaluation.results import RunEvaluation
 
 LEAST_DIFFERENCE_K = 5.0
 """Runs are compared when their temperatures differ by more than this."""
@@ -43,7 +43,7 @@ class Change:
     """A figure at equal stroke in both runs: what temperature made of it.
 
     ``relative_change`` = value / reference - 1; errors that both runs have in common cancel in it
-    (:mod:`evaluation.across_runs`), those of the thermometers do not.
+    (:mod:`bufferstand.evaluation.across_runs`), those of the thermometers do not.
     """
 
     reference: float | None

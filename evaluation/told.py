@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from evaluation.results import GuardDoubt
-from recording.run import RunEvent
+from bufferstand.evaluation.results import GuardDoubt
+from bufferstand.recording.run import RunEvent
 
 KINDS = ("trip", "note")
 """Events that a guard writes."""

@@ -1,7 +1,7 @@
 """Damping and tangent stiffness over loading frequency (paper, Figs. 8a and 8b).
 
 Runs of one stand have errors in common, and a late force turns the whole line: its slope and its band carry
-what the runs share (:mod:`evaluation.across_runs`).
+what the runs share (:mod:`bufferstand.evaluation.across_runs`).
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import Literal
 
 import numpy as np
 
-from evaluation.across_runs.identity import Basis
-from evaluation.across_runs.line import coverage_factor, fit_line
-from evaluation.across_runs.runs import assumption, basis_of, figure_of
-from evaluation.grouping import grouped, specimen_of
-from evaluation.quantities import is_two_sided
-from evaluation.record import FloatArray
-from evaluation.results import Expanded, RunEvaluation, Trend
+from bufferstand.evaluation.across_runs.identity import Basis
+from bufferstand.evaluation.across_runs.line import coverage_factor, fit_line
+from bufferstand.evaluation.across_runs.runs import assumption, basis_of, figure_of
+from bufferstand.evaluation.grouping import grouped, specimen_of
+from bufferstand.evaluation.quantities import is_two_sided
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.results import Expanded, RunEvaluation, Trend
 
 PRESTRESS_TOLERANCE_MM = 2.0
 AMPLITUDE_TOLERANCE_MM = 0.5

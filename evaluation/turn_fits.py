@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
+from bufferstand.evaluation.record import FloatArray
 
 MOST_POINTS = 100
 """Samples of a window are averaged in groups down to this many points."""

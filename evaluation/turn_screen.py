@@ -1,7 +1,8 @@
 """The windows about many reversals at once, and which of them are no dwell.
 
 Turns that are on record from both sides and do not rest are what a run has thousands of: they are told here,
-many at once. The others are looked at one by one (:mod:`evaluation.turn_sides`, :mod:`evaluation.dwells`).
+many at once. The others are looked at one by one (:mod:`bufferstand.evaluation.turn_sides`,
+:mod:`bufferstand.evaluation.dwells`).
 """
 
 from __future__ import annotations
@@ -12,9 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.dwells import CUT_OFF_RATIO, PLATEAU_BANDS, PLATEAU_NOISE, PLATEAU_RATIO, PLATEAU_WIDER
-from evaluation.record import FloatArray
-from evaluation.turn_sides import IndexArray, Reversals, least_height
+from bufferstand.evaluation.dwells import (
+    CUT_OFF_RATIO,
+    PLATEAU_BANDS,
+    PLATEAU_NOISE,
+    PLATEAU_RATIO,
+    PLATEAU_WIDER,
+)
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turn_sides import IndexArray, Reversals, least_height
 
 BoolArray = NDArray[np.bool_]
 _CHUNK_SAMPLES = 65_536
@@ -160,7 +167,8 @@ class _Turns:
         return _not_above(self.fallen(side, reach), size, below)
 
     def rest(self, near: IndexArray, bands: list[FloatArray], least_samples: int) -> BoolArray:
-        """Say which turns are dwells within a band, as :func:`evaluation.dwells.plateau` does of one turn.
+        """Say which turns are dwells within a band, as :func:`bufferstand.evaluation.dwells.plateau` does of
+        one turn.
 
         ``near`` (2, R): samples to both sides that are no further below the extreme than that concerns.
         """

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
+from bufferstand.evaluation.record import FloatArray
 
 IndexArray = NDArray[np.intp]
 TurnKind = Literal["lower", "upper"]

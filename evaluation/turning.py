@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
-from evaluation.edges import CONSISTENT, EdgeFit, edge_fits
-from evaluation.motion import TurningPoint, TurnMethod
-from evaluation.record import FloatArray
-from evaluation.turn_fits import (
+from bufferstand.evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
+from bufferstand.evaluation.edges import CONSISTENT, EdgeFit, edge_fits
+from bufferstand.evaluation.motion import TurningPoint, TurnMethod
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turn_fits import (
     LEAST_POINTS,
     MOST_POINTS,
     UNSURE_POINTS,
@@ -25,9 +25,9 @@ from evaluation.turn_fits import (
     sharp_fits,
     smooth_fits,
 )
-from evaluation.turn_screen import screened
-from evaluation.turn_sides import IndexArray, Reversal, Reversals, Side, TurnKind, side_of
-from evaluation.turns.selection import Turns, selected
+from bufferstand.evaluation.turn_screen import screened
+from bufferstand.evaluation.turn_sides import IndexArray, Reversal, Reversals, Side, TurnKind, side_of
+from bufferstand.evaluation.turns.selection import Turns, selected
 
 BoolArray = NDArray[np.bool_]
 
@@ -77,11 +77,12 @@ def fit_turning_points(
     sigma_mm : float
         Noise of the stroke.
     held : int
-        Samples for which a value is held (:func:`evaluation.reversals.held_samples`).
+        Samples for which a value is held (:func:`bufferstand.evaluation.reversals.held_samples`).
     averaged : int
         Samples as recorded that each sample is the mean of.
     read : array of bool, shape (N,), optional
-        Which samples were read, where others were put into rests (:class:`evaluation.record.Record`).
+        Which samples were read, where others were put into rests
+        (:class:`bufferstand.evaluation.record.Record`).
 
     Returns
     -------

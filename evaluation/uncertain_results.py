@@ -6,13 +6,13 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from evaluation.error_model import Draws
-from evaluation.further_draws import further_draws, stroke_draws, temperature_draws
-from evaluation.propagations import Propagations
-from evaluation.record import FloatArray, Temperature
-from evaluation.results import CycleResult
-from evaluation.summary import MeanOfDraws
-from evaluation.uncertainty import COVERAGE, cycle_draws, expanded
+from bufferstand.evaluation.error_model import Draws
+from bufferstand.evaluation.further_draws import further_draws, stroke_draws, temperature_draws
+from bufferstand.evaluation.propagations import Propagations
+from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.summary import MeanOfDraws
+from bufferstand.evaluation.uncertainty import COVERAGE, cycle_draws, expanded
 
 MOST_DRAWN = 24
 """Of a run's steady cycles, which repeat each other, at most so many are drawn, evenly spread; …"""

@@ -15,14 +15,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
-from evaluation.inertia import InertiaForce
-from evaluation.loops import cut_loop
-from evaluation.motion import Cycle, EndReading, Loop, TurningPoint
-from evaluation.noise import Noise, Spectrum, white
-from evaluation.own_errors import OwnErrors
-from evaluation.quantities import TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
-from evaluation.record import FloatArray, Record
+from bufferstand.evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
+from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.loops import cut_loop
+from bufferstand.evaluation.motion import Cycle, EndReading, Loop, TurningPoint
+from bufferstand.evaluation.noise import Noise, Spectrum, white
+from bufferstand.evaluation.own_errors import OwnErrors
+from bufferstand.evaluation.quantities import TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
+from bufferstand.evaluation.record import FloatArray, Record
 
 AnyFloat = TypeVar("AnyFloat", np.float64, np.complex128)
 
@@ -114,13 +114,15 @@ class CyclePropagation:
 
     @cached_property
     def force(self) -> FloatArray:
-        """Terms of the force (:func:`evaluation.error_model.force_terms`) and own ones, shape (5 + K, M)."""
+        """Terms of the force (:func:`bufferstand.evaluation.error_model.force_terms`) and own ones, shape (5
+        + K, M)."""
         terms = force_terms(self.loop.time_s, self.loop.force_kN, self.loop.unloading, self._added_kN)
         return np.concatenate((terms, self.own.rows(self.loop.time_s)))
 
     @cached_property
     def stroke(self) -> FloatArray:
-        """Terms of the stroke (:func:`evaluation.error_model.stroke_terms`), shape (8 + 2 D, M)."""
+        """Terms of the stroke (:func:`bufferstand.evaluation.error_model.stroke_terms`), shape (8 + 2 D,
+        M)."""
         return stroke_terms(self.loop.stroke_mm, self._drums_mm)
 
     def _integrals(self, part: slice) -> FloatArray:

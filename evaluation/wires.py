@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.record import FloatArray, Record
-from evaluation.results import RunFacts
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.foundation.channel import ChannelUncertainty
 
 BLOCKS = 200
 """A record is looked at in so many stretches; a wire that stands still while the other moves is out."""

@@ -21,9 +21,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from model.file import load_model
-from model.fleet import SpringFleet
-from model.spring import SpringModel
+from bufferstand.model.file import load_model
+from bufferstand.model.fleet import SpringFleet
+from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
 MODELS = Path(__file__).parents[1] / "sample_runs" / "models"

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from foundation.settings import Day, Numbers, Settings
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.settings import Day, Numbers, Settings
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 FloatArray = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from foundation.settings import Settings
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 
 def _as_pairs(value: object) -> object:

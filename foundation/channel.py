@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from foundation.calibration import Branch as Branch  # noqa: PLC0414 - part of what a channel is
-from foundation.calibration import Calibration as Calibration  # noqa: PLC0414
-from foundation.settings import Settings
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.calibration import Branch as Branch  # noqa: PLC0414 - part of what a channel is
+from bufferstand.foundation.calibration import Calibration as Calibration  # noqa: PLC0414
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 Quantity = Literal["force", "stroke", "position", "command", "temperature", "speed"]
 Span = Annotated[tuple[float, float], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]

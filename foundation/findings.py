@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from foundation.wanted import Found, alternatives, fields_by_key, find, tag_values
-from foundation.wrong_key import Place, WrongKeyError
+from bufferstand.foundation.wanted import Found, alternatives, fields_by_key, find, tag_values
+from bufferstand.foundation.wrong_key import Place, WrongKeyError
 
 LONGEST_SHOWN = 60
 """Of a text that is wrong, so many characters are shown."""

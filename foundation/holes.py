@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.ranks import median
+from bufferstand.foundation.ranks import median
 
 HOLE_S, HOLE_PERIODS = 0.1, 4.0
 """A signal without a sample for so long [s], and so many of its own periods, has a hole."""

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 _RECORDING_SUFFIXES = (".h5", ".hdf5", ".journal", ".tmp")
 _HDF5 = b"\x89HDF\r\n\x1a\n"

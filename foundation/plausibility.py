@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from foundation.channel import Channel
+from bufferstand.foundation.channel import Channel
 
 Kind = Literal["counts", "overload", "rate"]
 
@@ -52,7 +52,7 @@ class Watch:
     Parameters
     ----------
     channel : Channel
-        With its limits (:class:`foundation.channel.Plausibility`); without any, nothing is found.
+        With its limits (:class:`bufferstand.foundation.channel.Plausibility`); without any, nothing is found.
     """
 
     def __init__(self, channel: Channel) -> None:

@@ -11,9 +11,9 @@ from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from foundation.errors import BadInput
-from foundation.findings import Complaint
-from foundation.within import first_breach
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.findings import Complaint
+from bufferstand.foundation.within import first_breach
 
 
 class Settings(BaseModel):

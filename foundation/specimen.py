@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foundation.catalogue import Catalogue
-from foundation.kind import Kind
-from foundation.purpose import Purpose
-from foundation.settings import Moment, Settings, load_settings
-from foundation.wanted import Within
+from bufferstand.foundation.catalogue import Catalogue
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.purpose import Purpose
+from bufferstand.foundation.settings import Moment, Settings, load_settings
+from bufferstand.foundation.wanted import Within
 
 
 class Specimen(Settings):

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 Number = TypeVar("Number", float, NDArray[np.float64])
 

@@ -1,7 +1,7 @@
 """Least and greatest value of a key that somebody writes, declared beside the key with the reason.
 
-The bounds hold for files (:func:`foundation.settings.parse_settings`): a record that was made earlier is
-read as it is, and code may build a schema with any number.
+The bounds hold for files (:func:`bufferstand.foundation.settings.parse_settings`): a record that was made
+earlier is read as it is, and code may build a schema with any number.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, get_args, get_origin
 import annotated_types as at
 from pydantic import BaseModel
 
-from foundation.wanted import Spot, Within, fields_by_key, spot_of
+from bufferstand.foundation.wanted import Spot, Within, fields_by_key, spot_of
 
 Path = tuple[str | int, ...]
 """Keys, and positions in lists (from 0)."""

@@ -12,9 +12,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from foundation.channel import Channel
-from foundation.settings import Moment, Settings
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.settings import Moment, Settings
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 How = Literal["touch", "tare"]
 

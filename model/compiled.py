@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from model import kernels as at
-from model.fleet import factors_of, law_of, rest_of
-from model.simulation import Simulation
-from model.spring import SpringModel
+from bufferstand.model import kernels as at
+from bufferstand.model.fleet import factors_of, law_of, rest_of
+from bufferstand.model.simulation import Simulation
+from bufferstand.model.spring import SpringModel
 
 
 def simulate_compiled(
@@ -20,7 +20,8 @@ def simulate_compiled(
     ambient_C: float | None = None,
     initial_band: float = 0.0,
 ) -> Simulation:
-    """Return what :func:`model.simulation.simulate` returns, to rounding; parameters and Returns are its own.
+    """Return what :func:`bufferstand.model.simulation.simulate` returns, to rounding; parameters and Returns
+    are its own.
 
     It pays from some millions of samples on, or when numba is warm: import and compilation take seconds.
 

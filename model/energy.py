@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.spring import SpringModel
-from model.tables import BandTables
+from bufferstand.model.spring import SpringModel
+from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
 

@@ -7,11 +7,11 @@ from typing import Literal
 
 from pydantic import Field
 
-from foundation.errors import BadInput
-from foundation.settings import Numbers, Settings, load_settings
-from foundation.text_file import write_text
-from model.curves import Curves
-from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Numbers, Settings, load_settings
+from bufferstand.foundation.text_file import write_text
+from bufferstand.model.curves import Curves
+from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 FORMAT = "bufferstand/spring-model"
 FORMAT_VERSION = 1

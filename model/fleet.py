@@ -1,8 +1,8 @@
 """Many springs stepped at once: the buffers and draw gear of a train, or one spring with many parameters.
 
-The laws are those of :class:`model.stepper.SpringStepper`. Without the extra ``fast`` numpy computes all
-springs side by side (equal to the stepper within rounding); with it the compiled kernel steps one after the
-other (equal to the last bit).
+The laws are those of :class:`bufferstand.model.stepper.SpringStepper`. Without the extra ``fast`` numpy
+computes all springs side by side (equal to the stepper within rounding); with it the compiled kernel steps
+one after the other (equal to the last bit).
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model import kernels as at
-from model.energy import stored_energy
-from model.spring import SpringModel
+from bufferstand.model import kernels as at
+from bufferstand.model.energy import stored_energy
+from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class SpringFleet:
         Temperature of each spring at the beginning, and of its surroundings (the same if not given) [°C]; one
         figure, or shape (n,).
     compiled : bool
-        Let numba compile the step (:func:`model.kernels.compiled`).
+        Let numba compile the step (:func:`bufferstand.model.kernels.compiled`).
 
     Attributes
     ----------
@@ -138,7 +138,8 @@ class SpringFleet:
         return self.force_kN
 
     def stored_J(self) -> Floats:  # noqa: N802 - the unit's own letter
-        """Get the energy that each spring holds now, shape (n,); see :func:`model.energy.stored_energy`."""
+        """Get the energy that each spring holds now, shape (n,); see
+        :func:`bufferstand.model.energy.stored_energy`."""
         stored = np.empty(len(self.kinds))
         for kind, model in enumerate(self.models):
             own = self.kinds == kind
@@ -158,7 +159,7 @@ class SpringFleet:
 
 
 def law_of(model: SpringModel) -> list[float]:
-    """Return what a kind of spring keeps, as :func:`model.kernels.drive` reads it."""
+    """Return what a kind of spring keeps, as :func:`bufferstand.model.kernels.drive` reads it."""
     tables, law = model.tables, model.temperature
     shares = [beta for beta, _ in model.viscous.branches]
     return [
@@ -181,7 +182,8 @@ def law_of(model: SpringModel) -> list[float]:
 
 
 def factors_of(model: SpringModel, dt_s: float) -> list[float]:
-    """Return what the duration of a step gives a kind of spring, as :func:`model.kernels.drive` reads it."""
+    """Return what the duration of a step gives a kind of spring, as :func:`bufferstand.model.kernels.drive`
+    reads it."""
     relaxed = [factor for response in model.viscous.responses(dt_s) for factor in response]
     return [*model.heat.step_factors(dt_s), *relaxed, *[0.0] * (2 * at.BRANCHES - len(relaxed))]
 
@@ -207,7 +209,7 @@ def rest_of(model: SpringModel, stroke_mm: float = 0.0, band: float = 0.0) -> li
 def _step(
     base: Floats, rise: Floats, law: Floats, factor: Floats, offset: ArrayLike, S: Floats, stroke_mm: Floats
 ) -> None:
-    """Do :func:`model.kernels.drive` for all springs side by side; ``S`` has one row a figure."""
+    """Do :func:`bufferstand.model.kernels.drive` for all springs side by side; ``S`` has one row a figure."""
     end, c_eta, paper = law[2], law[5], law[9]
     x = np.clip(stroke_mm, 0.0, end)
     A, B, F_l, h, F_m, p_c, G, g = _look_up(base, rise, law, offset, x).T

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.spring import SpringModel
-from model.tables import BandTables
+from bufferstand.model.spring import SpringModel
+from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ class _HalfStrokes:
 
 
 def band_position(tables: BandTables, stroke_mm: Floats, initial_band: float) -> Floats:
-    """Return p at every stroke, shape (n,); see :func:`model.simulation.band_history`."""
+    """Return p at every stroke, shape (n,); see :func:`bufferstand.model.simulation.band_history`."""
     band = np.empty(len(stroke_mm))
     for part, _, _, rest in _blocks(tables, stroke_mm, initial_band):
         np.subtract(1.0, rest, out=band[part])
@@ -72,7 +72,8 @@ def isothermal_force(
 ) -> Floats:
     """Return the force [kN] of a stroke history at one temperature, without viscous branches, shape (n,).
 
-    The figures are those of :func:`model.simulation.simulate` with ``isothermal``; nothing else is computed.
+    The figures are those of :func:`bufferstand.model.simulation.simulate` with ``isothermal``; nothing else
+    is computed.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@
 :func:`compiled`). Both give the same bits, which a test demands; so nothing here may use more than floats,
 indices and ``exp``, and numba's ``fastmath`` must never be asked for.
 
-The law is that of :class:`model.stepper.SpringStepper`, whose step unpacks a cell at once because that is
-what plain Python does fastest; a test demands equal bits of these two, too.
+The law is that of :class:`bufferstand.model.stepper.SpringStepper`, whose step unpacks a cell at once because
+that is what plain Python does fastest; a test demands equal bits of these two, too.
 """
 
 from __future__ import annotations
@@ -47,9 +47,11 @@ def drive(  # noqa: PLR0912, PLR0915 - one loop without calls: a call in it cost
     Parameters
     ----------
     cells : Floats
-        The cells of all kinds of spring one behind the other, see :meth:`model.tables.BandTables.rows`.
+        The cells of all kinds of spring one behind the other, see
+        :meth:`bufferstand.model.tables.BandTables.rows`.
     laws, factors : Floats
-        What a kind of spring keeps, and what the duration of a step gives it (:mod:`model.fleet`).
+        What a kind of spring keeps, and what the duration of a step gives it
+        (:mod:`bufferstand.model.fleet`).
     states : Floats
         What the springs remember; changed.
     places : Sequence of int

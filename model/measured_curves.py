@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import isotonic_regression
 
-from foundation.errors import BadInput
-from model.curves import Curves
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.curves import Curves
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def measured_curves(
     transition_length_mm : float
         L of k_t = max(k_l, k_u) + (F_l - F_u) / L.
     contact_ramp_mm : float
-        As in :class:`model.curves.Curves`.
+        As in :class:`bufferstand.model.curves.Curves`.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.spring import SpringModel
+from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from model.prediction import predict_static
-from model.simulation import Simulation, simulate
-from model.spring import HeatBalance, HeatRule, SpringModel
+from bufferstand.model.prediction import predict_static
+from bufferstand.model.simulation import Simulation, simulate
+from bufferstand.model.spring import HeatBalance, HeatRule, SpringModel
 
 Floats = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.simulation import band_history, force_history, lag_histories, lag_history
-from model.spring import HeatBalance, SpringModel
+from bufferstand.model.simulation import band_history, force_history, lag_histories, lag_history
+from bufferstand.model.spring import HeatBalance, SpringModel
 
 Floats = NDArray[np.float64]
 

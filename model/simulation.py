@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.isothermal import band_position
-from model.spring import NO_TIME, SpringModel, ViscousBranch
-from model.tables import BandTables
+from bufferstand.model.isothermal import band_position
+from bufferstand.model.spring import NO_TIME, SpringModel, ViscousBranch
+from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
 
@@ -106,7 +106,7 @@ def simulate(
     Returns
     -------
     Simulation
-        The same figures as :class:`model.stepper.SpringStepper` gives step by step.
+        The same figures as :class:`bufferstand.model.stepper.SpringStepper` gives step by step.
 
     Raises
     ------

@@ -14,9 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from foundation.errors import BadInput
-from model.curves import Curves
-from model.tables import BandTables
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.curves import Curves
+from bufferstand.model.tables import BandTables
 
 NO_TIME = 1e-12
 """Durations below this share of a time constant are none: their quotients would be 0/0."""

@@ -1,14 +1,14 @@
 """The spring in time, one step after the other, in plain floats: what a simulated stand drives.
 
-The laws are those of :mod:`model.simulation`, which computes whole histories at once and gives the same
-figures; here every table is looked up once a step and nothing is allocated.
+The laws are those of :mod:`bufferstand.model.simulation`, which computes whole histories at once and gives
+the same figures; here every table is looked up once a step and nothing is allocated.
 """
 
 from __future__ import annotations
 
 from math import exp
 
-from model.spring import SpringModel
+from bufferstand.model.spring import SpringModel
 
 _Cell = tuple[float, ...]
 _Constants = tuple[

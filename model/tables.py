@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from model.curves import Curves
+from bufferstand.model.curves import Curves
 
 Floats = NDArray[np.float64]
 

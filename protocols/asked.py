@@ -16,7 +16,7 @@ def asked_text(asked: Mapping[str, Any] | None, *, compensate: bool | None) -> s
     Parameters
     ----------
     asked : mapping or None
-        :attr:`protocols.steps.PlannedStep.asked`.
+        :attr:`bufferstand.protocols.steps.PlannedStep.asked`.
     compensate : bool or None
         Whose strokes are asked for.
     """

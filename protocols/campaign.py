@@ -10,20 +10,20 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from foundation.canonical import file_hash
-from foundation.settings import Settings, parse_settings, read_text
-from foundation.wanted import Within
-from protocols.guard_table import GuardTable
-from protocols.kinds import KINDS, RepeatStep, Step, as_tuple, checked_kind
-from protocols.kinds import CoolDownStep as CoolDownStep  # noqa: PLC0414 - part of the schema
-from protocols.kinds import HarmonicStep as HarmonicStep  # noqa: PLC0414
-from protocols.kinds import HoldStep as HoldStep  # noqa: PLC0414
-from protocols.kinds import StaticStep as StaticStep  # noqa: PLC0414
-from protocols.kinds import SweepStep as SweepStep  # noqa: PLC0414
-from protocols.limits import TestLimits
-from protocols.physical import Air, Speed, Temperature
-from protocols.stroke_table import StrokeTable
-from protocols.zero_table import ZeroTable
+from bufferstand.foundation.canonical import file_hash
+from bufferstand.foundation.settings import Settings, parse_settings, read_text
+from bufferstand.foundation.wanted import Within
+from bufferstand.protocols.guard_table import GuardTable
+from bufferstand.protocols.kinds import KINDS, RepeatStep, Step, as_tuple, checked_kind
+from bufferstand.protocols.kinds import CoolDownStep as CoolDownStep  # noqa: PLC0414 - part of the schema
+from bufferstand.protocols.kinds import HarmonicStep as HarmonicStep  # noqa: PLC0414
+from bufferstand.protocols.kinds import HoldStep as HoldStep  # noqa: PLC0414
+from bufferstand.protocols.kinds import StaticStep as StaticStep  # noqa: PLC0414
+from bufferstand.protocols.kinds import SweepStep as SweepStep  # noqa: PLC0414
+from bufferstand.protocols.limits import TestLimits
+from bufferstand.protocols.physical import Air, Speed, Temperature
+from bufferstand.protocols.stroke_table import StrokeTable
+from bufferstand.protocols.zero_table import ZeroTable
 
 _TaggedStep = Annotated[Annotated[Step, Field(discriminator="kind")], BeforeValidator(checked_kind(KINDS))]
 

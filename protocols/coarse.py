@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from protocols.commanded import Sine
-from protocols.forwarding import ForwardingPredictor
-from protocols.prediction import HarmonicCycle, Predictor, StaticCycle
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.forwarding import ForwardingPredictor
+from bufferstand.protocols.prediction import HarmonicCycle, Predictor, StaticCycle
 
 _Key = tuple[float, ...]
 _CycleT = TypeVar("_CycleT")

@@ -17,9 +17,16 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from foundation.catalogue import Catalogue
-from protocols.commanded import Sine, stroke_sine
-from protocols.prediction import Floats, HarmonicCycle, Predictor, StaticCycle, Temperatures, static_behind
+from bufferstand.foundation.catalogue import Catalogue
+from bufferstand.protocols.commanded import Sine, stroke_sine
+from bufferstand.protocols.prediction import (
+    Floats,
+    HarmonicCycle,
+    Predictor,
+    StaticCycle,
+    Temperatures,
+    static_behind,
+)
 
 _GRID = 2001
 """Points on which the curve is tabulated: 0.05 mm for 100 mm of stroke."""

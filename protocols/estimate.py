@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from foundation.canonical import content_hash
-from foundation.durations import duration_text
-from foundation.kind import Kind
-from foundation.purpose import Purpose
-from protocols.campaign import Campaign
-from protocols.expansion import Request, motions_of
-from protocols.first_cycle import peak_force
-from protocols.force_turns import Loading
-from protocols.kinds import (
+from bufferstand.foundation.canonical import content_hash
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.purpose import Purpose
+from bufferstand.protocols.campaign import Campaign
+from bufferstand.protocols.expansion import Request, motions_of
+from bufferstand.protocols.first_cycle import peak_force
+from bufferstand.protocols.force_turns import Loading
+from bufferstand.protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
     ForceCyclesStep,
@@ -28,8 +28,8 @@ from protocols.kinds import (
     StaticStep,
     WarmUpStep,
 )
-from protocols.prediction import Temperatures, force_at
-from protocols.steps import (
+from bufferstand.protocols.prediction import Temperatures, force_at
+from bufferstand.protocols.steps import (
     ForceCycles,
     Harmonic,
     Motion,
@@ -41,10 +41,10 @@ from protocols.steps import (
     Steadiness,
     motion_dict,
 )
-from protocols.temperature_limits import limits_of
-from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
-from protocols.turn_changes import turn_changes
-from protocols.warm_up_outlook import never_warm, warm_up_notes
+from bufferstand.protocols.temperature_limits import limits_of
+from bufferstand.protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker
+from bufferstand.protocols.turn_changes import turn_changes
+from bufferstand.protocols.warm_up_outlook import never_warm, warm_up_notes
 
 HASH_VERSION = 1
 """Raised when the meaning of a motion changes, so that no old run passes for a new one."""
@@ -96,7 +96,8 @@ class NeverWarm:
 
 @dataclass(frozen=True)
 class _Shape:
-    """What a step is, apart from its motions; fields as in :class:`protocols.steps.PlannedStep`."""
+    """What a step is, apart from its motions; fields as in
+    :class:`bufferstand.protocols.steps.PlannedStep`."""
 
     run_kind: Kind | None = None
     prestress_mm: float | None = None

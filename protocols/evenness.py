@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from protocols.prediction import Predictor, Temperatures
-from protocols.steps import Heating, Warmth
+from bufferstand.protocols.prediction import Predictor, Temperatures
+from bufferstand.protocols.steps import Heating, Warmth
 
 LOOK_S = 15.0
 """So long a rest is looked at least: from fewer readings no slope is known [s]."""

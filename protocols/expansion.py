@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 
-from protocols.campaign import Campaign, MotionSettings
-from protocols.kinds import (
+from bufferstand.protocols.campaign import Campaign, MotionSettings
+from bufferstand.protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
     ForceCyclesStep,
@@ -27,8 +27,8 @@ from protocols.kinds import (
     TouchStep,
     WarmUpStep,
 )
-from protocols.limits import Envelope
-from protocols.steps import (
+from bufferstand.protocols.limits import Envelope
+from bufferstand.protocols.steps import (
     Harmonic,
     Hold,
     Motion,

@@ -16,10 +16,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from foundation.force_speed import ForceSpeed
-from protocols.commanded import Sine, strokes_behind
-from protocols.prediction import Floats, Predictor
-from protocols.steps import Turns
+from bufferstand.foundation.force_speed import ForceSpeed
+from bufferstand.protocols.commanded import Sine, strokes_behind
+from bufferstand.protocols.prediction import Floats, Predictor
+from bufferstand.protocols.steps import Turns
 
 POINTS_PER_CYCLE = 80
 RAMP_POINTS = 120

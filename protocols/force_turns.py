@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from protocols.commanded import piston_mm
-from protocols.prediction import Predictor, StaticEstimate
-from protocols.steps import ForceCycles, Turns
+from bufferstand.protocols.commanded import piston_mm
+from bufferstand.protocols.prediction import Predictor, StaticEstimate
+from bufferstand.protocols.steps import ForceCycles, Turns
 
 POINTS = 400
 """Of the way back; between two of them the stroke is interpolated."""

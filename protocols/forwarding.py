@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from protocols.prediction import Floats, HarmonicEstimate, Predictor, StaticEstimate, Temperatures
+from bufferstand.protocols.prediction import Floats, HarmonicEstimate, Predictor, StaticEstimate, Temperatures
 
 
 class ForwardingPredictor(ABC):

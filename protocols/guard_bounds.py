@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from foundation.errors import BadInput
-from foundation.settings import place_of, read_text
-from foundation.shares import TILT_LEAST_MM, TILT_SHARE, TRIP_SHARE, tilt_bound_mm
-from foundation.specimen import Specimen
-from protocols.campaign import Campaign, CampaignFile
-from protocols.kinds import RepeatStep, Step, StepSettings
-from protocols.limits import OF_CAMPAIGN, STROKE_TRIP_MARGIN_MM, Bound, StandLimits, envelope
-from protocols.physical import POWER_ON_C
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import place_of, read_text
+from bufferstand.foundation.shares import TILT_LEAST_MM, TILT_SHARE, TRIP_SHARE, tilt_bound_mm
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.campaign import Campaign, CampaignFile
+from bufferstand.protocols.kinds import RepeatStep, Step, StepSettings
+from bufferstand.protocols.limits import OF_CAMPAIGN, STROKE_TRIP_MARGIN_MM, Bound, StandLimits, envelope
+from bufferstand.protocols.physical import POWER_ON_C
 
 FORCE_TRIP_ROOM_KN = 20.0
 """Above a small force limit the trip may lie so far: a piston at 50 mm/s goes on for 18 ms, into 20 kN/mm."""

@@ -6,16 +6,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foundation.clock import MISSED_CYCLES_MAX_PER_MIN
-from foundation.settings import Settings
-from foundation.wanted import Within
+from bufferstand.foundation.clock import MISSED_CYCLES_MAX_PER_MIN
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wanted import Within
 
 TripAction = Literal["note", "finish-cycle", "stop", "emergency"]
 """Say it and go on; end the cycle under way, then stop; stop at once; unload at once."""
 FirmAction = Literal["stop", "emergency"]
 """For what must not be waited with."""
 Positive = Annotated[float, Field(gt=0)]
-"""Its bounds depend on stand and campaign (:mod:`protocols.guard_bounds`)."""
+"""Its bounds depend on stand and campaign (:mod:`bufferstand.protocols.guard_bounds`)."""
 
 
 class GuardActions(Settings):

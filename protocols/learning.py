@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from foundation.errors import BadInput
-from protocols.forwarding import ForwardingPredictor
-from protocols.prediction import Predictor, Temperatures
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.forwarding import ForwardingPredictor
+from bufferstand.protocols.prediction import Predictor, Temperatures
 
 SENSOR_DOUBT_K = 0.3
 """Standard uncertainty of a measured rise [K]: resolution and place of the sensor."""
@@ -42,7 +42,8 @@ class Observation:
     ambient_C : float
         Measured air temperature [°C].
     heat_J : float
-        Absorbed by the model: :attr:`protocols.steps.PlannedStep.expected_heat_J`, or that of the cycles run.
+        Absorbed by the model: :attr:`bufferstand.protocols.steps.PlannedStep.expected_heat_J`, or that of the
+        cycles run.
     duration_s : float
         From beginning to end [s].
     start_mass_C : float or None

@@ -13,15 +13,24 @@ from itertools import pairwise
 from math import ceil, factorial, prod
 from typing import Any
 
-from foundation.durations import duration_text
-from protocols.campaign import Campaign
-from protocols.expansion import Request, motions_of
-from protocols.kinds import CoolDownStep, HoldStep, WarmUpStep
-from protocols.limits import TestLimits
-from protocols.prediction import Temperatures
-from protocols.steps import Harmonic, Hold, Motion, RampTo, Release, StartBand, WaitUntilCool, Warmth
-from protocols.temperature_limits import limits_of
-from protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker, cooling_time_s
+from bufferstand.foundation.durations import duration_text
+from bufferstand.protocols.campaign import Campaign
+from bufferstand.protocols.expansion import Request, motions_of
+from bufferstand.protocols.kinds import CoolDownStep, HoldStep, WarmUpStep
+from bufferstand.protocols.limits import TestLimits
+from bufferstand.protocols.prediction import Temperatures
+from bufferstand.protocols.steps import (
+    Harmonic,
+    Hold,
+    Motion,
+    RampTo,
+    Release,
+    StartBand,
+    WaitUntilCool,
+    Warmth,
+)
+from bufferstand.protocols.temperature_limits import limits_of
+from bufferstand.protocols.thermal import LONGEST_WAIT_S, Surroundings, Walk, Walker, cooling_time_s
 
 EXACT_ORDERS = 5040
 """Up to so many orders are all tried."""

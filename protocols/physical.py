@@ -1,7 +1,7 @@
 """Numbers of a campaign file with the bounds that physics gives them, each declared once with its reason.
 
 What a particular stand, specimen or campaign allows is narrower, and judged by the plan and by
-:mod:`protocols.guard_bounds`. These bounds say what no stand for buffers can mean.
+:mod:`bufferstand.protocols.guard_bounds`. These bounds say what no stand for buffers can mean.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from foundation.wanted import Within
+from bufferstand.foundation.wanted import Within
 
 POWER_ON_C = 85.0
 """What a DS18B20 shows after it has lost its supply [°C]: a stop above it would never see such a sensor."""

@@ -10,26 +10,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from foundation.durations import duration_text
-from foundation.errors import BadInput
-from foundation.settings import place_of, read_text
-from foundation.specimen import Specimen
-from protocols.admissible import Breach, Judge, shows_the_curve
-from protocols.asked import asked_text
-from protocols.campaign import Campaign, HarmonicStep
-from protocols.coarse import CoarsePredictor
-from protocols.commanded import Sine
-from protocols.estimate import HASH_VERSION, Estimator
-from protocols.estimate import DataRate as DataRate  # noqa: PLC0414 - part of the plan's interface
-from protocols.expansion import Request, expand
-from protocols.learning import HeatScale, LearnedPredictor
-from protocols.limits import Envelope, StandLimits, TemperaturePolicy, envelope
-from protocols.ordering import Ordering, put_in_order
-from protocols.prediction import Predictor, Temperatures
-from protocols.start_warmth import demand_right_warmth
-from protocols.steps import Hold, PlannedStep, WaitUntilCool
-from protocols.temperature_limits import temperature_trouble
-from protocols.thermal import LONGEST_WAIT_S, Surroundings
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import place_of, read_text
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.admissible import Breach, Judge, shows_the_curve
+from bufferstand.protocols.asked import asked_text
+from bufferstand.protocols.campaign import Campaign, HarmonicStep
+from bufferstand.protocols.coarse import CoarsePredictor
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.estimate import HASH_VERSION, Estimator
+from bufferstand.protocols.estimate import DataRate as DataRate  # noqa: PLC0414 - part of the plan's interface
+from bufferstand.protocols.expansion import Request, expand
+from bufferstand.protocols.learning import HeatScale, LearnedPredictor
+from bufferstand.protocols.limits import Envelope, StandLimits, TemperaturePolicy, envelope
+from bufferstand.protocols.ordering import Ordering, put_in_order
+from bufferstand.protocols.prediction import Predictor, Temperatures
+from bufferstand.protocols.start_warmth import demand_right_warmth
+from bufferstand.protocols.steps import Hold, PlannedStep, WaitUntilCool
+from bufferstand.protocols.temperature_limits import temperature_trouble
+from bufferstand.protocols.thermal import LONGEST_WAIT_S, Surroundings
 
 SCHEMA = "bufferstand/plan/1"
 HEADER = (
@@ -226,11 +226,11 @@ def make_plan(
     Parameters
     ----------
     campaign : Campaign
-        As read by :func:`protocols.campaign.load_campaign`.
+        As read by :func:`bufferstand.protocols.campaign.load_campaign`.
     limits : StandLimits
         From the stand file.
     predictor : Predictor
-        The spring model of the specimen (:class:`protocols.prediction.ModelPredictor`).
+        The spring model of the specimen (:class:`bufferstand.protocols.prediction.ModelPredictor`).
     specimen : Specimen
         From the specimen file.
     rate : DataRate, optional

@@ -10,9 +10,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from model.prediction import CyclePrediction, heat_step, predict_forces, predict_harmonic, predict_static
-from model.spring import HeatBalance, SpringModel
-from protocols.commanded import Sine, piston_mm, stroke_behind, stroke_sine
+from bufferstand.model.prediction import (
+    CyclePrediction,
+    heat_step,
+    predict_forces,
+    predict_harmonic,
+    predict_static,
+)
+from bufferstand.model.spring import HeatBalance, SpringModel
+from bufferstand.protocols.commanded import Sine, piston_mm, stroke_behind, stroke_sine
 
 Floats = NDArray[np.float64]
 
@@ -233,7 +239,7 @@ class ModelPredictor:
         temperature_C: float,
         give_mm_per_kN: float = 0.0,
     ) -> HarmonicCycle:
-        """Return the settled harmonic cycle (:func:`model.prediction.predict_harmonic`)."""
+        """Return the settled harmonic cycle (:func:`bufferstand.model.prediction.predict_harmonic`)."""
 
         def cycle(stroke: Sine) -> CyclePrediction:
             return predict_harmonic(
@@ -256,7 +262,7 @@ class ModelPredictor:
         temperature_C: float,
         give_mm_per_kN: float = 0.0,
     ) -> StaticCycle:
-        """Return the slow cycle (:func:`model.prediction.predict_static`)."""
+        """Return the slow cycle (:func:`bufferstand.model.prediction.predict_static`)."""
 
         def to(stroke_mm: float) -> StaticCycle:
             found = predict_static(self.model, force_limit_kN, stroke_mm, speed_mm_per_s, temperature_C)
@@ -265,7 +271,7 @@ class ModelPredictor:
         return static_behind(to, stroke_limit_mm, give_mm_per_kN)
 
     def forces(self, time_s: Floats, stroke_mm: Floats, temperature_C: float) -> Floats:
-        """Return the forces along a path (:func:`model.prediction.predict_forces`)."""
+        """Return the forces along a path (:func:`bufferstand.model.prediction.predict_forces`)."""
         return predict_forces(self.model, time_s, stroke_mm, temperature_C)
 
     def temperatures_after(
@@ -278,7 +284,7 @@ class ModelPredictor:
         heating: float = 1.0,
         cooling: float = 1.0,
     ) -> Temperatures:
-        """Return the temperatures: :func:`model.prediction.heat_step`, and the sensor's lag."""
+        """Return the temperatures: :func:`bufferstand.model.prediction.heat_step`, and the sensor's lag."""
         heat = self.model.heat
         if heating != 1.0 or cooling != 1.0:
             heat = replace(

@@ -10,15 +10,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from protocols.coarse import CoarsePredictor
-from protocols.estimate import DataRate, Estimator
-from protocols.expansion import Request
-from protocols.learning import HeatScale, LearnedPredictor
-from protocols.ordering import course_of, soonest, with_pauses
-from protocols.plan import Plan
-from protocols.prediction import Predictor, Temperatures
-from protocols.steps import PlannedStep
-from protocols.thermal import Surroundings
+from bufferstand.protocols.coarse import CoarsePredictor
+from bufferstand.protocols.estimate import DataRate, Estimator
+from bufferstand.protocols.expansion import Request
+from bufferstand.protocols.learning import HeatScale, LearnedPredictor
+from bufferstand.protocols.ordering import course_of, soonest, with_pauses
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Predictor, Temperatures
+from bufferstand.protocols.steps import PlannedStep
+from bufferstand.protocols.thermal import Surroundings
 
 REORDER = math.log(1.1)
 """The order is looked for anew when a learned factor has changed by more than this since (10 %)."""

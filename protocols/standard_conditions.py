@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 
-from foundation.durations import duration_text
-from foundation.specimen import Specimen
-from protocols.steps import PlannedStep, StaticCycles
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.steps import PlannedStep, StaticCycles
 
 SPEED_MAX_MM_PER_S = 50.0
 PAUSE_MAX_S = 600.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeVar
 
-from foundation.errors import BadInput
-from protocols.campaign import Campaign
-from protocols.estimate import Estimator, NeverWarm, OffBand
-from protocols.expansion import Request
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.campaign import Campaign
+from bufferstand.protocols.estimate import Estimator, NeverWarm, OffBand
+from bufferstand.protocols.expansion import Request
 
 OffT = TypeVar("OffT", OffBand, NeverWarm)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols.steps import (
+from bufferstand.protocols.steps import (
     ForceCycles,
     Harmonic,
     Motion,

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from foundation.settings import Settings
-from foundation.wanted import Within
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wanted import Within
 
 
 class StrokeTable(Settings):

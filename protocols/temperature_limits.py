@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from protocols.kinds import StepSettings, WarmUpStep
-from protocols.limits import TestLimits
-from protocols.steps import PlannedStep
+from bufferstand.protocols.kinds import StepSettings, WarmUpStep
+from bufferstand.protocols.limits import TestLimits
+from bufferstand.protocols.steps import PlannedStep
 
 
 def limits_of(step: StepSettings | PlannedStep, test: TestLimits) -> TestLimits:

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from protocols.commanded import piston_mm
-from protocols.evenness import comes_in_two_goes, rested_even
-from protocols.force_turns import force_turns
-from protocols.limits import Envelope, TestLimits
-from protocols.prediction import Predictor, StaticEstimate, Temperatures
-from protocols.steps import (
+from bufferstand.protocols.commanded import piston_mm
+from bufferstand.protocols.evenness import comes_in_two_goes, rested_even
+from bufferstand.protocols.force_turns import force_turns
+from bufferstand.protocols.limits import Envelope, TestLimits
+from bufferstand.protocols.prediction import Predictor, StaticEstimate, Temperatures
+from bufferstand.protocols.steps import (
     ExpectedStop,
     ForceCycles,
     Harmonic,
@@ -65,7 +65,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Walk:
-    """What the walk through a step found; fields as in :class:`protocols.steps.PlannedStep`.
+    """What the walk through a step found; fields as in :class:`bufferstand.protocols.steps.PlannedStep`.
 
     ``end`` is the state at its end, or at the stop that ended it (``ended``); ``highest`` are the highest
     temperatures met.

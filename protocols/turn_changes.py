@@ -7,10 +7,10 @@ cycle, or else warming and settling would be taken for a softer or a stiffer spr
 
 from __future__ import annotations
 
-from protocols.commanded import Sine, piston_mm
-from protocols.first_cycle import first_turns
-from protocols.prediction import Predictor
-from protocols.steps import Harmonic, Motion, StaticCycles, TurnChanges, Turns
+from bufferstand.protocols.commanded import Sine, piston_mm
+from bufferstand.protocols.first_cycle import first_turns
+from bufferstand.protocols.prediction import Predictor
+from bufferstand.protocols.steps import Harmonic, Motion, StaticCycles, TurnChanges, Turns
 
 WARMER_K = 10.0
 """The second temperature, so much above that of the beginning [K]."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from foundation.errors import BadInput
-from foundation.settings import place_of, read_text
-from protocols.guard_bounds import UNSEEN_HEATING_K
-from protocols.plan import Plan
-from protocols.steps import PlannedStep
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import place_of, read_text
+from bufferstand.protocols.guard_bounds import UNSEEN_HEATING_K
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps import PlannedStep
 
 
 @dataclass(frozen=True)

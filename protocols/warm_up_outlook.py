@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from foundation.durations import duration_text
-from protocols.kinds import WarmUpStep
-from protocols.steps import Heating
-from protocols.thermal import Walk
+from bufferstand.foundation.durations import duration_text
+from bufferstand.protocols.kinds import WarmUpStep
+from bufferstand.protocols.steps import Heating
+from bufferstand.protocols.thermal import Walk
 
 SENSOR_STEP_K = 0.0625
 """What a DS18B20 tells apart at 12 bit [K]."""

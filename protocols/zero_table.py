@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foundation.settings import Settings
-from foundation.wanted import Within
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wanted import Within
 
 TOUCH_FORCE_MAX_KN = 2.0
 """No touch goes further over the force at rest than this: a buffer's preload is several times as much, so

@@ -17,9 +17,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from foundation.errors import BadInput
-from recording.faults import Finding, content_faults
-from recording.reading import RESTORE
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.faults import Finding, content_faults
+from bufferstand.recording.reading import RESTORE
 
 LEAST_S = 30
 """So much processor time a file has in any case: some hundred times of what a small one takes …"""
@@ -30,7 +30,7 @@ _WALL_RATIO = 10
 
 
 def content_faults_apart(path: Path) -> list[Finding]:
-    """Return :func:`recording.faults.content_faults` of a file that is not as it was sealed.
+    """Return :func:`bufferstand.recording.faults.content_faults` of a file that is not as it was sealed.
 
     Parameters
     ----------
@@ -39,7 +39,8 @@ def content_faults_apart(path: Path) -> list[Finding]:
     Raises
     ------
     BadInput
-        As :func:`recording.faults.content_faults`, or if HDF5 crashes on the file or does not end.
+        As :func:`bufferstand.recording.faults.content_faults`, or if HDF5 crashes on the file or does not
+        end.
     """
     if not path.is_file():
         raise BadInput("no such file", file=path, remedy="check the path")

@@ -9,19 +9,19 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from foundation.errors import BadInput
-from recording.journal_file import JOURNAL_SUFFIX
-from recording.runfile import read_metadata
-from recording.seal import DAMAGED_SUFFIX, RUN_SUFFIX
-from recording.simulated import simulated_of
-from recording.walk import files_below, is_there
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.journal_file import JOURNAL_SUFFIX
+from bufferstand.recording.runfile import read_metadata
+from bufferstand.recording.seal import DAMAGED_SUFFIX, RUN_SUFFIX
+from bufferstand.recording.simulated import simulated_of
+from bufferstand.recording.walk import files_below, is_there
 
 
 @dataclass(frozen=True)
 class RunFacts:
     """Key facts of a run file; ``problem`` says why there are none, where the file cannot be read.
 
-    ``simulated`` is None where nothing tells (:mod:`recording.simulated`).
+    ``simulated`` is None where nothing tells (:mod:`bufferstand.recording.simulated`).
     Prestress, amplitude (half the range) and frequency are those planned, None where the step has none.
     """
 
@@ -104,7 +104,7 @@ def list_runs(path: Path) -> list[RunFacts]:
     """Return the facts of a run file, or of all in a folder and the folders below it, sorted by path.
 
     A file that cannot be read is listed with its ``problem``: it must not hide the others. Data are not
-    checked here; that is what :func:`recording.verify.verify` is for.
+    checked here; that is what :func:`bufferstand.recording.verify.verify` is for.
 
     Raises
     ------

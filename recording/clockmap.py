@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.content import MICROSECOND_S
+from bufferstand.recording.content import MICROSECOND_S
 
 WINDOW_S = 60.0
 

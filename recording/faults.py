@@ -11,9 +11,9 @@ from typing import Any, Literal
 import h5py
 import numpy as np
 
-from foundation.errors import BadInput
-from recording.metadata import check_document, check_format, is_unaltered
-from recording.reading import column_blocks, open_tree, read_document
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.metadata import check_document, check_format, is_unaltered
+from bufferstand.recording.reading import column_blocks, open_tree, read_document
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from foundation.channel import Channel
-from foundation.errors import BadInput
-from recording.content import MAIN_STREAM
-from recording.run import Run
-from recording.stream import StreamData
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import MAIN_STREAM
+from bufferstand.recording.run import Run
+from bufferstand.recording.stream import StreamData
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,8 @@ def to_frame(run: Run, stream: str | None = None) -> pd.DataFrame:
     """Return a stream as a table: a row a sample, calibrated.
 
     Values stand at their time stamps: a channel's ``delay_s`` (``frame.attrs``) is not taken off, because
-    one index serves all channels. The evaluation does, and ``evaluation.api.loops`` gives what it works on.
+    one index serves all channels. The evaluation does, and ``bufferstand.evaluation.api.loops`` gives what it
+    works on.
 
     Parameters
     ----------

@@ -11,10 +11,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from foundation.names import readable
-from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum, default_folder, stamp_of
-from recording.catalogue import RunFacts, facts_of, run_files
-from recording.query import Field
+from bufferstand.foundation.names import readable
+from bufferstand.recording.cachefile import (
+    STAMP_COLUMNS,
+    CacheFile,
+    Stamp,
+    check_sum,
+    default_folder,
+    stamp_of,
+)
+from bufferstand.recording.catalogue import RunFacts, facts_of, run_files
+from bufferstand.recording.query import Field
 
 FILE_NAME = "runs-3.sqlite"
 YES_OR_NO = {True: "yes", False: "no"}
@@ -43,7 +50,7 @@ _SCHEMA = (
 
 
 def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
-    """Return what :func:`recording.catalogue.list_runs` returns, with the help of the index.
+    """Return what :func:`bufferstand.recording.catalogue.list_runs` returns, with the help of the index.
 
     Parameters
     ----------
@@ -55,7 +62,7 @@ def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
     Raises
     ------
     BadInput
-        As :func:`recording.catalogue.list_runs`.
+        As :func:`bufferstand.recording.catalogue.list_runs`.
     """
     files = run_files([path])
     index = CacheFile(folder or default_folder(), FILE_NAME, _SCHEMA)

@@ -31,9 +31,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.canonical import canonical_json
-from foundation.errors import BadInput
-from recording.content import Anchor, Event
+from bufferstand.foundation.canonical import canonical_json
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Anchor, Event
 
 MAGIC = b"BSJ1"
 JOURNAL_FORMAT = "bufferstand/journal"

@@ -7,8 +7,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from foundation.errors import BadInput
-from recording.durable import Pwrite, give_final_name, sync_directory, write_all
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.durable import Pwrite, give_final_name, sync_directory, write_all
 
 JOURNAL_SUFFIX = ".journal"
 _STARTING = ".tmp"

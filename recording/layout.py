@@ -18,11 +18,11 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.canonical import canonical_json
-from foundation.errors import BadInput
-from recording.content import Anchor, Event, Segment
-from recording.metadata import FORMAT, FORMAT_VERSION, StreamHead, content_hash_of
-from recording.tree_file import TreeFile
+from bufferstand.foundation.canonical import canonical_json
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Anchor, Event, Segment
+from bufferstand.recording.metadata import FORMAT, FORMAT_VERSION, StreamHead, content_hash_of
+from bufferstand.recording.tree_file import TreeFile
 
 USER_BLOCK_BYTES = 512
 CHUNK_ROWS = 131_072

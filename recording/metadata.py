@@ -9,10 +9,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from foundation.canonical import canonical_json, content_hash
-from foundation.channel import Channel
-from foundation.errors import BadInput
-from foundation.units import INSIDE_UNIT
+from bufferstand.foundation.canonical import canonical_json, content_hash
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.units import INSIDE_UNIT
 
 FORMAT = "bufferstand/run"
 FORMAT_VERSION = 1

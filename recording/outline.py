@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from recording.content import Anchor, Event, Segment, add_segment
-from recording.journal import DataRecord, EndRecord, Record, Stop
-from recording.layout import ENTRY, Column, Widths, item_values, segment_rows, stream_columns
-from recording.segments import ChainReader
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Anchor, Event, Segment, add_segment
+from bufferstand.recording.journal import DataRecord, EndRecord, Record, Stop
+from bufferstand.recording.layout import ENTRY, Column, Widths, item_values, segment_rows, stream_columns
+from bufferstand.recording.segments import ChainReader
 
 
 @dataclass

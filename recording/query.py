@@ -15,8 +15,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from foundation.errors import BadInput
-from recording.written_dates import comparable, written_date
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.written_dates import comparable, written_date
 
 FieldType = Literal["text", "number", "date"]
 Facts = Mapping[str, Any]

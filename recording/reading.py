@@ -12,7 +12,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 RESTORE = "restore the file from a copy"
 _ROWS_AT_ONCE = 131_072

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.calibration import Branch
-from foundation.canonical import content_hash
-from foundation.channel import Channel
-from foundation.errors import BadInput
-from recording.clockmap import ClockMap
-from recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, gaps_of
-from recording.layout import ENTRY
-from recording.reading import Reader
-from recording.stream import Columns, StreamData
+from bufferstand.foundation.calibration import Branch
+from bufferstand.foundation.canonical import content_hash
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.clockmap import ClockMap
+from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, gaps_of
+from bufferstand.recording.layout import ENTRY
+from bufferstand.recording.reading import Reader
+from bufferstand.recording.stream import Columns, StreamData
 
 STROKES = ("stroke_1", "stroke_2")
 _KEPT_ROWS = 1_000_000
@@ -47,7 +47,7 @@ class RunEvent:
 
 
 class Run:
-    """One recorded run. Made by :func:`recording.runfile.open_run`.
+    """One recorded run. Made by :func:`bufferstand.recording.runfile.open_run`.
 
     The run's time is in seconds on the clock of the controller; its zero is the first time stamp of the
     controller (without one: the first of the host's stamps). An imported record keeps its own zero.

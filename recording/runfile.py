@@ -9,12 +9,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from recording.apart import content_faults_apart
-from recording.content import Anchor, Event, StreamContent
-from recording.durable import give_final_name
-from recording.faults import content_faults
-from recording.layout import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.apart import content_faults_apart
+from bufferstand.recording.content import Anchor, Event, StreamContent
+from bufferstand.recording.durable import give_final_name
+from bufferstand.recording.faults import content_faults
+from bufferstand.recording.layout import (
     ENTRY,
     Column,
     TreeWriter,
@@ -25,7 +25,7 @@ from recording.layout import (
     stream_columns,
     user_block,
 )
-from recording.metadata import (
+from bufferstand.recording.metadata import (
     FORMAT,
     FORMAT_VERSION,
     StreamHead,
@@ -34,10 +34,10 @@ from recording.metadata import (
     check_new_document,
     is_unaltered,
 )
-from recording.reading import RESTORE, Reader
-from recording.run import Run, Series
-from recording.stream import StreamData
-from recording.tree_file import TreeFile
+from bufferstand.recording.reading import RESTORE, Reader
+from bufferstand.recording.run import Run, Series
+from bufferstand.recording.stream import StreamData
+from bufferstand.recording.tree_file import TreeFile
 
 __all__ = [
     "FORMAT",

@@ -7,12 +7,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from foundation.errors import BadInput
-from recording.journal_file import JOURNAL_SUFFIX, STARTING_PATTERN, lock_or_refuse, remove_journal
-from recording.outline import Outline, outline, values_of
-from recording.runfile import TEMPORARY_SUFFIX, fitting_heads, read_metadata, write_columns
-from recording.segments import later_segments, segment_path
-from recording.verify import verify
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.journal_file import (
+    JOURNAL_SUFFIX,
+    STARTING_PATTERN,
+    lock_or_refuse,
+    remove_journal,
+)
+from bufferstand.recording.outline import Outline, outline, values_of
+from bufferstand.recording.runfile import TEMPORARY_SUFFIX, fitting_heads, read_metadata, write_columns
+from bufferstand.recording.segments import later_segments, segment_path
+from bufferstand.recording.verify import verify
 
 RUN_SUFFIX = ".h5"
 DAMAGED_SUFFIX = ".journal-damaged"

@@ -16,9 +16,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from foundation.errors import BadInput
-from recording.content import MAIN_STREAM
-from recording.journal import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import MAIN_STREAM
+from bufferstand.recording.journal import (
     DataRecord,
     EndRecord,
     JournalReader,
@@ -27,7 +27,7 @@ from recording.journal import (
     Stop,
     more_records_behind,
 )
-from recording.journal_file import JournalFile
+from bufferstand.recording.journal_file import JournalFile
 
 SEGMENT_BYTES = 1 << 30
 """A file that has grown beyond this is followed by another."""

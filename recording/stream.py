@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.channel import Channel
-from recording.content import MICROSECOND_S, Segment
-from recording.layout import ENTRY
-from recording.metadata import StreamHead
-from recording.reading import Reader
+from bufferstand.foundation.channel import Channel
+from bufferstand.recording.content import MICROSECOND_S, Segment
+from bufferstand.recording.layout import ENTRY
+from bufferstand.recording.metadata import StreamHead
+from bufferstand.recording.reading import Reader
 
 
 class Columns(Mapping[str, NDArray[Any]]):

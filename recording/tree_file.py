@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from recording.durable import Pwrite, write_all
+from bufferstand.recording.durable import Pwrite, write_all
 
 
 class TreeFile(io.RawIOBase):

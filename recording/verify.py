@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from foundation.errors import BadInput
-from recording.apart import content_faults_apart
-from recording.content import MAIN_STREAM, Segment, gaps_of
-from recording.faults import Finding, content_faults
-from recording.layout import ENTRY, file_is_as_sealed
-from recording.outline import outline
-from recording.reading import column_blocks, open_tree, read_column, read_document
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.apart import content_faults_apart
+from bufferstand.recording.content import MAIN_STREAM, Segment, gaps_of
+from bufferstand.recording.faults import Finding, content_faults
+from bufferstand.recording.layout import ENTRY, file_is_as_sealed
+from bufferstand.recording.outline import outline
+from bufferstand.recording.reading import column_blocks, open_tree, read_column, read_document
 
 __all__ = ["Finding", "recording_notes", "verify", "verify_journal"]
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 ANY_DEPTH = "**"
 _LONGEST_SHOWN = 200

@@ -15,14 +15,14 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.canonical import canonical_json
-from foundation.errors import BadInput
-from recording.content import Anchor, Event, RecordingFault
-from recording.journal import DataRecord, EndRecord
-from recording.journal_file import JOURNAL_SUFFIX, JournalFile
-from recording.metadata import STATUSES, check_new_document
-from recording.seal import RUN_SUFFIX, seal_held
-from recording.segments import SEGMENT_BYTES, SegmentedJournal
+from bufferstand.foundation.canonical import canonical_json
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Anchor, Event, RecordingFault
+from bufferstand.recording.journal import DataRecord, EndRecord
+from bufferstand.recording.journal_file import JOURNAL_SUFFIX, JournalFile
+from bufferstand.recording.metadata import STATUSES, check_new_document
+from bufferstand.recording.seal import RUN_SUFFIX, seal_held
+from bufferstand.recording.segments import SEGMENT_BYTES, SegmentedJournal
 
 QUEUE_BLOCKS = 8192
 """Blocks that wait at most: over a minute of a stand with five devices."""

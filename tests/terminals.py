@@ -68,7 +68,7 @@ def in_terminal(*words: str | Path) -> Iterator[Terminal]:
     if child == 0:  # pragma: no cover - another program from here on
         os.chdir(ROOT)
         environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "30"}
-        command = [sys.executable, "-P", "-m", "cli", *map(str, words)]
+        command = [sys.executable, "-P", "-m", "bufferstand", *map(str, words)]
         os.execvpe(command[0], command, {**environment, "PYTHONPATH": str(ROOT)})
     process = _Forked(child)
     try:

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, FiniteRange, write_json
-from drivers.check_verdict import WATCH_S, Verdict
-from foundation.clock import WallClock
-from foundation.errors import ExitStatus
+from bufferstand.cli.options import EXISTING, FILE, FiniteRange, write_json
+from bufferstand.drivers.check_verdict import WATCH_S, Verdict
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
-    from drivers.check_rows import CheckRow
+    from bufferstand.drivers.check_rows import CheckRow
 
 _MARKS = {Verdict.OK: ("ok", None), Verdict.NOTE: ("note", "yellow"), Verdict.FAULT: ("FAULT", "red")}
 _WIDE = 200
@@ -43,9 +43,9 @@ def command(stand: Path, as_json: bool, watch: float, transcript: Path | None) -
     Nothing is moved or set. Exit status 0 if all is well, 4 if a device does not answer or says what cannot
     be true, or a calibration has expired; the remarks say where to look.
     """
-    from drivers.check import check_stand
-    from drivers.stand_file import load_stand
-    from drivers.transcript_tap import record_wires
+    from bufferstand.drivers.check import check_stand
+    from bufferstand.drivers.stand_file import load_stand
+    from bufferstand.drivers.transcript_tap import record_wires
 
     stand_file = load_stand(stand)
     if transcript is None:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cli.options import FILE, check_named, show_table, write_json
-from foundation.errors import ExitStatus
+from bufferstand.cli.options import FILE, check_named, show_table, write_json
+from bufferstand.foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
-    from evaluation.archive.comparison import Comparison, Move
+    from bufferstand.evaluation.archive.comparison import Comparison, Move
 
 MOST_SHOWN = 25
 """Moves and changed verdicts that are printed; all are in the table and the JSON."""
@@ -35,8 +35,8 @@ def command(old: Path, new: Path, cycles: bool, json_file: str | None, table: Pa
     OLD.json and NEW.json are what “evaluate --json” wrote: of the same runs with other settings or by another
     version, or of other recordings of the same steps.
     """
-    from evaluation.archive.comparison import Move, compare_evaluations, load_evaluation
-    from evaluation.table import check_table_name, write_frames
+    from bufferstand.evaluation.archive.comparison import Move, compare_evaluations, load_evaluation
+    from bufferstand.evaluation.table import check_table_name, write_frames
 
     if table is not None:
         check_table_name(table)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange, write_json
-from cli.samples import sample
-from foundation.durations import duration_text
-from foundation.errors import BadInput, ExitStatus
+from bufferstand.cli.options import FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange, write_json
+from bufferstand.cli.samples import sample
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.errors import BadInput, ExitStatus
 
 if TYPE_CHECKING:
-    from cli.campaigns import Prepared
+    from bufferstand.cli.campaigns import Prepared
 
 SPEED = 6.0
 """Stand time in multiples of real time: nine minutes of testing in one and a half."""
@@ -45,13 +45,13 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     The stand is a process of its own on real wires (Modbus TCP, a serial line, a 1-Wire folder). The last
     step means to run into the 40 °C stop.
     """
-    from cli.campaigns import prepare
-    from cli.commands.run import finish
-    from cli.evaluation_view import show_evaluation
-    from cli.running import perform
-    from daq.folder import load_record
-    from evaluation.document import evaluate_paths
-    from evaluation.report.writing import pdf_available, write_report
+    from bufferstand.cli.campaigns import prepare
+    from bufferstand.cli.commands.run import finish
+    from bufferstand.cli.evaluation_view import show_evaluation
+    from bufferstand.cli.running import perform
+    from bufferstand.daq.folder import load_record
+    from bufferstand.evaluation.document import evaluate_paths
+    from bufferstand.evaluation.report.writing import pdf_available, write_report
 
     folder = out or Path("demo-output") / f"{datetime.now().astimezone():%Y-%m-%dT%H-%M-%S}"
     if load_record(folder) is not None:
@@ -85,7 +85,7 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
 
 def _stopped_as_intended(prepared: Prepared, folder: Path) -> bool:
     """Return whether all steps but the last are complete, and the last was stopped by a warm specimen."""
-    from daq.folder import load_record
+    from bufferstand.daq.folder import load_record
 
     record = load_record(folder)
     if record is None:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.judging import Judging, judging_options
-from cli.options import FILE, FOLDER, check_named, open_output, warn
-from evaluation.choices import DRAWS, check_draws
-from foundation.errors import BadInput, ExitStatus
-from recording.cachefile import default_folder
+from bufferstand.cli.judging import Judging, judging_options
+from bufferstand.cli.options import FILE, FOLDER, check_named, open_output, warn
+from bufferstand.evaluation.choices import DRAWS, check_draws
+from bufferstand.foundation.errors import BadInput, ExitStatus
+from bufferstand.recording.cachefile import default_folder
 
 if TYPE_CHECKING:
-    from evaluation.archive.evaluate import ArchiveEvaluation, Workers
+    from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, Workers
 
 SHOWN_RUNS = 40
 """More runs are shown as an overview; each one is in the tables and the JSON."""
@@ -87,15 +87,15 @@ def command(
     that cannot be evaluated is named and does not stop the others (status 2 at the end). Otherwise exit
     status 0 whatever the verdict, unless --strict.
     """
-    from cli.archive_view import progress_bar, show_archive
-    from cli.evaluation_view import show_evaluation
-    from evaluation.archive.cache import Cache
-    from evaluation.archive.evaluate import evaluate_archive
-    from evaluation.archive.identity import Settings, software
-    from evaluation.archive.kept import Wanted
-    from evaluation.archive.sources import find_runs
-    from evaluation.archive.tables import document, write_document, write_tables
-    from evaluation.table import check_table_name
+    from bufferstand.cli.archive_view import progress_bar, show_archive
+    from bufferstand.cli.evaluation_view import show_evaluation
+    from bufferstand.evaluation.archive.cache import Cache
+    from bufferstand.evaluation.archive.evaluate import evaluate_archive
+    from bufferstand.evaluation.archive.identity import Settings, software
+    from bufferstand.evaluation.archive.kept import Wanted
+    from bufferstand.evaluation.archive.sources import find_runs
+    from bufferstand.evaluation.archive.tables import document, write_document, write_tables
+    from bufferstand.evaluation.table import check_table_name
 
     for name in (table, run_table):
         if name is not None:
@@ -145,11 +145,11 @@ def command(
 
 
 def _workers(cluster: str | None, jobs: int | None) -> Workers:
-    from evaluation.archive.local import Local
+    from bufferstand.evaluation.archive.local import Local
 
     if cluster is None:
         return Local(jobs)
-    from evaluation.archive.cluster import Cluster
+    from bufferstand.evaluation.archive.cluster import Cluster
 
     return Cluster(cluster, warn)
 

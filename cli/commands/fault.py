@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from cli.options import EXISTING, FOLDER, FiniteRange
-from foundation.errors import BadInput
+from bufferstand.cli.options import EXISTING, FOLDER, FiniteRange
+from bufferstand.foundation.errors import BadInput
 
 
 @click.command(
@@ -27,7 +27,7 @@ def command(
     A fault without @START begins now and lasts until it is cleared, or for --for seconds. Kinds of faults,
     and what is seen of each: docs/simulated-stand.md.
     """
-    from drivers.simulated.faults_control import SOCKET, ask
+    from bufferstand.drivers.simulated.faults_control import SOCKET, ask
 
     path = (stand.parent / "wires" if wires is None else wires).absolute() / SOCKET
     if clear:

@@ -8,10 +8,10 @@ from typing import Any, get_args
 
 import click
 
-from cli.options import EXISTING, FILE, FiniteRange, key_values, out_option, warn
-from foundation.errors import BadInput, ExitStatus
-from foundation.kind import Kind
-from foundation.rates import LOGGER_HZ
+from bufferstand.cli.options import EXISTING, FILE, FiniteRange, key_values, out_option, warn
+from bufferstand.foundation.errors import BadInput, ExitStatus
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.rates import LOGGER_HZ
 
 
 @click.command(
@@ -58,8 +58,8 @@ def command(
     CSV and TSV, National Instruments TDMS, ASAM MDF4, Excel. A CSV needs no options if its header reads
     time [s],stroke [mm],force [kN]  or has other known units in the brackets; separators are , ; and tab.
     """
-    from recording.foreign.importing import import_file
-    from recording.foreign.wanted import ImportOptions
+    from bufferstand.recording.foreign.importing import import_file
+    from bufferstand.recording.foreign.wanted import ImportOptions
 
     options = ImportOptions(
         kind=kind,

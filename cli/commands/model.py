@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from cli.lazy import LazyGroup
+from bufferstand.cli.lazy import LazyGroup
 
 COMMANDS = {
     "fit": "Identify a model from recorded runs, with intervals, and say what the runs do not tell.",
@@ -18,7 +18,7 @@ COMMANDS = {
 @click.group(
     "model",
     cls=LazyGroup,
-    modules={name: f"cli.commands.model_{name}" for name in COMMANDS},
+    modules={name: f"bufferstand.cli.commands.model_{name}" for name in COMMANDS},
     summaries=COMMANDS,
     epilog="Example:  bufferstand model fit campaign/runs --out spring.toml",
 )

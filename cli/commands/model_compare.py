@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FOLDER, SPRING_C, show_table, warn
-from foundation.errors import ExitStatus
+from bufferstand.cli.options import EXISTING, FOLDER, SPRING_C, show_table, warn
+from bufferstand.foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
-    from cli.model_runs import MeasuredRun
-    from evaluation.model_check import RunCheck
-    from model.identification.response import Answer
-    from model.spring import SpringModel
+    from bufferstand.cli.model_runs import MeasuredRun
+    from bufferstand.evaluation.model_check import RunCheck
+    from bufferstand.model.identification.response import Answer
+    from bufferstand.model.spring import SpringModel
 
 
 @click.command(
@@ -52,10 +52,10 @@ def command(
 
     Nothing is fitted; each run begins at its first measured temperature, unless one is given.
     """
-    from cli.model_runs import read_runs
-    from cli.model_view import show_cycles
-    from evaluation.model_check import check_run
-    from model.file import load_model
+    from bufferstand.cli.model_runs import read_runs
+    from bufferstand.cli.model_view import show_cycles
+    from bufferstand.evaluation.model_check import check_run
+    from bufferstand.model.file import load_model
 
     model = load_model(model_file)
     runs = read_runs(paths, ambient_C)
@@ -74,7 +74,7 @@ def command(
 
 
 def _answer(model: SpringModel, run: MeasuredRun, temperature_C: float | None, isothermal: bool) -> Answer:
-    from evaluation.model_check import answer_to, start_temperature_C
+    from bufferstand.evaluation.model_check import answer_to, start_temperature_C
 
     drive = run.drive
     if temperature_C is None and not drive.sensor_C.size:
@@ -132,7 +132,7 @@ def _show_runs(runs: list[MeasuredRun], checks: list[RunCheck]) -> None:
 def _write_pictures(
     model: SpringModel, runs: list[MeasuredRun], answers: list[Answer], out: Path, kind: str
 ) -> None:
-    from cli.model_pictures import picture_comparison, picture_warming, save_picture
+    from bufferstand.cli.model_pictures import picture_comparison, picture_warming, save_picture
 
     for run, given in zip(runs, answers, strict=True):
         target = out / f"{run.path.stem}-loops.{kind}"

@@ -7,9 +7,9 @@ from typing import get_args
 
 import click
 
-from cli.options import EXISTING, FILE, FOLDER, SPRING_C, warn
-from foundation.errors import BadInput
-from model.export.choices import Positive, Units
+from bufferstand.cli.options import EXISTING, FILE, FOLDER, SPRING_C, warn
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.export.choices import Positive, Units
 
 
 @click.command(
@@ -62,11 +62,11 @@ def command(
     Each export says in itself what it loses. The signs of the model file hold (loading positive) unless one
     of the two switches is given; the FMU also has a parameter for it.
     """
-    from model.export.c_source import export_c
-    from model.export.fmu import export_fmu
-    from model.export.options import FmuOptions
-    from model.export.tables import export_tables
-    from model.file import load_model
+    from bufferstand.model.export.c_source import export_c
+    from bufferstand.model.export.fmu import export_fmu
+    from bufferstand.model.export.options import FmuOptions
+    from bufferstand.model.export.tables import export_tables
+    from bufferstand.model.file import load_model
 
     if not (fmu or tables or c_folder):
         raise BadInput("nothing to write", file="model export", remedy="give --fmu, --tables or --c")

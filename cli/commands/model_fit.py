@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
-from cli.options import EXISTING, FILE, SPRING_C, warn
-from foundation.errors import BadInput, ExitStatus
-from foundation.text_file import write_text
-from model.identification.laws import NAMES
+from bufferstand.cli.options import EXISTING, FILE, SPRING_C, warn
+from bufferstand.foundation.errors import BadInput, ExitStatus
+from bufferstand.foundation.text_file import write_text
+from bufferstand.model.identification.laws import NAMES
 
 
 @click.command("fit", epilog="Example:  bufferstand model fit campaign/runs --out spring.toml")
@@ -82,11 +82,11 @@ def command(
     Prints every parameter with its 95 % interval, how well the model follows the runs (also cycles that it
     was not fitted to), and which parameters the runs do not tell, and why.
     """
-    from cli.model_runs import read_runs, sittings
-    from cli.model_view import show_identification
-    from model.file import save_model
-    from model.identification.identify import Settings, identify
-    from model.identification.missing_runs import missing_runs, needed
+    from bufferstand.cli.model_runs import read_runs, sittings
+    from bufferstand.cli.model_view import show_identification
+    from bufferstand.model.file import save_model
+    from bufferstand.model.identification.identify import Settings, identify
+    from bufferstand.model.identification.missing_runs import missing_runs, needed
 
     if out.suffix.lower() != ".toml":
         raise BadInput("a model file ends with .toml", file="--out", remedy=f"write {out.stem}.toml")

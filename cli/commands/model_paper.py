@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.samples import sample
-from foundation.errors import BadInput, ExitStatus
+from bufferstand.cli.samples import sample
+from bufferstand.foundation.errors import BadInput, ExitStatus
 
 if TYPE_CHECKING:
-    from evaluation.paper_comparison import Comparison, Row
+    from bufferstand.evaluation.paper_comparison import Comparison, Row
 
 
 @click.command("paper", epilog="Example:  bufferstand model paper --out paper-figures")
@@ -30,9 +30,9 @@ def command(out: Path) -> int:
     The runs are evaluated like measured ones. The table says for each published figure what it is here, the
     difference, and why it cannot agree where it does not.
     """
-    from evaluation.figures.paint import draw, draw_png
-    from evaluation.paper_comparison import compare_with_paper
-    from model.file import load_model
+    from bufferstand.evaluation.figures.paint import draw, draw_png
+    from bufferstand.evaluation.paper_comparison import compare_with_paper
+    from bufferstand.model.file import load_model
 
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn
-from foundation.errors import BadInput, ExitStatus
-from foundation.text_file import write_text
+from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn
+from bufferstand.foundation.errors import BadInput, ExitStatus
+from bufferstand.foundation.text_file import write_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,9 +75,9 @@ def command(
     """
     import numpy as np
 
-    from cli.model_pictures import picture_simulation, save_picture
-    from model.file import load_model
-    from model.simulation import simulate
+    from bufferstand.cli.model_pictures import picture_simulation, save_picture
+    from bufferstand.model.file import load_model
+    from bufferstand.model.simulation import simulate
 
     model = load_model(model_file)
     sine = (prestress_mm, amplitude_mm, frequency_Hz)
@@ -152,8 +152,8 @@ def _sine(prestress: float, amplitude: float, frequency: float, cycles: int) -> 
 
 
 def _measured(path: Path) -> tuple[Floats, Floats]:
-    from evaluation.load import load_run
-    from model.identification.drive import reduce_run
+    from bufferstand.evaluation.load import load_run
+    from bufferstand.model.identification.drive import reduce_run
 
     if path.suffix.lower() in (".csv", ".tsv", ".txt"):
         return _table(path)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, monitor_address
-from foundation.errors import BadInput
+from bufferstand.cli.options import EXISTING, monitor_address
+from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from daq.monitor.process import Address
+    from bufferstand.daq.monitor.process import Address
 
 
 @click.command("monitor", epilog="Example:  bufferstand monitor campaign")
@@ -31,16 +31,16 @@ def command(folder: Path, address: Address, view_only: bool) -> None:
 
     Ctrl-C ends the page, never the campaign. Away from loopback only the links that are printed open it.
     """
-    from daq.folder import load_record
-    from daq.monitor.access import is_loopback, new_tokens
-    from daq.monitor.process import bind, demand_libraries, links
+    from bufferstand.daq.folder import load_record
+    from bufferstand.daq.monitor.access import is_loopback, new_tokens
+    from bufferstand.daq.monitor.process import bind, demand_libraries, links
 
     if load_record(folder) is None:
         raise BadInput(
             "no campaign.json in this folder", file=folder, remedy="give the --out folder of a run"
         )
     demand_libraries()
-    from daq.monitor.server import serve
+    from bufferstand.daq.monitor.server import serve
 
     with bind(address) as listener:
         tokens = new_tokens(loopback=is_loopback(listener.getsockname()[0]), view_only=view_only)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from cli.options import FOLDER
-from daq.control import ask
-from foundation.errors import BadInput
+from bufferstand.cli.options import FOLDER
+from bufferstand.daq.control import ask
+from bufferstand.foundation.errors import BadInput
 
 
 @click.command("note", epilog='Example:  bufferstand note campaign "rubber dust below the spring, plate 3"')
@@ -19,7 +19,7 @@ def command(folder: Path, text: str) -> None:
 
     While the campaign runs, the note becomes an event of the run under way, too. All are in DIR/notes.jsonl.
     """
-    from daq.notes import add_note
+    from bufferstand.daq.notes import add_note
 
     if (answer := ask(folder, {"note": text})) is not None:
         click.echo(answer)

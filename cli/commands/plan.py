@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, show_table, write_json
-from foundation.durations import duration_text
+from bufferstand.cli.options import EXISTING, FILE, show_table, write_json
+from bufferstand.foundation.durations import duration_text
 
 if TYPE_CHECKING:
-    from daq.folder import CampaignRecord
-    from protocols.plan import Plan
+    from bufferstand.daq.folder import CampaignRecord
+    from bufferstand.protocols.plan import Plan
 
 LEFT_ALIGNED = {"name", "duration"}
 IF_ANY = {"specimen mm", "piston mm"}
@@ -51,12 +51,12 @@ def command(
 
     A step that breaks a limit is refused with its name, the limit and the nearest admissible value.
     """
-    from cli.as_run_view import as_run_document, rows_against, show_as_run
-    from cli.campaigns import outage_leeway, prepare
-    from cli.model_pictures import save_picture
-    from cli.plan_picture import picture_plan
-    from daq.stroke_outlook import outlook_rows, reached_rows, stroke_outlook
-    from protocols.standard_conditions import missed_conditions
+    from bufferstand.cli.as_run_view import as_run_document, rows_against, show_as_run
+    from bufferstand.cli.campaigns import outage_leeway, prepare
+    from bufferstand.cli.model_pictures import save_picture
+    from bufferstand.cli.plan_picture import picture_plan
+    from bufferstand.daq.stroke_outlook import outlook_rows, reached_rows, stroke_outlook
+    from bufferstand.protocols.standard_conditions import missed_conditions
 
     prepared = prepare(campaign)
     plan = prepared.plan
@@ -107,7 +107,7 @@ def _beyond_a_lab(plan: Plan) -> list[str]:
 
 def show_plan(plan: Plan) -> None:
     """Print the plan as a table, its totals and its notes."""
-    from protocols.plan import HEADER
+    from bufferstand.protocols.plan import HEADER
 
     rows = plan.rows()
     kept = [at for at, head in enumerate(HEADER) if head not in IF_ANY or any(row[at] for row in rows)]
@@ -136,9 +136,9 @@ def _counted(steps: int) -> str:
 
 def show_what_is_learned(plan: Plan, folder: Path, record: CampaignRecord) -> None:
     """Print what is commanded for the strokes that are left, by what the campaign has learned so far."""
-    from daq.starting import left_to_do
-    from daq.stroke_keeping import learned_in
-    from daq.stroke_outlook import outlook_rows, stroke_outlook
+    from bufferstand.daq.starting import left_to_do
+    from bufferstand.daq.stroke_keeping import learned_in
+    from bufferstand.daq.stroke_outlook import outlook_rows, stroke_outlook
 
     left = [step for step, _ in left_to_do(plan, record, folder)]
     if learned_in(folder) is None or not (rows := outlook_rows(stroke_outlook(plan, folder, left))):
@@ -148,7 +148,7 @@ def show_what_is_learned(plan: Plan, folder: Path, record: CampaignRecord) -> No
 
 def show_strokes(rows: list[tuple[str, ...]], title: str) -> None:
     """Print what is asked, commanded and reached as a table."""
-    from daq.stroke_outlook import HEADER
+    from bufferstand.daq.stroke_outlook import HEADER
 
     click.echo()
     show_table([(head, "left" if head == "name" else "right") for head in HEADER], rows, title=title)

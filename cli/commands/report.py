@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from cli.judging import Judging, judging_options
-from cli.options import EXISTING, FILE, out_option, warn
-from foundation.errors import BadInput
+from bufferstand.cli.judging import Judging, judging_options
+from bufferstand.cli.options import EXISTING, FILE, out_option, warn
+from bufferstand.foundation.errors import BadInput
 
 
 @click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
@@ -53,10 +53,10 @@ def command(
     in the folder; a report is marked as a draft until all of it is there. What runs are judged by is as in
     evaluate.
     """
-    from evaluation.archive.comparison import load_evaluation
-    from evaluation.report.fields import read_fields
-    from evaluation.report.reading import Given
-    from evaluation.report.writing import pdf_available, write_comparison, write_report
+    from bufferstand.evaluation.archive.comparison import load_evaluation
+    from bufferstand.evaluation.report.fields import read_fields
+    from bufferstand.evaluation.report.reading import Given
+    from bufferstand.evaluation.report.writing import pdf_available, write_comparison, write_report
 
     formats = ["html", "pdf"] if pdf_available() else ["html"]
     if "pdf" not in formats:

@@ -7,13 +7,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.arming import yes_move_option
-from cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, edits_choice, edits_options, monitor_option
-from cli.untouched import nothing_moved
-from foundation.errors import BadInput
+from bufferstand.cli.arming import yes_move_option
+from bufferstand.cli.options import (
+    EXISTING,
+    JUDGED_TO_SPEED,
+    FiniteRange,
+    edits_choice,
+    edits_options,
+    monitor_option,
+)
+from bufferstand.cli.untouched import nothing_moved
+from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from daq.monitor.process import Address
+    from bufferstand.daq.monitor.process import Address
 
 
 @click.command("resume", epilog="Example:  bufferstand resume campaign --simulate --speed 10")
@@ -62,14 +69,14 @@ def command(
     terminal, and recorded. A controller with another serial number needs an answer or --accept-controller.
     """
     with nothing_moved():
-        from cli.as_begun import accepted_changes, accepted_serial, going_on_simulated
-        from cli.commands.plan import show_what_is_learned
-        from cli.commands.run import finish, nothing_left
-        from cli.edits import going_on, taken_without_a_start
-        from cli.running import consent_to_move, perform, waits
-        from daq.begun import begun
-        from daq.folder import load_record
-        from daq.starting import left_to_do
+        from bufferstand.cli.as_begun import accepted_changes, accepted_serial, going_on_simulated
+        from bufferstand.cli.commands.plan import show_what_is_learned
+        from bufferstand.cli.commands.run import finish, nothing_left
+        from bufferstand.cli.edits import going_on, taken_without_a_start
+        from bufferstand.cli.running import consent_to_move, perform, waits
+        from bufferstand.daq.begun import begun
+        from bufferstand.daq.folder import load_record
+        from bufferstand.daq.starting import left_to_do
 
         choice = edits_choice(take_edits=take_edits, keep=keep)
         record = load_record(folder)

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.arming import yes_move_option
-from cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, monitor_option, out_option
-from cli.untouched import nothing_moved
-from foundation.errors import BadInput
+from bufferstand.cli.arming import yes_move_option
+from bufferstand.cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, monitor_option, out_option
+from bufferstand.cli.untouched import nothing_moved
+from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from daq.folder import CampaignRecord
-    from daq.monitor.process import Address
-    from daq.runner import CampaignOutcome
+    from bufferstand.daq.folder import CampaignRecord
+    from bufferstand.daq.monitor.process import Address
+    from bufferstand.daq.runner import CampaignOutcome
 
 
 @click.command(
@@ -55,9 +55,9 @@ def command(
     when a limit or the operator stopped it, 4 on a fault of a device.
     """
     with nothing_moved():
-        from cli.campaigns import prepare
-        from cli.running import consent_to_move, perform
-        from daq.folder import load_record
+        from bufferstand.cli.campaigns import prepare
+        from bufferstand.cli.running import consent_to_move, perform
+        from bufferstand.daq.folder import load_record
 
         prepared = prepare(campaign)
         record = load_record(out)
@@ -70,7 +70,7 @@ def command(
 
 def _check_begun_anew(record: CampaignRecord, out: Path, *, simulate: bool) -> None:
     """Say that a start which recorded nothing is begun anew; refuse a folder that holds a campaign."""
-    from cli.as_begun import demand_same_kind
+    from bufferstand.cli.as_begun import demand_same_kind
 
     if not record.recorded_nothing(out):
         over, total = sum(step.over for step in record.steps), len(record.steps)
@@ -92,8 +92,8 @@ def _check_begun_anew(record: CampaignRecord, out: Path, *, simulate: bool) -> N
 
 def finish(outcome: CampaignOutcome, out: Path) -> int:
     """Say in one line how it ended and what comes next; return the exit status."""
-    from daq.as_run import read_as_run, replaced_sentence, rows_in_force, totals
-    from daq.folder import load_record
+    from bufferstand.daq.as_run import read_as_run, replaced_sentence, rows_in_force, totals
+    from bufferstand.daq.folder import load_record
 
     files = _kept(outcome, out)
     if outcome.status == "complete":
@@ -122,7 +122,7 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
 
 def _kept(outcome: CampaignOutcome, out: Path) -> str:
     """Say how many run files lie in the campaign's folder, and how many of them this start has made."""
-    from daq.folder import RUNS_NAME
+    from bufferstand.daq.folder import RUNS_NAME
 
     folder = out / RUNS_NAME
     there = len(list(folder.glob("*.h5")))
@@ -142,7 +142,7 @@ def nothing_left(record: CampaignRecord, out: Path) -> int:
 
 def _next(out: Path) -> str:
     """Return what to do after a campaign that did not complete."""
-    from daq.folder import load_record
+    from bufferstand.daq.folder import load_record
 
     record = load_record(out)
     if record is not None and record.recorded_nothing(out):

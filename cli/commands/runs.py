@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cli.options import EXISTING, FOLDER, check_named, figure, show_table, warn, write_json
-from foundation.errors import BadInput, ExitStatus
-from foundation.names import readable
-from recording.cachefile import NO_FOLDER, default_folder
+from bufferstand.cli.options import EXISTING, FOLDER, check_named, figure, show_table, warn, write_json
+from bufferstand.foundation.errors import BadInput, ExitStatus
+from bufferstand.foundation.names import readable
+from bufferstand.recording.cachefile import NO_FOLDER, default_folder
 
 if TYPE_CHECKING:
-    from recording.catalogue import RunFacts
-    from recording.query import Query
+    from bufferstand.recording.catalogue import RunFacts
+    from bufferstand.recording.query import Query
 
     Found = tuple[RunFacts, Mapping[str, Any]]
 
@@ -47,9 +47,9 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
 
     What cannot be read is named and does not hide the others; exit status 2 if nothing can be.
     """
-    from recording.catalogue import list_runs
-    from recording.index import indexed_runs, recorded_facts
-    from recording.query import parse_query
+    from bufferstand.recording.catalogue import list_runs
+    from bufferstand.recording.index import indexed_runs, recorded_facts
+    from bufferstand.recording.query import parse_query
 
     check_named(json_file)
     place = None if no_cache else folder or default_folder()
@@ -100,7 +100,7 @@ def _say_what_is_wrong(path: Path, listed: Sequence[RunFacts]) -> None:
 
 
 def _fields() -> Mapping[str, Any]:
-    from evaluation.archive.facts import FIELDS
+    from bufferstand.evaluation.archive.facts import FIELDS
 
     return FIELDS
 
@@ -108,7 +108,7 @@ def _fields() -> Mapping[str, Any]:
 def _result_names(query: Query | None) -> list[str]:
     if query is None:
         return []
-    from evaluation.archive.facts import RESULTS
+    from bufferstand.evaluation.archive.facts import RESULTS
 
     return [name for name in RESULTS if name in query.facts]
 
@@ -119,13 +119,13 @@ def _results(
     """Return the results of runs by their file (readable), of each step its own, if they are asked for."""
     if not _result_names(query) or not runs:
         return {}
-    from cli.archive_view import progress_bar
-    from evaluation.archive.cache import Cache
-    from evaluation.archive.evaluate import evaluate_archive
-    from evaluation.archive.facts import results_by_path
-    from evaluation.archive.identity import Settings, software
-    from evaluation.archive.kept import Wanted
-    from evaluation.archive.local import Local
+    from bufferstand.cli.archive_view import progress_bar
+    from bufferstand.evaluation.archive.cache import Cache
+    from bufferstand.evaluation.archive.evaluate import evaluate_archive
+    from bufferstand.evaluation.archive.facts import results_by_path
+    from bufferstand.evaluation.archive.identity import Settings, software
+    from bufferstand.evaluation.archive.kept import Wanted
+    from bufferstand.evaluation.archive.local import Local
 
     settings = Settings()
     cache = None if place is None else Cache(place, settings.sha256, software().sha256)

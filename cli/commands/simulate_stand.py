@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange
+from bufferstand.cli.options import EXISTING, FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange
 
 if TYPE_CHECKING:
-    from drivers.simulated.server import Served
+    from bufferstand.drivers.simulated.server import Served
 
 
 @click.command("simulate-stand", epilog="Example:  bufferstand simulate-stand sample_runs/stand.toml")
@@ -49,9 +49,9 @@ def command(
 
     While it is served, `bufferstand fault` lets a device of it fail.
     """
-    from drivers.simulated.faults import parse_fault
-    from drivers.simulated.faults_file import load_faults
-    from drivers.simulated.server import Options, serve, write_endpoints
+    from bufferstand.drivers.simulated.faults import parse_fault
+    from bufferstand.drivers.simulated.faults_file import load_faults
+    from bufferstand.drivers.simulated.server import Options, serve, write_endpoints
 
     scheduled, seed = ((), 0) if schedule is None else load_faults(schedule)
     options = Options(

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cli.options import EXISTING, FiniteFloat, show_table, warn, write_json
-from evaluation.choices import REFERENCE_LOSS
-from foundation.errors import ExitStatus
+from bufferstand.cli.options import EXISTING, FiniteFloat, show_table, warn, write_json
+from bufferstand.evaluation.choices import REFERENCE_LOSS
+from bufferstand.foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
-    from evaluation.skew import SkewMeasurement
+    from bufferstand.evaluation.skew import SkewMeasurement
 
 _DRAWS = 100
 """The effect of a millisecond carries no uncertainty: few draws are enough."""
@@ -49,13 +49,13 @@ def command(
     several the reference's own loss is told apart. Says what delay_s to write into the stand file, and what
     1 ms changes in absorbed energy and damping of every run.
     """
-    from evaluation.document import evaluate_file
-    from evaluation.evidence import skew_effect
-    from evaluation.load import load_run
-    from evaluation.results import Options
-    from evaluation.skew import measure_skew
-    from evaluation.steps import points_of
-    from recording.catalogue import run_files
+    from bufferstand.evaluation.document import evaluate_file
+    from bufferstand.evaluation.evidence import skew_effect
+    from bufferstand.evaluation.load import load_run
+    from bufferstand.evaluation.results import Options
+    from bufferstand.evaluation.skew import measure_skew
+    from bufferstand.evaluation.steps import points_of
+    from bufferstand.recording.catalogue import run_files
 
     files = run_files(paths)
     measured = measure_skew([load_run(path) for path in files], reference_loss=reference_loss)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from cli.lazy import LazyGroup
+from bufferstand.cli.lazy import LazyGroup
 
 COMMANDS = {
     "read": "Live readings of every channel: counts, unit, noise, age. Nothing moves.",
@@ -17,7 +17,7 @@ COMMANDS = {
 @click.group(
     "stand",
     cls=LazyGroup,
-    modules={name: f"cli.commands.stand_{name}" for name in COMMANDS},
+    modules={name: f"bufferstand.cli.commands.stand_{name}" for name in COMMANDS},
     summaries=COMMANDS,
     epilog="Example:  bufferstand stand read stand.toml --once",
 )

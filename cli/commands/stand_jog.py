@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.arming import is_terminal, yes_move_option
-from cli.options import EXISTING, FiniteFloat, FiniteRange
-from foundation.errors import BadInput
+from bufferstand.cli.arming import is_terminal, yes_move_option
+from bufferstand.cli.options import EXISTING, FiniteFloat, FiniteRange
+from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from daq.dead_man import DeadMan
-    from daq.manual import ManualStand
-    from drivers.stand_file import StandFile
+    from bufferstand.daq.dead_man import DeadMan
+    from bufferstand.daq.manual import ManualStand
+    from bufferstand.drivers.stand_file import StandFile
 
 STEP_MAX_MM = 1.0
 """Without a terminal, in which a key can be held, one command moves so far at most."""
@@ -77,10 +77,10 @@ def command(
     Without a terminal one command moves by 1 mm at most (--by), and is given again. At the end the stand is
     unloaded and its valve switched off; where there is no force the piston stays.
     """
-    from cli.by_hand import consent, ended, moving, opened
-    from daq.driving import Halt
-    from daq.manual import ManualLimits, watchdog_s
-    from foundation.errors import ExitStatus
+    from bufferstand.cli.by_hand import consent, ended, moving, opened
+    from bufferstand.daq.driving import Halt
+    from bufferstand.daq.manual import ManualLimits, watchdog_s
+    from bufferstand.foundation.errors import ExitStatus
 
     held_key = is_terminal(sys.stdin)
     _demand_orders(by, targets, held_key=held_key)
@@ -135,9 +135,9 @@ def _while_held(
     hand: ManualStand, goals: tuple[float, ...], speed: float, seconds: float, wall_s: Callable[[], float]
 ) -> None:
     """Move from goal to goal while a key is held."""
-    from cli.gone import say
-    from daq.dead_man import DeadMan
-    from daq.keys import characters_from
+    from bufferstand.cli.gone import say
+    from bufferstand.daq.dead_man import DeadMan
+    from bufferstand.daq.keys import characters_from
 
     dead_man = DeadMan(wall_s)
     with characters_from(sys.stdin, dead_man.press):
@@ -151,7 +151,7 @@ def _while_held(
 
 def _reached(hand: ManualStand, goal: float, speed: float, dead_man: DeadMan) -> bool:
     """Return whether the goal was reached; False where it was ended by key or for idleness."""
-    from cli.by_hand import show_there
+    from bufferstand.cli.by_hand import show_there
 
     shown_s = [float("-inf")]
 
@@ -180,7 +180,7 @@ def _show_header() -> None:
 
 def _show_row(hand: ManualStand, goal: float, seconds: float) -> None:
     """Stand still, and print the means of the channels there: in their unit and in counts."""
-    from daq.collected import Collected
+    from bufferstand.daq.collected import Collected
 
     samples = Collected()
     hand.acquisition.observers.append(samples.take)

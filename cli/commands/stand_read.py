@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING, FiniteRange, write_json
+from bufferstand.cli.options import EXISTING, FiniteRange, write_json
 
 if TYPE_CHECKING:
-    from daq.reading import ChannelReading, Reader
-    from foundation.clock import Clock
-    from foundation.zero import Zero
+    from bufferstand.daq.reading import ChannelReading, Reader
+    from bufferstand.foundation.clock import Clock
+    from bufferstand.foundation.zero import Zero
 
 WINDOW_S = 1.0
 HEADER = ("channel", "counts", "noise", "value", "noise", "unit", "from zero", "age s", "place")
@@ -39,11 +39,11 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
     that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds is named, and so
     is a controller that another program commands: its samples are that one's. The rest is read.
     """
-    from cli.by_hand import opened, zero_of
-    from cli.gone import say
-    from daq.reading import Reader
-    from drivers.port_trouble import is_held
-    from foundation.errors import ExitStatus
+    from bufferstand.cli.by_hand import opened, zero_of
+    from bufferstand.cli.gone import say
+    from bufferstand.daq.reading import Reader
+    from bufferstand.drivers.port_trouble import is_held
+    from bufferstand.foundation.errors import ExitStatus
 
     with opened(stand) as (stand_file, devices, clock):
         zero = zero_of(stand)
@@ -71,7 +71,7 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
 
 def _held_text(text: str) -> str:
     """Return who has a sensor that could not be opened, where it is another program."""
-    from drivers.port_trouble import is_held
+    from bufferstand.drivers.port_trouble import is_held
 
     return "; another program holds it, and only that one reads it" if is_held(text) else ""
 

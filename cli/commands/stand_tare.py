@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.arming import user_name
-from cli.options import EXISTING
-from foundation.errors import BadInput
+from bufferstand.cli.arming import user_name
+from bufferstand.cli.options import EXISTING
+from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from daq.reading import Reader
-    from drivers.interfaces import ControllerStatus
-    from foundation.channel import Channel
-    from foundation.zero import ChannelZero, Zero
+    from bufferstand.daq.reading import Reader
+    from bufferstand.drivers.interfaces import ControllerStatus
+    from bufferstand.foundation.channel import Channel
+    from bufferstand.foundation.zero import ChannelZero, Zero
 
 CHANNELS = ("force", "force_2", "stroke_1", "stroke_2")
 REST_S = 2.0
@@ -43,11 +43,11 @@ def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str
     the date; it replaces what was stored there. Campaigns with “touch = false” in [zero] take it over for a
     day. A tare of more than 5 kN or 10 mm is refused (exit status 3).
     """
-    from cli.by_hand import opened
-    from cli.gone import say
-    from daq.kept_zero import store_zero
-    from daq.reading import Reader
-    from foundation.errors import ExitStatus
+    from bufferstand.cli.by_hand import opened
+    from bufferstand.cli.gone import say
+    from bufferstand.daq.kept_zero import store_zero
+    from bufferstand.daq.reading import Reader
+    from bufferstand.foundation.errors import ExitStatus
 
     with opened(stand, "stand tare") as (stand_file, devices, clock):
         devices.controller.connect()
@@ -72,10 +72,10 @@ def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str
 
 def _demand_off(status: ControllerStatus, stand: Path) -> None:
     """Refuse a tare while the actuator is on, or the controller shows a fault."""
-    from daq.controller_guard import fault_text
-    from daq.safe_stop import VALVE_OFF
-    from drivers.interfaces import MotionState
-    from foundation.errors import DeviceFault
+    from bufferstand.daq.controller_guard import fault_text
+    from bufferstand.daq.safe_stop import VALVE_OFF
+    from bufferstand.drivers.interfaces import MotionState
+    from bufferstand.foundation.errors import DeviceFault
 
     if status.fault_code or status.state is MotionState.FAULT:
         raise DeviceFault(
@@ -94,7 +94,7 @@ def _at_rest(reader: Reader, names: tuple[str, ...]) -> list[ChannelZero]:
     """Return the zeros of channels by what they read now."""
     import numpy as np
 
-    from daq.zeroing import rest_zero
+    from bufferstand.daq.zeroing import rest_zero
 
     found: list[ChannelZero] = []
     for stream in reader.collect(REST_S).values():
@@ -120,15 +120,15 @@ def _demand_rest(channel: Channel, noise: float) -> None:
 def _zero_of(found: list[ChannelZero], specimen: str, operator: str) -> Zero:
     from datetime import UTC, datetime
 
-    from foundation.zero import Zero
+    from bufferstand.foundation.zero import Zero
 
     now = datetime.now(UTC)
     return Zero(how="tare", found=now, specimen=specimen, operator=operator, channel=tuple(found))
 
 
 def _refusal(zero: Zero, apart_mm: float) -> str:
-    from daq.zero_limits import BY_HAND, ZeroLimits, zero_refusal
-    from protocols.zero_table import ZeroTable
+    from bufferstand.daq.zero_limits import BY_HAND, ZeroLimits, zero_refusal
+    from bufferstand.protocols.zero_table import ZeroTable
 
     table = ZeroTable(stroke_max_mm=WIRE_MAX_MM)
     return zero_refusal(zero, table, ZeroLimits(FORCE_MAX_KN, apart_mm, 1.0, BY_HAND))

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from cli.arming import yes_move_option
-from cli.options import EXISTING, FiniteRange, write_json
+from bufferstand.cli.arming import yes_move_option
+from bufferstand.cli.options import EXISTING, FiniteRange, write_json
 
 TRAVEL_MM = 10.0
 
@@ -56,18 +56,18 @@ def command(
     “touch = false” in [zero] take it over for a day. Exit status 3 if no contact is found, or a channel is
     too far off to be taken for zero.
     """
-    from cli.by_hand import consent, ended, moving, opened
-    from cli.gone import say
-    from cli.movement import touch_rows
-    from daq.driving import Halt
-    from daq.kept_zero import store_zero
-    from daq.limits import DEFAULT_TILT_MM
-    from daq.manual import FORCE_MAX_KN, RELEASE_SPEED_MM_PER_S, ManualLimits
-    from daq.zero_limits import BY_HAND, ZeroLimits
-    from daq.zeroing import Zeroing
-    from foundation.errors import ExitStatus
-    from protocols.guard_table import GuardTable
-    from protocols.zero_table import ZeroTable
+    from bufferstand.cli.by_hand import consent, ended, moving, opened
+    from bufferstand.cli.gone import say
+    from bufferstand.cli.movement import touch_rows
+    from bufferstand.daq.driving import Halt
+    from bufferstand.daq.kept_zero import store_zero
+    from bufferstand.daq.limits import DEFAULT_TILT_MM
+    from bufferstand.daq.manual import FORCE_MAX_KN, RELEASE_SPEED_MM_PER_S, ManualLimits
+    from bufferstand.daq.zero_limits import BY_HAND, ZeroLimits
+    from bufferstand.daq.zeroing import Zeroing
+    from bufferstand.foundation.errors import ExitStatus
+    from bufferstand.protocols.guard_table import GuardTable
+    from bufferstand.protocols.zero_table import ZeroTable
 
     with opened(stand, "stand zero") as (stand_file, devices, clock):
         limits = ManualLimits(

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from cli.options import EXISTING
-from daq.control import ask
-from foundation.errors import BadInput
+from bufferstand.cli.options import EXISTING
+from bufferstand.daq.control import ask
+from bufferstand.foundation.errors import BadInput
 
 
 @click.command("stop", epilog="Example:  bufferstand stop campaign --after step")

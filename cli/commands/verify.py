@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cli.options import EXISTING
-from foundation.errors import BadInput, ExitStatus
+from bufferstand.cli.options import EXISTING
+from bufferstand.foundation.errors import BadInput, ExitStatus
 
 if TYPE_CHECKING:
-    from recording.verify import Finding
+    from bufferstand.recording.verify import Finding
 
 
 @click.command("verify", epilog="Example:  bufferstand verify campaign/runs")
@@ -24,7 +24,7 @@ def command(paths: tuple[Path, ...]) -> int:
 
     Exit status 0 if every file is; 2 if one is damaged, altered or no run file.
     """
-    from recording.catalogue import unsealed
+    from bufferstand.recording.catalogue import unsealed
 
     journals = unsealed(paths)
     damaged = sum(_told(journal, _of_journal(journal), good="whole") for journal in journals)
@@ -38,7 +38,7 @@ def command(paths: tuple[Path, ...]) -> int:
 
 def _runs_beside(paths: Sequence[Path], journals: Sequence[Path]) -> list[Path]:
     """Return the run files that paths stand for; a folder with nothing but journals is no error here."""
-    from recording.catalogue import run_files
+    from bufferstand.recording.catalogue import run_files
 
     files: list[Path] = []
     for path in paths:
@@ -51,7 +51,7 @@ def _runs_beside(paths: Sequence[Path], journals: Sequence[Path]) -> list[Path]:
 
 
 def _of_run(path: Path) -> list[Finding]:
-    from recording.verify import Finding, verify
+    from bufferstand.recording.verify import Finding, verify
 
     try:
         return verify(path)
@@ -60,8 +60,8 @@ def _of_run(path: Path) -> list[Finding]:
 
 
 def _of_journal(path: Path) -> list[Finding]:
-    from recording.seal import DAMAGED_SUFFIX, is_in_use
-    from recording.verify import Finding, verify_journal
+    from bufferstand.recording.seal import DAMAGED_SUFFIX, is_in_use
+    from bufferstand.recording.verify import Finding, verify_journal
 
     if path.suffix == DAMAGED_SUFFIX:
         text = "records behind the damage were not recovered; what lies before it is in the run file"

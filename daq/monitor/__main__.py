@@ -1,4 +1,5 @@
-"""The web process of a running campaign; :mod:`daq.monitor.process` starts it and tells it what to do.
+"""The web process of a running campaign; :mod:`bufferstand.daq.monitor.process` starts it and tells it what
+to do.
 
 It ends when its standard input does, so that it cannot outlive the campaign.
 """
@@ -14,8 +15,8 @@ import socket
 import sys
 from pathlib import Path
 
-from daq.monitor.access import Tokens
-from daq.monitor.server import serve
+from bufferstand.daq.monitor.access import Tokens
+from bufferstand.daq.monitor.server import serve
 
 NICE = 5
 """The acquisition goes first."""

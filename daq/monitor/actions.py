@@ -12,10 +12,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from daq.control import LEVELS, LONGEST_NAME, ask
-from daq.monitor.access import is_loopback
-from daq.notes import add_note, signed_note
-from foundation.errors import BadInput
+from bufferstand.daq.control import LEVELS, LONGEST_NAME, ask
+from bufferstand.daq.monitor.access import is_loopback
+from bufferstand.daq.notes import add_note, signed_note
+from bufferstand.foundation.errors import BadInput
 
 LOG_NAME = "actions.jsonl"
 """What was asked for through pages, in the campaign's folder: one line each, only ever added to."""

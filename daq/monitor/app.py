@@ -18,10 +18,10 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from daq.monitor.access import Access, Rights
-from daq.monitor.actions import Actions, who_asks
-from daq.monitor.view import Cursor, View
-from foundation.errors import BadInput
+from bufferstand.daq.monitor.access import Access, Rights
+from bufferstand.daq.monitor.actions import Actions, who_asks
+from bufferstand.daq.monitor.view import Cursor, View
+from bufferstand.foundation.errors import BadInput
 
 MOST_PAGES = 24
 """Pages that are served at once."""
@@ -51,7 +51,7 @@ CONTENT_TYPES = {
 
 def static_files() -> dict[str, bytes]:
     """Return the files of the page, as they are shipped."""
-    root = files("daq.monitor") / "static"
+    root = files("bufferstand.daq.monitor") / "static"
     return {name: (root / name).read_bytes() for name in CONTENT_TYPES}
 
 

@@ -11,17 +11,17 @@ from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from daq.monitor.campaign_view import FolderWatch, campaign_section, steps_section
-from daq.monitor.margins import Recent, margins, top_speed
-from daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
-from daq.monitor.tail import JournalTail, News, newest_journal
-from daq.monitor.view import View
-from foundation.errors import BadInput
-from foundation.line_socket import short_address
+from bufferstand.daq.monitor.campaign_view import FolderWatch, campaign_section, steps_section
+from bufferstand.daq.monitor.margins import Recent, margins, top_speed
+from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
+from bufferstand.daq.monitor.tail import JournalTail, News, newest_journal
+from bufferstand.daq.monitor.view import View
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.line_socket import short_address
 
 if TYPE_CHECKING:
-    from daq.folder import CampaignRecord
-    from model.spring import HeatBalance
+    from bufferstand.daq.folder import CampaignRecord
+    from bufferstand.model.spring import HeatBalance
 
 LOOK_S = 0.5
 """The folder is looked at this often [s]."""
@@ -110,7 +110,7 @@ class Follower:
         """Have the runs evaluated by another process, and show each as soon as it is done."""
         runs: list[dict[str, Any]] = []
         process = await asyncio.create_subprocess_exec(
-            sys.executable, "-P", "-m", "daq.monitor.results", str(self._folder),
+            sys.executable, "-P", "-m", "bufferstand.daq.monitor.results", str(self._folder),
             stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.DEVNULL, limit=1 << 24,
         )  # fmt: skip
@@ -332,7 +332,7 @@ class Follower:
         left_s = self._progress.get("remaining_s")
         if self._heat is None or self._record is None or not warm or left_s is None:
             return None
-        from daq.monitor.forecast import foresee, slope, stretches  # noqa: PLC0415 - as in _heat_of
+        from bufferstand.daq.monitor.forecast import foresee, slope, stretches  # noqa: PLC0415 - as in _heat_of
 
         points = max(warm, key=lambda kept: kept[-1][1])
         plan = stretches(
@@ -362,6 +362,6 @@ async def _packet(wire: socket.socket) -> bytes:
 
 def _heat_of(folder: Path, campaign_file: str) -> HeatBalance | None:
     # The spring model's libraries take seconds on a busy machine: the page is served before.
-    from daq.monitor.forecast import heat_balance_of  # noqa: PLC0415
+    from bufferstand.daq.monitor.forecast import heat_balance_of  # noqa: PLC0415
 
     return heat_balance_of(folder, campaign_file)

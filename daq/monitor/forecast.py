@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from foundation.errors import BadInput
-from foundation.specimen import load_specimen
-from model.file import load_model
-from model.prediction import heat_step
-from model.spring import HeatBalance
-from protocols.campaign import load_campaign
-from protocols.prediction import Temperatures as State
-from protocols.prediction import sensor_after
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.model.file import load_model
+from bufferstand.model.prediction import heat_step
+from bufferstand.model.spring import HeatBalance
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.prediction import Temperatures as State
+from bufferstand.protocols.prediction import sensor_after
 
 POINTS = 120
 """Points of a forecast at most."""

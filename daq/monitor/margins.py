@@ -94,7 +94,7 @@ def margins(guards: Mapping[str, Any], recent: Recent, ambient_C: float) -> list
     Parameters
     ----------
     guards : mapping
-        :meth:`daq.panel.GuardSet.as_dict`, as it is in a run file as well.
+        :meth:`bufferstand.daq.panel.GuardSet.as_dict`, as it is in a run file as well.
     recent : Recent
         The newest values.
     ambient_C : float

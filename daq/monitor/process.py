@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from daq.monitor.access import Tokens, is_loopback, new_tokens
-from foundation.errors import BadInput
+from bufferstand.daq.monitor.access import Tokens, is_loopback, new_tokens
+from bufferstand.foundation.errors import BadInput
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8420
 END_S = 10.0
 """Longest wait for the web process to end [s]: longer than it may hear out the campaign and tell its pages
-(``HEAR_OUT_S`` and ``LAST_WORD_S`` of :mod:`daq.monitor.server`)."""
+(``HEAR_OUT_S`` and ``LAST_WORD_S`` of :mod:`bufferstand.daq.monitor.server`)."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ def web_process(
         }
         errors = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "daq.monitor"],
+            [sys.executable, "-P", "-m", "bufferstand.daq.monitor"],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=errors,

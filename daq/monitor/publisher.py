@@ -19,12 +19,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from daq.acquisition import Acquisition
-from daq.monitor.rows import RowBuffer, finite
-from daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
-from daq.progress import Progress
-from daq.scaling import ScaledBlock
-from foundation.line_socket import bind_for_oneself
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.monitor.rows import RowBuffer, finite
+from bufferstand.daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
+from bufferstand.daq.progress import Progress
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.foundation.line_socket import bind_for_oneself
 
 LIVE_NAME = "live"
 """Name of the socket in the campaign's folder."""

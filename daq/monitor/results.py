@@ -1,6 +1,6 @@
 """Runs of a finished campaign with what evaluation says of each; a process of its own, one line a run.
 
-python -m daq.monitor.results DIR
+python -m bufferstand.daq.monitor.results DIR
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.document import evaluate_entry
-from evaluation.load import load_run
-from foundation.errors import BadInput
-from recording.catalogue import facts_of, run_files
-from recording.runfile import open_run
+from bufferstand.evaluation.document import evaluate_entry
+from bufferstand.evaluation.load import load_run
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.catalogue import facts_of, run_files
+from bufferstand.recording.runfile import open_run
 
 LOOP_ROWS = 1500
 """Rows of a loop on the screen."""

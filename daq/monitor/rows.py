@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.scaling import ScaledBlock
+from bufferstand.daq.scaling import ScaledBlock
 
 MOST_ROWS = 100
 """Rows of one packet at most: a screen shows no more, and 20 packets a second are 2000 rows."""

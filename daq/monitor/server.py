@@ -12,11 +12,11 @@ from typing import Any
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from daq.monitor.access import Access, Tokens, is_loopback
-from daq.monitor.actions import Actions
-from daq.monitor.app import Pages
-from daq.monitor.follower import Follower
-from daq.monitor.view import View
+from bufferstand.daq.monitor.access import Access, Tokens, is_loopback
+from bufferstand.daq.monitor.actions import Actions
+from bufferstand.daq.monitor.app import Pages
+from bufferstand.daq.monitor.follower import Follower
+from bufferstand.daq.monitor.view import View
 
 MOST_CONNECTIONS = 96
 MOST_OF_ONE = 40

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from daq.monitor.rows import RowBuffer, finite
-from daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM
-from daq.scaling import scale
-from drivers.interfaces import SampleBlock, StreamFacts
-from foundation.channel import Branch, Channel
-from foundation.errors import BadInput
-from recording.content import Anchor, Event
-from recording.journal import DataRecord, EndRecord
-from recording.segments import ChainReader
+from bufferstand.daq.monitor.rows import RowBuffer, finite
+from bufferstand.daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM
+from bufferstand.daq.scaling import scale
+from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
+from bufferstand.foundation.channel import Branch, Channel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Anchor, Event
+from bufferstand.recording.journal import DataRecord, EndRecord
+from bufferstand.recording.segments import ChainReader
 
 BACKLOG_S = 30.0
 """Of a journal that is there already, so much is shown [s of the device's clock]."""

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene
 
 BACK_S = 2.5
 """So far back a leader is looked at [s]."""

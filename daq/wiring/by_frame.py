@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from daq.wiring.doubt import Doubt, channel_setting
-from daq.wiring.facts import FRAME_SHARES
-from daq.wiring.scene import Scene
+from bufferstand.daq.wiring.doubt import Doubt, channel_setting
+from bufferstand.daq.wiring.facts import FRAME_SHARES
+from bufferstand.daq.wiring.scene import Scene
 
 TOGETHER = 0.5
 """Wires go together within this share of what they may be off the piston by."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from daq.guards import Action, Trip
+from bufferstand.daq.guards import Action, Trip
 
 Kind = Literal[
     "sign", "scale", "zero", "delay", "still", "slipped", "disagrees", "no heat", "fallen off", "swapped",

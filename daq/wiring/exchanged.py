@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from daq.wiring.doubt import Doubt, channel_setting
-from daq.wiring.stretch import Floats, Stretch, noise_of
+from bufferstand.daq.wiring.doubt import Doubt, channel_setting
+from bufferstand.daq.wiring.stretch import Floats, Stretch, noise_of
 
 LEAPS_MM, LEAPS_TIMES = 0.6, 3.0
 """A way goes farther than the piston by no more than this, and so many times its way."""

@@ -6,13 +6,13 @@ from collections.abc import Collection
 
 import numpy as np
 
-from daq.guards import Action
-from daq.wiring.facts import ForceCurve, WiringGuard
-from drivers.interfaces import Stand
-from evaluation.plausibility.scale import BUFFER_MM, WINDOWS
-from foundation.specimen import Specimen
-from protocols.plan import Plan
-from protocols.prediction import Predictor, Temperatures
+from bufferstand.daq.guards import Action
+from bufferstand.daq.wiring.facts import ForceCurve, WiringGuard
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.evaluation.plausibility.scale import BUFFER_MM, WINDOWS
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Predictor, Temperatures
 
 SLOW_MM_PER_S = 5.0
 """Speed of the slow compression whose curve is expected."""

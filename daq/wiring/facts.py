@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.guards import Action
+from bufferstand.daq.guards import Action
 
 Floats = NDArray[np.float64]
 Compared = Literal["all", "piston", "none"]
@@ -81,7 +81,7 @@ _FARTHEST = 2.0
 
 @dataclass(frozen=True)
 class WiringGuard:
-    """Signals that must fit each other; the judges of :mod:`daq.wiring` say how.
+    """Signals that must fit each other; the judges of :mod:`bufferstand.daq.wiring` say how.
 
     Parameters
     ----------
@@ -110,8 +110,8 @@ class WiringGuard:
         samples are stamped by the wall tells less of delays.
     motion : str
         What is judged of force, strokes and position: ``all``; ``piston`` and the sign of the force while
-        first contact is touched off, which has eyes of its own for the rest (:mod:`daq.wiring.touch`);
-        ``none`` with the valve off.
+        first contact is touched off, which has eyes of its own for the rest
+        (:mod:`bufferstand.daq.wiring.touch`); ``none`` with the valve off.
     """
 
     action: Action = Action.STOP

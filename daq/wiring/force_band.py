@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from daq.scaling import ScaledBlock
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.leapt_force import leapt
-from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene
-from daq.wiring.stretch import Floats, Stretch, noise_of
-from foundation.likeness import likeness
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.leapt_force import leapt
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene
+from bufferstand.daq.wiring.stretch import Floats, Stretch, noise_of
+from bufferstand.foundation.likeness import likeness
 
 FROM_MM, UNCOUNTED_MM = 2.5, 2.5
 """Judged from this stroke on; so much later where no contact was touched off."""

@@ -2,7 +2,8 @@
 
 The two come on clocks of their own: the controller's is brought to the host's by its quickest
 blocks, which leaves some 10 ms. What is allowed: the sum of both classes, a zero of each, and 35 ms.
-Where they differ, :mod:`daq.wiring.parted` says which of them is wrong; where it cannot both are named.
+Where they differ, :mod:`bufferstand.daq.wiring.parted` says which of them is wrong; where it cannot both are
+named.
 """
 
 from __future__ import annotations
@@ -13,16 +14,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.scaling import ScaledBlock
-from daq.wiring.clock_offset import ClockOffset
-from daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
-from daq.wiring.parted import Jump, Standstill, farther, fresh_jump, jump, made_by_delay, standstill
-from daq.wiring.rests import Rests
-from daq.wiring.scene import Lasting, Scene
-from daq.wiring.track import Means, Track, common_instants, has_hole
-from daq.wiring.two_at_rest import APART_KN, APART_SHARE, UNCOUNTED_KN, may_differ_kN
-from foundation.clock import DELAYS_TO_SPEED
-from foundation.likeness import likeness
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.clock_offset import ClockOffset
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
+from bufferstand.daq.wiring.parted import (
+    Jump,
+    Standstill,
+    farther,
+    fresh_jump,
+    jump,
+    made_by_delay,
+    standstill,
+)
+from bufferstand.daq.wiring.rests import Rests
+from bufferstand.daq.wiring.scene import Lasting, Scene
+from bufferstand.daq.wiring.track import Means, Track, common_instants, has_hole
+from bufferstand.daq.wiring.two_at_rest import APART_KN, APART_SHARE, UNCOUNTED_KN, may_differ_kN
+from bufferstand.foundation.clock import DELAYS_TO_SPEED
+from bufferstand.foundation.likeness import likeness
 
 Floats = NDArray[np.float64]
 

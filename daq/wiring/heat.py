@@ -14,11 +14,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from daq.scaling import ScaledBlock
-from daq.wiring.doubt import Doubt, Kind
-from daq.wiring.facts import WiringGuard
-from daq.wiring.points import Points
-from daq.wiring.stopped_sensor import Heat, Still, StoppedSensor
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.doubt import Doubt, Kind
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.points import Points
+from bufferstand.daq.wiring.stopped_sensor import Heat, Still, StoppedSensor
 
 CAPACITY_TIMES, LAG_TIMES, LEAST_LAG_S = 2.0, 3.0, 120.0
 UNKNOWN_J_PER_K = 100_000.0

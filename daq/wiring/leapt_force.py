@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.facts import WiringGuard
-from daq.wiring.stretch import Floats, Stretch
-from foundation.likeness import likeness
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.foundation.likeness import likeness
 
 WITHIN_S = (0.02, 0.05)
 """A leap comes within one of these: two points of 10 ms, or a conditioner's filter of some hertz."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.points import POINT_S, Floats, Points
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.points import POINT_S, Floats, Points
 
 LEAPS_MM = 0.8
 """A leap of less is none [mm]: what the judges doubt is more, and an encoder's noise is a tenth of it."""

@@ -1,17 +1,17 @@
 """The piston's position against its command over a whole stretch: its scale, its sign, its zero.
 
-The live judge (:mod:`daq.wiring.piston`) needs some millimetres of an even motion. Over a stretch that is
-looked at afterwards half a millimetre tells a scale of one half from that of one.
+The live judge (:mod:`bufferstand.daq.wiring.piston`) needs some millimetres of an even motion. Over a stretch
+that is looked at afterwards half a millimetre tells a scale of one half from that of one.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.exchanged import goes_as, swapped
-from daq.wiring.stretch import Floats, Stretch
-from foundation.likeness import likeness
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.exchanged import goes_as, swapped
+from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.foundation.likeness import likeness
 
 TRAVEL_MM = 0.2
 """So far it was told to go at least."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.wiring.track import GRID_S, Means, Track
+from bufferstand.daq.wiring.track import GRID_S, Means, Track
 
 Floats = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ def jump(first: Track, second: Track, time: Floats, one: Floats, two: Floats) ->
     first, second : Track
         Of ``force`` and ``force_2``.
     time, one, two : NDArray, shape (n,)
-        Both on one grid of :data:`daq.wiring.track.GRID_S`.
+        Both on one grid of :data:`bufferstand.daq.wiring.track.GRID_S`.
     """
     apart = two - one
     if len(apart) < 20:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from daq.wiring.behind import BACK_S, explained_late_s, follows, late_piston, since_s
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene, slope_of
-from foundation.likeness import likeness
+from bufferstand.daq.wiring.behind import BACK_S, explained_late_s, follows, late_piston, since_s
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene, slope_of
+from bufferstand.foundation.likeness import likeness
 
 LATE_S = 0.4
 """The piston is where its command was within so long before [s]: 0.2 s of overlap, 0.1 s of servo lag and an

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.scaling import STROKE_WIRES, ScaledBlock
+from bufferstand.daq.scaling import STROKE_WIRES, ScaledBlock
 
 Floats = NDArray[np.float64]
 

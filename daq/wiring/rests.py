@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.wiring.parted import Jump
-from daq.wiring.track import Track, has_hole
+from bufferstand.daq.wiring.parted import Jump
+from bufferstand.daq.wiring.track import Track, has_hole
 
 REST_S, EVERY_S = 2.0, 0.5
 """Over so long both stand; so often it is looked [s of the stand]."""

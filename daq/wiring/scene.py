@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.wiring.facts import WiringGuard
-from daq.wiring.points import Points
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.points import Points
 
 Floats = NDArray[np.float64]
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.exchanged import exchanged, goes_as
-from daq.wiring.facts import STIFFEST_FRAME_KN_PER_MM, WiringGuard
-from daq.wiring.misled import misled
-from daq.wiring.stretch import Floats, Stretch, noise_of
-from foundation.likeness import likeness
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.exchanged import exchanged, goes_as
+from bufferstand.daq.wiring.facts import STIFFEST_FRAME_KN_PER_MM, WiringGuard
+from bufferstand.daq.wiring.misled import misled
+from bufferstand.daq.wiring.stretch import Floats, Stretch, noise_of
+from bufferstand.foundation.likeness import likeness
 
 FALLS, RISES = 0.35, 0.35
 """A force that falls by this share of the touch's has the wrong sign; one that rises by less is another."""

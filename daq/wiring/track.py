@@ -7,8 +7,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.scaling import ScaledBlock
-from foundation.holes import hole_from_s
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.foundation.holes import hole_from_s
 
 Floats = NDArray[np.float64]
 

@@ -11,17 +11,17 @@ from typing import Literal
 
 import numpy as np
 
-from daq.guards import Trip
-from daq.wiring.behind import BACK_S, explained_late_s, late_piston
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.exchanged import exchanged
-from daq.wiring.facts import WiringGuard
-from daq.wiring.leapt_force import leap_of, leapt
-from daq.wiring.misled import misled
-from daq.wiring.parted import farther
-from daq.wiring.stretch import Floats, Stretch
-from daq.wiring.wires_late import late_wires
-from foundation.likeness import likeness
+from bufferstand.daq.guards import Trip
+from bufferstand.daq.wiring.behind import BACK_S, explained_late_s, late_piston
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.exchanged import exchanged
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.leapt_force import leap_of, leapt
+from bufferstand.daq.wiring.misled import misled
+from bufferstand.daq.wiring.parted import farther
+from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring.wires_late import late_wires
+from bufferstand.foundation.likeness import likeness
 
 Limited = Literal["force", "stroke"]
 """What a device has a limit of its own of."""

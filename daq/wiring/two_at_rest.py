@@ -6,8 +6,8 @@ shows a load first, so that nobody unloads a specimen that bears none, or takes 
 
 from __future__ import annotations
 
-from daq.wiring.doubt import Doubt, channel_setting, stream_of
-from foundation.likeness import likeness
+from bufferstand.daq.wiring.doubt import Doubt, channel_setting, stream_of
+from bufferstand.foundation.likeness import likeness
 
 APART_KN, UNCOUNTED_KN, APART_SHARE = 2.0, 3.5, 0.08
 """At rest both agree within this (their zeros; more where none was found), and this share."""

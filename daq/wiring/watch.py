@@ -7,22 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from daq.guards import Trip
-from daq.scaling import ScaledBlock
-from daq.wiring.clock_offset import ClockOffset
-from daq.wiring.doubt import Doubt, doubt_trip
-from daq.wiring.exchanged import with_the_position
-from daq.wiring.facts import WiringGuard
-from daq.wiring.force_band import ForceJudge
-from daq.wiring.forces import TwoForcesJudge
-from daq.wiring.heat import HeatJudge
-from daq.wiring.leapt_position import leapt
-from daq.wiring.piston import PistonJudge
-from daq.wiring.points import KEPT_S, Points
-from daq.wiring.scene import Scene
-from daq.wiring.stretch import Stretch
-from daq.wiring.tripped import LOOKED_BACK_S, Limited, tripped_by, until_limit
-from daq.wiring.wires import WireJudge
+from bufferstand.daq.guards import Trip
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.clock_offset import ClockOffset
+from bufferstand.daq.wiring.doubt import Doubt, doubt_trip
+from bufferstand.daq.wiring.exchanged import with_the_position
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.force_band import ForceJudge
+from bufferstand.daq.wiring.forces import TwoForcesJudge
+from bufferstand.daq.wiring.heat import HeatJudge
+from bufferstand.daq.wiring.leapt_position import leapt
+from bufferstand.daq.wiring.piston import PistonJudge
+from bufferstand.daq.wiring.points import KEPT_S, Points
+from bufferstand.daq.wiring.scene import Scene
+from bufferstand.daq.wiring.stretch import Stretch
+from bufferstand.daq.wiring.tripped import LOOKED_BACK_S, Limited, tripped_by, until_limit
+from bufferstand.daq.wiring.wires import WireJudge
 
 LEAST_POINTS = 10
 """Why a limit was passed is looked for in so many points before it at least."""
@@ -34,7 +34,8 @@ class WiringWatch:
     """Hands what comes in to the judges; each doubt is said once.
 
     What they have seen of motion is forgotten with every zero (:meth:`rebase`) and while nothing is to be
-    judged (``motion`` of :class:`daq.wiring.facts.WiringGuard`); what thermometers showed is kept.
+    judged (``motion`` of :class:`bufferstand.daq.wiring.facts.WiringGuard`); what thermometers showed is
+    kept.
     """
 
     def __init__(self) -> None:

@@ -16,12 +16,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from daq.wiring.behind import PATIENCE_MM, PATIENCE_S, BehindJudge
-from daq.wiring.by_frame import force_instead
-from daq.wiring.doubt import Doubt, Kind, channel_setting
-from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
-from daq.wiring.wires_late import LOADED_KN, Contact, LateWires, late_wires
-from foundation.likeness import likeness
+from bufferstand.daq.wiring.behind import PATIENCE_MM, PATIENCE_S, BehindJudge
+from bufferstand.daq.wiring.by_frame import force_instead
+from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
+from bufferstand.daq.wiring.wires_late import LOADED_KN, Contact, LateWires, late_wires
+from bufferstand.foundation.likeness import likeness
 
 BEFORE_MM = 1.2
 """A wire reads no more than this before first contact, where strokes count from it; an elastomer that was

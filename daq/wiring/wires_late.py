@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.wiring.behind import BACK_S, explained_late_s, late_piston
-from daq.wiring.doubt import Doubt, channel_setting
-from daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
+from bufferstand.daq.wiring.behind import BACK_S, explained_late_s, late_piston
+from bufferstand.daq.wiring.doubt import Doubt, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
 
 LATE_S, LATE_MM = 0.045, 0.4
 """A wire is late from this on [s], where that makes so much of the way [mm]."""

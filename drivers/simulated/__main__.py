@@ -1,4 +1,4 @@
-"""``python -m drivers.simulated STAND.toml``: the simulated stand as a process of its own."""
+"""``python -m bufferstand.drivers.simulated STAND.toml``: the simulated stand as a process of its own."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from drivers.simulated.faults import parse_fault
-from drivers.simulated.faults_file import load_faults
-from drivers.simulated.server import Options, Served, serve, write_endpoints
-from foundation.errors import BadInput, ExitStatus
+from bufferstand.drivers.simulated.faults import parse_fault
+from bufferstand.drivers.simulated.faults_file import load_faults
+from bufferstand.drivers.simulated.server import Options, Served, serve, write_endpoints
+from bufferstand.foundation.errors import BadInput, ExitStatus
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Serve a stand as the command line says; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m drivers.simulated", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m bufferstand.drivers.simulated", description=__doc__)
     parser.add_argument("stand", type=Path, help="stand file with a table [simulation]")
     parser.add_argument("--model", type=Path, help="spring model instead of the stand file's")
     parser.add_argument("--speed", type=float, default=1.0, help="stand seconds in one second of the wall")

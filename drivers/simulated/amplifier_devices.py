@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.stand_file import AmplifierSettings
+from bufferstand.drivers.stand_file import AmplifierSettings
 
 SYNC, SHORT_SYNC = 0x2C, 0xA5
 ZERO, SHORT_ZERO = 0x800000, 0x8000

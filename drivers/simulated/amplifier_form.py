@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.amplifier_map import AmplifierMap, load_amplifier_map
-from drivers.registers import DTYPES
-from drivers.stand_file import AmplifierSettings, StandFile
+from bufferstand.drivers.amplifier_map import AmplifierMap, load_amplifier_map
+from bufferstand.drivers.registers import DTYPES
+from bufferstand.drivers.stand_file import AmplifierSettings, StandFile
 
 FULL_SCALE = 0x7FFFFF
 """Largest count of a serial amplifier's bipolar 24-bit value."""

@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.faults import CHANNELS, ScheduledFault, nearest
-from drivers.simulated.physics import Spring
-from drivers.simulated.settings import model_path, simulation_settings
-from drivers.simulated.truth import Truth
-from drivers.stand_file import StandFile
-from foundation.errors import BadInput
-from model.file import load_model
-from model.stepper import SpringStepper
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.faults import CHANNELS, ScheduledFault, nearest
+from bufferstand.drivers.simulated.physics import Spring
+from bufferstand.drivers.simulated.settings import model_path, simulation_settings
+from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.file import load_model
+from bufferstand.model.stepper import SpringStepper
 
 
 def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:

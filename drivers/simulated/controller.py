@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from drivers.interfaces import EndReason, MotionState
-from drivers.simulated.commands import (
+from bufferstand.drivers.interfaces import EndReason, MotionState
+from bufferstand.drivers.simulated.commands import (
     AT_MEAN_MM,
     AT_ZERO_MM,
     ENABLE_OPERATION,
@@ -28,8 +28,8 @@ from drivers.simulated.commands import (
     Status,
     in_range,
 )
-from drivers.simulated.motions import Harmonic, Hold, Motion, Ramp, Release, Static
-from drivers.simulated.watchdog import Watchdog
+from bufferstand.drivers.simulated.motions import Harmonic, Hold, Motion, Ramp, Release, Static
+from bufferstand.drivers.simulated.watchdog import Watchdog
 
 
 class Controller:

@@ -10,22 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.simulated.amplifier_form import AmplifierForm, amplifier_form, amplifier_map
-from drivers.simulated.commands import Capabilities, Fault
-from drivers.simulated.controller import Controller
-from drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
-from drivers.simulated.imperfections.drift import Drift
-from drivers.simulated.imperfections.latency import Latency
-from drivers.simulated.imperfections.missed import MissedCycles
-from drivers.simulated.imperfections.wander import Wander
-from drivers.simulated.miswired.stand import MiswiredStand
-from drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
-from drivers.simulated.ring import SampleRing
-from drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
-from drivers.simulated.settings import SimulationSettings
-from drivers.simulated.thermometer import Thermometer
-from drivers.simulated.truth import Truth
-from drivers.stand_file import StandFile
+from bufferstand.drivers.simulated.amplifier_form import AmplifierForm, amplifier_form, amplifier_map
+from bufferstand.drivers.simulated.commands import Capabilities, Fault
+from bufferstand.drivers.simulated.controller import Controller
+from bufferstand.drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
+from bufferstand.drivers.simulated.imperfections.drift import Drift
+from bufferstand.drivers.simulated.imperfections.latency import Latency
+from bufferstand.drivers.simulated.imperfections.missed import MissedCycles
+from bufferstand.drivers.simulated.imperfections.wander import Wander
+from bufferstand.drivers.simulated.miswired.stand import MiswiredStand
+from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
+from bufferstand.drivers.simulated.ring import SampleRing
+from bufferstand.drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
+from bufferstand.drivers.simulated.settings import SimulationSettings
+from bufferstand.drivers.simulated.thermometer import Thermometer
+from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.stand_file import StandFile
 
 RATE_HZ = 1000.0
 """Samples a second of the controller's own clock."""

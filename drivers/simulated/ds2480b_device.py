@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivers.simulated.onewire import OneWireBus
-from drivers.simulated.serial_pty import SerialPty
+from bufferstand.drivers.simulated.onewire import OneWireBus
+from bufferstand.drivers.simulated.serial_pty import SerialPty
 
 _DATA_MODE, _COMMAND_MODE, _END_PULSE = 0xE1, 0xE3, 0xF1
 _SINGLE_BIT, _SEARCH, _RESET, _PULSE = 0x80, 0xA0, 0xC0, 0xE0

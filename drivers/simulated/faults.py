@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from foundation.errors import BadInput
-from foundation.findings import shown
-from foundation.wanted import alternatives
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.findings import shown
+from bufferstand.foundation.wanted import alternatives
 
 Setting = float | str
 """A parameter of a fault: a number, or a name."""

@@ -14,9 +14,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from drivers.simulated.faults import FOREVER_S, ONCE, FaultSchedule, ScheduledFault, parse_fault, target_class
-from foundation.errors import BadInput
-from foundation.line_socket import exchange, short_address
+from bufferstand.drivers.simulated.faults import (
+    FOREVER_S,
+    ONCE,
+    FaultSchedule,
+    ScheduledFault,
+    parse_fault,
+    target_class,
+)
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.line_socket import exchange, short_address
 
 SOCKET = "faults"
 """Name of the socket in the folder of the wires."""

@@ -7,10 +7,10 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from drivers.simulated.faults import FOREVER_S, ScheduledFault, Setting
-from foundation.errors import BadInput
-from foundation.settings import Settings, load_settings
-from foundation.wrong_key import WrongKeyError
+from bufferstand.drivers.simulated.faults import FOREVER_S, ScheduledFault, Setting
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Settings, load_settings
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 SAMPLE_S = 1e-3
 """Period of the simulated controller's samples, in its own time [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from drivers.simulated.faults import FaultSchedule
+from bufferstand.drivers.simulated.faults import FaultSchedule
 
 MOST_ALTERED = 5
 """Most bytes that are altered in one frame."""

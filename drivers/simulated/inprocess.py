@@ -9,16 +9,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.interfaces import Sensor, Stand
-from drivers.simulated.build import make_device
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.inprocess_controller import InProcessController
-from drivers.simulated.inprocess_sensors import InProcessAmplifier, InProcessThermometer
-from drivers.simulated.physics import Spring
-from drivers.simulated.truth import Truth
-from drivers.simulated.virtual_clock import VirtualClock
-from drivers.stand_file import StandFile
+from bufferstand.drivers.interfaces import Sensor, Stand
+from bufferstand.drivers.simulated.build import make_device
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.inprocess_controller import InProcessController
+from bufferstand.drivers.simulated.inprocess_sensors import InProcessAmplifier, InProcessThermometer
+from bufferstand.drivers.simulated.physics import Spring
+from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.stand_file import StandFile
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def open_in_process(
     Raises
     ------
     BadInput
-        As :func:`drivers.simulated.build.make_device`.
+        As :func:`bufferstand.drivers.simulated.build.make_device`.
     """
     clock = VirtualClock()
     truth = Truth()

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.cia402 import FAULT_RESET, RESET_FORCE_MAX_KN, SWITCH_OFF
-from drivers.interfaces import (
+from bufferstand.drivers.cia402 import FAULT_RESET, RESET_FORCE_MAX_KN, SWITCH_OFF
+from bufferstand.drivers.interfaces import (
     CommandRejected,
     ControllerStatus,
     DeviceFault,
@@ -23,13 +23,13 @@ from drivers.interfaces import (
     WireLost,
     WriterSeen,
 )
-from drivers.missed_cycles import missed_cycles, parted
-from drivers.simulated.commands import Code, Command, Reject
-from drivers.simulated.controller import Controller as Machine
-from drivers.simulated.device import RATE_HZ, SimulatedDevice
-from drivers.simulated.inprocess_link import InProcessLink
-from drivers.simulated.virtual_clock import VirtualClock
-from drivers.stand_file import StandFile
+from bufferstand.drivers.missed_cycles import missed_cycles, parted
+from bufferstand.drivers.simulated.commands import Code, Command, Reject
+from bufferstand.drivers.simulated.controller import Controller as Machine
+from bufferstand.drivers.simulated.device import RATE_HZ, SimulatedDevice
+from bufferstand.drivers.simulated.inprocess_link import InProcessLink
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.stand_file import StandFile
 
 BLOCK = 1000
 """Most samples of one block."""
@@ -51,7 +51,7 @@ _REASONS = {
 
 
 class InProcessController:
-    """Controller of :mod:`drivers.interfaces` on a simulated device.
+    """Controller of :mod:`bufferstand.drivers.interfaces` on a simulated device.
 
     Parameters
     ----------

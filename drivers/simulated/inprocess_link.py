@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.interfaces import DeviceFault, WireLost
-from drivers.modbus_link import EXCEPTION_TEXTS, HURRY_S
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.interfaces import DeviceFault, WireLost
+from bufferstand.drivers.modbus_link import EXCEPTION_TEXTS, HURRY_S
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
 
 _LOSING = ("drop", "corrupt", "reorder", "delay", "request-drop", "request-corrupt")
 """Faults of frames after which the driver of a real controller asks once more."""

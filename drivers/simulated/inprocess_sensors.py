@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from drivers.ds18b20 import FAULT_TEXTS, ReadingFault
-from drivers.interfaces import SampleBlock, SensorFault, StreamFacts
-from drivers.serial_amplifier import resync_text, with_saturation
-from drivers.simulated.device import Frames, SimulatedDevice
-from drivers.simulated.thermometer import Thermometer
-from drivers.simulated.virtual_clock import VirtualClock
-from drivers.stand_file import StandFile
-from foundation.plausibility import Watch
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
+from bufferstand.drivers.serial_amplifier import resync_text, with_saturation
+from bufferstand.drivers.simulated.device import Frames, SimulatedDevice
+from bufferstand.drivers.simulated.thermometer import Thermometer
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.plausibility import Watch
 
 _READING_FAULTS = {
     "silent": ReadingFault.EMPTY,
@@ -32,7 +32,7 @@ def reading_fault(kind: str | None) -> ReadingFault | None:
 
 
 class InProcessAmplifier:
-    """The amplifier's stream, as a Sensor of :mod:`drivers.interfaces`.
+    """The amplifier's stream, as a Sensor of :mod:`bufferstand.drivers.interfaces`.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class InProcessAmplifier:
 
 
 class InProcessThermometer:
-    """One temperature sensor's stream, as a Sensor of :mod:`drivers.interfaces`.
+    """One temperature sensor's stream, as a Sensor of :mod:`bufferstand.drivers.interfaces`.
 
     Parameters
     ----------

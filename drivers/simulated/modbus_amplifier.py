@@ -6,16 +6,16 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from drivers.amplifier_map import AmplifierMap, Register
-from drivers.amplifier_settings import ModbusAmplifierSettings
-from drivers.modbus_link import Table
-from drivers.registers import encode_value
-from drivers.simulated.amplifier_form import AmplifierForm
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.faults_wire import FrameTrouble
-from drivers.simulated.modbus_pdu import ILLEGAL_ADDRESS, Responder
-from drivers.simulated.modbus_rtu import RtuStandServer
-from drivers.simulated.modbus_server import ModbusStandServer
+from bufferstand.drivers.amplifier_map import AmplifierMap, Register
+from bufferstand.drivers.amplifier_settings import ModbusAmplifierSettings
+from bufferstand.drivers.modbus_link import Table
+from bufferstand.drivers.registers import encode_value
+from bufferstand.drivers.simulated.amplifier_form import AmplifierForm
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.modbus_pdu import ILLEGAL_ADDRESS, Responder
+from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
 
 
 class AmplifierBank:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
 
-from drivers.modbus_link import Table
-from drivers.profile import MAX_READ
-from drivers.simulated.faults_wire import FrameTrouble
-from drivers.simulated.pace import Link
+from bufferstand.drivers.modbus_link import Table
+from bufferstand.drivers.profile import MAX_READ
+from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.pace import Link
 
 READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_SEVERAL, EXCHANGE = 3, 4, 6, 16, 23
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, NOT_THERE = 1, 2, 3, 0x0B

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from pymodbus.framer.rtu import FramerRTU
 
-from drivers.simulated.imperfections.latency import Way
-from drivers.simulated.modbus_pdu import EXCHANGE, WRITE_SEVERAL, Responder
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.imperfections.latency import Way
+from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, WRITE_SEVERAL, Responder
+from bufferstand.foundation.errors import BadInput
 
 SILENCE_S = 0.05
 """A pause after which what came before is no part of what comes [s of the wall]."""

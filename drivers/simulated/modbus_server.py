@@ -11,9 +11,9 @@ import struct
 from functools import partial
 from typing import cast
 
-from drivers.simulated.imperfections.latency import Way
-from drivers.simulated.modbus_pdu import NOT_THERE, Responder
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.imperfections.latency import Way
+from bufferstand.drivers.simulated.modbus_pdu import NOT_THERE, Responder
+from bufferstand.foundation.errors import BadInput
 
 HEADER = 7
 """Bytes before the function code: transaction, protocol, length, unit."""

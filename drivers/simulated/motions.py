@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.interfaces import EndReason, MotionState
+from bufferstand.drivers.interfaces import EndReason, MotionState
 
 SETTLED_MM = 0.05
 """Deviation from its command within which the piston counts as arrived [mm]."""

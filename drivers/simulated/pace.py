@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from drivers.simulated.ring import SampleRing
-from foundation.clock import Clock
+from bufferstand.drivers.simulated.ring import SampleRing
+from bufferstand.foundation.clock import Clock
 
 AHEAD = 250
 """Most samples that a stand runs ahead of a reader who had seen its newest: guards see nothing much older."""

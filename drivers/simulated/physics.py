@@ -28,7 +28,7 @@ STILL_MM = 1e-9
 
 
 class Spring(Protocol):
-    """What the stand needs of a specimen (``model.stepper.SpringStepper``)."""
+    """What the stand needs of a specimen (``bufferstand.model.stepper.SpringStepper``)."""
 
     @property
     def force_kN(self) -> float:  # noqa: N802

@@ -14,8 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
-from drivers.simulated.server import Served
-from foundation.errors import BadInput, DeviceFault, ExitStatus
+from bufferstand.drivers.simulated.server import Served
+from bufferstand.foundation.errors import BadInput, DeviceFault, ExitStatus
 
 READY_S = 120.0
 """Longest wait for a stand to come up [s of the wall]; on a busy machine that takes many times as long."""
@@ -154,7 +154,7 @@ def start_process(
     """
     directory.mkdir(parents=True, exist_ok=True)
     log = directory / "stand.log"
-    arguments = [sys.executable, "-m", "drivers.simulated", str(stand_file.absolute())]
+    arguments = [sys.executable, "-m", "bufferstand.drivers.simulated", str(stand_file.absolute())]
     arguments += ["--speed", repr(speed), "--port", str(port), "--with-parent"]
     arguments += ["--wires", str((directory / "wires").absolute())]
     arguments += ["--endpoints", str((directory / "endpoints.json").absolute())]

@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from drivers.modbus_link import Table
-from drivers.profile import (
+from bufferstand.drivers.modbus_link import Table
+from bufferstand.drivers.profile import (
     ASKED,
     CHECK,
     COMMAND,
@@ -29,13 +29,13 @@ from drivers.profile import (
     Register,
     Ring,
 )
-from drivers.registers import crc_of, encode_value, pack
-from drivers.simulated.commands import Command
-from drivers.simulated.device import RATE_HZ, SimulatedDevice
-from drivers.simulated.faults import ScheduledFault, nearest
-from drivers.simulated.ring import COLUMNS
-from drivers.simulated.writer import Writer
-from foundation.errors import BadInput
+from bufferstand.drivers.registers import crc_of, encode_value, pack
+from bufferstand.drivers.simulated.commands import Command
+from bufferstand.drivers.simulated.device import RATE_HZ, SimulatedDevice
+from bufferstand.drivers.simulated.faults import ScheduledFault, nearest
+from bufferstand.drivers.simulated.ring import COLUMNS
+from bufferstand.drivers.simulated.writer import Writer
+from bufferstand.foundation.errors import BadInput
 
 ILLEGAL_VALUE = 3
 """Modbus exception code for a value that a register does not take."""

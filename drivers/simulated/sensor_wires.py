@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivers.ds2480b import rom_bytes
-from drivers.simulated.amplifier_devices import amplifier_device
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
-from drivers.simulated.faults_wire import FrameTrouble
-from drivers.simulated.onewire import FAULT_STATES, OneWireBus, OneWireSensor
-from drivers.simulated.serial_pty import AmplifierPty
-from drivers.simulated.thermometer import CONVERSION_S, Thermometer
-from drivers.simulated.w1_tree import W1Tree
-from drivers.stand_file import Endpoints, StandFile
+from bufferstand.drivers.ds2480b import rom_bytes
+from bufferstand.drivers.simulated.amplifier_devices import amplifier_device
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
+from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.onewire import FAULT_STATES, OneWireBus, OneWireSensor
+from bufferstand.drivers.simulated.serial_pty import AmplifierPty
+from bufferstand.drivers.simulated.thermometer import CONVERSION_S, Thermometer
+from bufferstand.drivers.simulated.w1_tree import W1Tree
+from bufferstand.drivers.stand_file import Endpoints, StandFile
 
 
 class SensorWires:

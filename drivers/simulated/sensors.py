@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.channel import Calibration, Channel
-from foundation.errors import BadInput
+from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.simulated.amplifier_devices import Gsv2Device, WireDevice
-from drivers.simulated.amplifier_devices import encode_frames as encode_frames  # noqa: PLC0414 - of this wire
-from drivers.simulated.device import Frames
-from drivers.simulated.faults_wire import FrameTrouble
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.amplifier_devices import Gsv2Device, WireDevice
+from bufferstand.drivers.simulated.amplifier_devices import encode_frames as encode_frames  # noqa: PLC0414 - of this wire
+from bufferstand.drivers.simulated.device import Frames
+from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.foundation.errors import BadInput
 
 BUFFER = 4000
 """Bytes that wait for the reader; a serial port's driver has as many."""

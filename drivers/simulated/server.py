@@ -17,24 +17,24 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from drivers import stand_file as stands
-from drivers.simulated.build import demand_possible, make_device
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.faults_control import SOCKET, FaultControl
-from drivers.simulated.faults_wire import FrameTrouble
-from drivers.simulated.modbus_amplifier import ModbusAmplifierWire
-from drivers.simulated.modbus_pdu import Responder
-from drivers.simulated.modbus_rtu import RtuStandServer
-from drivers.simulated.modbus_server import ModbusStandServer
-from drivers.simulated.pace import Pace
-from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.sensor_wires import SensorWires
-from drivers.simulated.stand_clock import SHOWN, ShownTime
-from drivers.simulated.truth import Truth
-from drivers.simulated.waiting import NAME, WIRES, WaitingSign
-from foundation.clock import Clock, WallClock
-from foundation.errors import BadInput
+from bufferstand.drivers import stand_file as stands
+from bufferstand.drivers.simulated.build import demand_possible, make_device
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.faults_control import SOCKET, FaultControl
+from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.modbus_amplifier import ModbusAmplifierWire
+from bufferstand.drivers.simulated.modbus_pdu import Responder
+from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
+from bufferstand.drivers.simulated.pace import Pace
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.simulated.sensor_wires import SensorWires
+from bufferstand.drivers.simulated.stand_clock import SHOWN, ShownTime
+from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.waiting import NAME, WIRES, WaitingSign
+from bufferstand.foundation.clock import Clock, WallClock
+from bufferstand.foundation.errors import BadInput
 
 TICK_S = 0.005
 """Wall time between two looks of the background task [s]."""
@@ -78,7 +78,7 @@ class Served:
     amplifier_tcp_port : int or None
         Its port.
     time_file : str or None
-        Where it shows its time (:class:`drivers.simulated.stand_clock.StandClock`), absolute.
+        Where it shows its time (:class:`bufferstand.drivers.simulated.stand_clock.StandClock`), absolute.
     """
 
     host: str
@@ -95,7 +95,7 @@ class Served:
     time_file: str | None = None
 
     def endpoints(self) -> stands.Endpoints:
-        """Return what :func:`drivers.stand_file.with_endpoints` needs to reach it."""
+        """Return what :func:`bufferstand.drivers.stand_file.with_endpoints` needs to reach it."""
         return stands.Endpoints(
             host=self.host,
             port=self.port,
@@ -158,7 +158,7 @@ class StandServer:
     Raises
     ------
     BadInput
-        As :func:`drivers.simulated.build.make_device`.
+        As :func:`bufferstand.drivers.simulated.build.make_device`.
     """
 
     def __init__(self, stand_file: stands.StandFile, options: Options, clock: Clock) -> None:

@@ -7,11 +7,11 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
-from drivers.simulated.miswired.settings import Miswired
-from drivers.stand_file import StandFile
-from foundation.errors import BadInput
-from foundation.force_speed import curve_problem
-from foundation.settings import Settings, read_text, refusal
+from bufferstand.drivers.simulated.miswired.settings import Miswired
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.force_speed import curve_problem
+from bufferstand.foundation.settings import Settings, read_text, refusal
 
 
 def _demand_curve(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:

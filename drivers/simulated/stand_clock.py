@@ -13,8 +13,8 @@ import threading
 import time
 from pathlib import Path
 
-from drivers.simulated.pace import CREDIT_S
-from foundation.errors import DeviceFault
+from bufferstand.drivers.simulated.pace import CREDIT_S
+from bufferstand.foundation.errors import DeviceFault
 
 SHOWN = "time"
 """Name of the file, in the folder of the wires, in which a stand shows its time."""

@@ -6,8 +6,8 @@ from collections import deque
 
 import numpy as np
 
-from drivers.simulated.miswired.thermometer import WrongPlace
-from drivers.stand_file import SensorSettings
+from bufferstand.drivers.simulated.miswired.thermometer import WrongPlace
+from bufferstand.drivers.stand_file import SensorSettings
 
 CONVERSION_S = 0.75
 """Time that a DS18B20 takes at 12 bit [s]."""

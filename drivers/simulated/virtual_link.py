@@ -11,16 +11,16 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Literal
 
-from drivers.interfaces import Stand
-from drivers.modbus_link import Check, ModbusLink, ModbusRefusal, Table
-from drivers.modbus_wires import TcpWire
-from drivers.packed_exchange import Exchange, PackedReply
-from drivers.profile import Profile
-from drivers.registers import pack
-from drivers.ring_controller import RingController
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.inprocess import InProcessStand
-from drivers.simulated.modbus_pdu import (
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.modbus_link import Check, ModbusLink, ModbusRefusal, Table
+from bufferstand.drivers.modbus_wires import TcpWire
+from bufferstand.drivers.packed_exchange import Exchange, PackedReply
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.registers import pack
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.inprocess import InProcessStand
+from bufferstand.drivers.simulated.modbus_pdu import (
     EXCHANGE,
     READ_HOLDING,
     READ_INPUT,
@@ -28,16 +28,16 @@ from drivers.simulated.modbus_pdu import (
     WRITE_SEVERAL,
     Responder,
 )
-from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.virtual_clock import VirtualClock
-from drivers.stand_file import StandFile
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.stand_file import StandFile
 
 Lost = Literal["", "request", "reply"]
 """What of a round trip gets lost."""
 
 
 class VirtualLink(ModbusLink):
-    """A link of :mod:`drivers.modbus_link` without a wire.
+    """A link of :mod:`bufferstand.drivers.modbus_link` without a wire.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """A polled controller behind a wire with a round trip, in virtual time: its bus has no thread of its own.
 
 While somebody waits, polls are made when they are due; what is asked of the bus is done in between, as the
-thread of :mod:`drivers.bus_thread` does it. A wait ends late where a poll is still under way: a thread would
-have let the next request wait for it.
+thread of :mod:`bufferstand.drivers.bus_thread` does it. A wait ends late where a poll is still under way: a
+thread would have let the next request wait for it.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from drivers.interfaces import Stand
-from drivers.polling_controller import PollingController
-from drivers.profile import Profile
-from drivers.simulated.inprocess import InProcessStand
-from drivers.simulated.virtual_clock import VirtualClock
-from drivers.simulated.virtual_link import Lost, VirtualLink
-from drivers.stand_file import StandFile
-from foundation.clock import Clock
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.polling_controller import PollingController
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.simulated.inprocess import InProcessStand
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.simulated.virtual_link import Lost, VirtualLink
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.clock import Clock
 
 _Result = TypeVar("_Result")
 _SOON_S = 1e-9
@@ -126,7 +126,8 @@ def polled_behind_a_wire(
     profile : Profile
         A register profile with a table ``[poll]``.
     lost : callable, optional
-        Which requests or replies get lost; as for :class:`drivers.simulated.virtual_link.VirtualLink`.
+        Which requests or replies get lost; as for
+        :class:`bufferstand.drivers.simulated.virtual_link.VirtualLink`.
     """
     clock, settings = PolledClock(opened.clock), stand_file.controller
     link = VirtualLink(opened.device, profile, opened.clock, round_trip_s, lost)

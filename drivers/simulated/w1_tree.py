@@ -6,10 +6,10 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from drivers.ds18b20 import HIGHEST_COUNT, NO_POWER_COUNT, POWER_ON_COUNT, crc8
-from drivers.simulated.faults import FaultSchedule
-from drivers.simulated.thermometer import CONVERSION_S, Thermometer
-from foundation.errors import BadInput
+from bufferstand.drivers.ds18b20 import HIGHEST_COUNT, NO_POWER_COUNT, POWER_ON_COUNT, crc8
+from bufferstand.drivers.simulated.faults import FaultSchedule
+from bufferstand.drivers.simulated.thermometer import CONVERSION_S, Thermometer
+from bufferstand.foundation.errors import BadInput
 
 MASTER = "w1_bus_master1"
 TRIGGER = b"trigger\n"

@@ -12,7 +12,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file import StandFile
 
 NAME = "waits"
 """Name of the file in the folder of the wires."""

@@ -13,8 +13,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from evaluation.across_runs.shared import Owed
-from evaluation.record import FloatArray
+from bufferstand.evaluation.across_runs.shared import Owed
+from bufferstand.evaluation.record import FloatArray
 
 PROBABILITY = 0.95
 """Probability that a ``half_width_95`` covers."""

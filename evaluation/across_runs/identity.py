@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from foundation.channel import Channel, ChannelUncertainty
+from bufferstand.foundation.channel import Channel, ChannelUncertainty
 
 Basis = Literal["certificate", "stand", "statement"]
 """On what it rests that runs have an error in common: the same certificate is on record; the same channel of

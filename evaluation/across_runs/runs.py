@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from evaluation.across_runs.combine import Figure
-from evaluation.across_runs.identity import Basis, weakest
-from evaluation.across_runs.shared import Owed
-from evaluation.results import RunEvaluation
-from evaluation.uncertainty import COVERAGE
+from bufferstand.evaluation.across_runs.combine import Figure
+from bufferstand.evaluation.across_runs.identity import Basis, weakest
+from bufferstand.evaluation.across_runs.shared import Owed
+from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.evaluation.uncertainty import COVERAGE
 
 _ASSUMED = (
     "shared errors are assumed, not on record: neither certificate nor stand is named, and channels that "

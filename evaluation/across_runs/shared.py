@@ -15,10 +15,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from evaluation.across_runs.identity import Basis, ChannelIdentity, assumed, weakest
-from evaluation.error_model import Draws, mean_of_wires
-from evaluation.record import FloatArray
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.across_runs.identity import Basis, ChannelIdentity, assumed, weakest
+from bufferstand.evaluation.error_model import Draws, mean_of_wires
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.channel import ChannelUncertainty
 
 Distribution = Literal["rectangular", "normal"]
 _DIGITS = 6

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.error_model import TIME_BASE_LIMIT
-from evaluation.record import FloatArray, Record
-from evaluation.reversals import sampling_of
+from bufferstand.evaluation.error_model import TIME_BASE_LIMIT
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.reversals import sampling_of
 
 TIME_STEP_S = 1e-6
 """Time stamps of a run file are whole microseconds."""

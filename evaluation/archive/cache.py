@@ -13,12 +13,12 @@ import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from evaluation.archive.kept import KeptRun, Wanted
-from foundation.errors import BadInput
-from foundation.names import readable
-from recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum
-from recording.layout import file_is_as_sealed
-from recording.runfile import read_metadata
+from bufferstand.evaluation.archive.kept import KeptRun, Wanted
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.names import readable
+from bufferstand.recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum
+from bufferstand.recording.layout import file_is_as_sealed
+from bufferstand.recording.runfile import read_metadata
 
 FILE_NAME = "evaluations-3.sqlite"
 KEPT_DAYS = 90

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from evaluation.archive.identity import THREADS, Settings, place, software
-from evaluation.archive.local import DIED
-from evaluation.archive.work import (
+from bufferstand.evaluation.archive.identity import THREADS, Settings, place, software
+from bufferstand.evaluation.archive.local import DIED
+from bufferstand.evaluation.archive.work import (
     File,
     OtherFile,
     OtherSoftware,
@@ -30,7 +30,7 @@ from evaluation.archive.work import (
     evaluate_batch,
     mark_of,
 )
-from foundation.errors import BadInput, DeviceFault
+from bufferstand.foundation.errors import BadInput, DeviceFault
 
 distributed: Any
 try:

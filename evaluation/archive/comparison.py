@@ -18,12 +18,12 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from evaluation.across_runs.shared import Owed, SharedErrors, shared_of
-from evaluation.differences import Value, difference
-from evaluation.document import SCHEMA
-from evaluation.table import version_text
-from foundation.errors import BadInput
-from foundation.settings import read_text
+from bufferstand.evaluation.across_runs.shared import Owed, SharedErrors, shared_of
+from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.document import SCHEMA
+from bufferstand.evaluation.table import version_text
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import read_text
 
 ROUNDING = 1e-12
 """Figures that differ by a smaller share have not moved."""

@@ -8,15 +8,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
-from evaluation.archive.cache import Cache
-from evaluation.archive.identity import Settings, Software, settings_entry, software
-from evaluation.archive.kept import KeptRun, Wanted
-from evaluation.archive.work import File, Outcome
-from evaluation.conformity import Decided, decide_purposes
-from evaluation.copies import Copy, each_once
-from evaluation.document import SCHEMA, what_runs_say_together
-from foundation.names import readable
-from recording.cachefile import Stamp, stamp_of
+from bufferstand.evaluation.archive.cache import Cache
+from bufferstand.evaluation.archive.identity import Settings, Software, settings_entry, software
+from bufferstand.evaluation.archive.kept import KeptRun, Wanted
+from bufferstand.evaluation.archive.work import File, Outcome
+from bufferstand.evaluation.conformity import Decided, decide_purposes
+from bufferstand.evaluation.copies import Copy, each_once
+from bufferstand.evaluation.document import SCHEMA, what_runs_say_together
+from bufferstand.foundation.names import readable
+from bufferstand.recording.cachefile import Stamp, stamp_of
 
 _EVERYTHING = Wanted()
 _KEEP_EVERY = 50
@@ -142,7 +142,8 @@ def evaluate_archive(
     files : sequence of Path
     settings : Settings
     workers : Workers
-        :class:`evaluation.archive.local.Local` or :class:`evaluation.archive.cluster.Cluster`.
+        :class:`bufferstand.evaluation.archive.local.Local` or
+        :class:`bufferstand.evaluation.archive.cluster.Cluster`.
     cache : Cache, optional
         What is known already; without one everything is evaluated.
     wanted : Wanted

@@ -6,13 +6,13 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from evaluation.archive.evaluate import ArchiveEvaluation
-from evaluation.archive.kept import KeptRun
-from evaluation.conformity import Purpose
-from evaluation.results import EXTREME_NAMES
-from evaluation.summary import SUMMARY_NAMES
-from recording.index import PLANNED, RECORDED
-from recording.query import Field
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
+from bufferstand.evaluation.archive.kept import KeptRun
+from bufferstand.evaluation.conformity import Purpose
+from bufferstand.evaluation.results import EXTREME_NAMES
+from bufferstand.evaluation.summary import SUMMARY_NAMES
+from bufferstand.recording.index import PLANNED, RECORDED
+from bufferstand.recording.query import Field
 
 _UNIT = re.compile(r"_(mm_per_s|kN_per_mm|mm|kN|Hz|J|C)$")
 
@@ -64,7 +64,8 @@ def _extremes(part: Mapping[str, Any]) -> dict[str, float | None]:
 
 
 def results_by_path(evaluation: ArchiveEvaluation) -> dict[str, list[dict[str, Any]]]:
-    """Return the results of runs and copies by their file, as :func:`foundation.names.readable` writes it."""
+    """Return the results of runs and copies by their file, as :func:`bufferstand.foundation.names.readable`
+    writes it."""
     both = zip(evaluation.runs, evaluation.decided.purposes, strict=True)
     results = {run.path: result_facts(run, purpose) for run, purpose in both}
     return results | {copy.path: results[copy.of] for copy in evaluation.copies}

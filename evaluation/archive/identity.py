@@ -13,9 +13,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from evaluation.results import Options
-from foundation.canonical import content_hash
+from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
+from bufferstand.evaluation.results import Options
+from bufferstand.foundation.canonical import content_hash
 
 ROOMS = ("evaluation", "recording", "foundation")
 """Rooms whose code makes the figures …"""

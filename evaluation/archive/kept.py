@@ -19,13 +19,13 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from evaluation.across_runs.shared import shared_of
-from evaluation.conformity import Candidate, Purpose, candidate_of
-from evaluation.copies import Recording
-from evaluation.document import LIGHT, run_entry
-from evaluation.mean_loop import MeanLoop
-from evaluation.results import Extreme, Measured, RunEvaluation, RunFacts, StepResult, Summary
-from evaluation.table import NUMBERS, cycle_numbers, cycle_rows
+from bufferstand.evaluation.across_runs.shared import shared_of
+from bufferstand.evaluation.conformity import Candidate, Purpose, candidate_of
+from bufferstand.evaluation.copies import Recording
+from bufferstand.evaluation.document import LIGHT, run_entry
+from bufferstand.evaluation.mean_loop import MeanLoop
+from bufferstand.evaluation.results import Extreme, Measured, RunEvaluation, RunFacts, StepResult, Summary
+from bufferstand.evaluation.table import NUMBERS, cycle_numbers, cycle_rows
 
 _HEAD = '{"run":{'
 _QUICK = 1
@@ -47,8 +47,8 @@ class KeptRun:
     Attributes
     ----------
     path : str
-        As the user named it, readable (:func:`foundation.names.readable`); not part of what is kept, as a
-        file may be moved.
+        As the user named it, readable (:func:`bufferstand.foundation.names.readable`); not part of what is
+        kept, as a file may be moved.
     text : str
         Facts and means, JSON.
     cycles : bytes
@@ -59,8 +59,8 @@ class KeptRun:
     entry : bytes
         Entry of the evaluation document but for the path, compressed JSON; empty where it was not asked for.
     rows : str
-        Numbers of the table of cycles as CSV (:func:`evaluation.table.cycle_rows`); empty where it was not
-        asked for.
+        Numbers of the table of cycles as CSV (:func:`bufferstand.evaluation.table.cycle_rows`); empty where
+        it was not asked for.
     """
 
     path: str

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait as wait_for_end
 
-from evaluation.archive.identity import THREADS, Settings, software
-from evaluation.archive.work import File, Outcome, batches, evaluate_batch
+from bufferstand.evaluation.archive.identity import THREADS, Settings, software
+from bufferstand.evaluation.archive.work import File, Outcome, batches, evaluate_batch
 
 DIED = "the process that evaluated it died: out of memory, or a library crashed on what is in it"
 _HERE_FILES = 3

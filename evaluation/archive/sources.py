@@ -7,11 +7,11 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from foundation.errors import BadInput
-from foundation.settings import read_text
-from recording.catalogue import run_files
-from recording.seal import RUN_SUFFIX
-from recording.walk import is_there, matching
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import read_text
+from bufferstand.recording.catalogue import run_files
+from bufferstand.recording.seal import RUN_SUFFIX
+from bufferstand.recording.walk import is_there, matching
 
 LIST_MARK = "@"
 

@@ -10,12 +10,19 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.archive.evaluate import ArchiveEvaluation
-from evaluation.archive.kept import KeptRun
-from evaluation.conformity import Purpose
-from evaluation.results import EXTREME_NAMES
-from evaluation.summary import SUMMARY_NAMES
-from evaluation.table import OfRun, check_table_name, cycle_frame, write_cycle_csv, write_cycles, write_frames
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
+from bufferstand.evaluation.archive.kept import KeptRun
+from bufferstand.evaluation.conformity import Purpose
+from bufferstand.evaluation.results import EXTREME_NAMES
+from bufferstand.evaluation.summary import SUMMARY_NAMES
+from bufferstand.evaluation.table import (
+    OfRun,
+    check_table_name,
+    cycle_frame,
+    write_cycle_csv,
+    write_cycles,
+    write_frames,
+)
 
 if TYPE_CHECKING:  # takes a third of a second, and a table of cycles in CSV does without
     import pandas as pd
@@ -25,7 +32,7 @@ PRETTY_RUNS = 20
 
 
 def cycles_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
-    """Return the table with a row a cycle (columns: :func:`evaluation.table.cycle_table`)."""
+    """Return the table with a row a cycle (columns: :func:`bufferstand.evaluation.table.cycle_table`)."""
     return cycle_frame(*_cycles(evaluation))
 
 
@@ -150,7 +157,7 @@ def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path 
     Raises
     ------
     BadInput
-        As :func:`evaluation.table.write_table`.
+        As :func:`bufferstand.evaluation.table.write_table`.
     """
     for path in (cycles, runs):
         if path is not None:

@@ -11,12 +11,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from evaluation.archive.identity import Settings, Software, software
-from evaluation.archive.kept import KeptRun, keep
-from evaluation.collecting import collecting_later
-from evaluation.document import evaluate_file
-from foundation.errors import BadInput
-from recording.layout import USER_BLOCK_BYTES
+from bufferstand.evaluation.archive.identity import Settings, Software, software
+from bufferstand.evaluation.archive.kept import KeptRun, keep
+from bufferstand.evaluation.collecting import collecting_later
+from bufferstand.evaluation.document import evaluate_file
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.layout import USER_BLOCK_BYTES
 
 MOST_FILES = 10
 """Files of one task: enough that handing it out costs nothing, few enough to lose with a worker, and that no

@@ -1,7 +1,8 @@
 """One channel at the instants of another: by a spline through its readings, and how far that may be off.
 
 Between the readings of a slower channel the truth is not on record. What may lie there is judged by the
-readings themselves: by what every second one of them gives, and the others (:mod:`evaluation.gaps.coarse`).
+readings themselves: by what every second one of them gives, and the others
+(:mod:`bufferstand.evaluation.gaps.coarse`).
 """
 
 from __future__ import annotations
@@ -12,10 +13,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.defects import finite_where_rising, step_limits
-from evaluation.gaps.clock import understand
-from evaluation.splines import moved
-from foundation.ranks import median
+from bufferstand.evaluation.defects import finite_where_rising, step_limits
+from bufferstand.evaluation.gaps.clock import understand
+from bufferstand.evaluation.splines import moved
+from bufferstand.foundation.ranks import median
 
 FloatArray = NDArray[np.float64]
 

@@ -8,16 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.between import Between
-from evaluation.channels.bring import as_taken, bring, same_instants, usable, usual_step_s
-from evaluation.channels.rates import Rates, Readings, Seen, within
-from evaluation.channels.rows import Rows, readings_of, without_blanks
-from evaluation.extremes.peaks import peaks_of
-from evaluation.record import Ends
-from evaluation.reversals import noise_sigma
-from foundation.errors import BadInput
-from foundation.units import to_inside
-from recording.run import Run, Series
+from bufferstand.evaluation.channels.between import Between
+from bufferstand.evaluation.channels.bring import as_taken, bring, same_instants, usable, usual_step_s
+from bufferstand.evaluation.channels.rates import Rates, Readings, Seen, within
+from bufferstand.evaluation.channels.rows import Rows, readings_of, without_blanks
+from bufferstand.evaluation.extremes.peaks import peaks_of
+from bufferstand.evaluation.record import Ends
+from bufferstand.evaluation.reversals import noise_sigma
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.units import to_inside
+from bufferstand.recording.run import Run, Series
 
 FloatArray = NDArray[np.float64]
 

@@ -7,15 +7,15 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.between import Between
-from evaluation.channels.bring import bring, usable, usual_step_s
-from evaluation.channels.joined import channels_of
-from evaluation.channels.rates import Rates, Readings, Seen, within
-from evaluation.reversals import noise_sigma
-from foundation.errors import BadInput
-from foundation.ranks import median
-from foundation.units import to_inside
-from recording.run import Run
+from bufferstand.evaluation.channels.between import Between
+from bufferstand.evaluation.channels.bring import bring, usable, usual_step_s
+from bufferstand.evaluation.channels.joined import channels_of
+from bufferstand.evaluation.channels.rates import Rates, Readings, Seen, within
+from bufferstand.evaluation.reversals import noise_sigma
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.ranks import median
+from bufferstand.foundation.units import to_inside
+from bufferstand.recording.run import Run
 
 FloatArray = NDArray[np.float64]
 

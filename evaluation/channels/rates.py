@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.bring import too_coarse
-from evaluation.reversals import noise_sigma
+from bufferstand.evaluation.channels.bring import too_coarse
+from bufferstand.evaluation.reversals import noise_sigma
 
 FloatArray = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ class Readings(NamedTuple):
 class Rates:
     """The slower one of stroke and force (``""``: both are alike), its usual step, and what the other may do.
 
-    ``limit`` is in the unit of the faster one (:func:`evaluation.channels.bring.too_coarse`).
+    ``limit`` is in the unit of the faster one (:func:`bufferstand.evaluation.channels.bring.too_coarse`).
     """
 
     slow: Literal["", "stroke", "force"]

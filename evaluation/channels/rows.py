@@ -9,7 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.foreign.instants import doubled_rows, has_own_instants, shared_stamps, spread_stamps
+from bufferstand.recording.foreign.instants import (
+    doubled_rows,
+    has_own_instants,
+    shared_stamps,
+    spread_stamps,
+)
 
 FloatArray = NDArray[np.float64]
 

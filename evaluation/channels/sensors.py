@@ -3,7 +3,7 @@
 A sensor that fails goes on sending numbers: 85.0 °C after a reset, -127 °C when its wire is off, 999.9 or
 9.91E+37 when its logger sees an open input. Taken for temperatures they break conditions that were kept. What
 is no reading is left out and named; whether the others still cover a cycle is another question
-(:mod:`evaluation.thermometry`).
+(:mod:`bufferstand.evaluation.thermometry`).
 """
 
 from __future__ import annotations

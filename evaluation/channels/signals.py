@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from foundation.holes import HOLE_S, hole_from_s
-from foundation.ranks import median
-from foundation.units import to_inside
-from recording.run import STROKES, Run
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.holes import HOLE_S, hole_from_s
+from bufferstand.foundation.ranks import median
+from bufferstand.foundation.units import to_inside
+from bufferstand.recording.run import STROKES, Run
 
 MOST = 8_000
 """Samples that are held of each signal: of two minutes at 1 kHz one in 15 ms."""

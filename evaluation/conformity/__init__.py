@@ -1,7 +1,7 @@
 """Which runs of a specimen are its conformity test, and which only state characteristics."""
 
-from evaluation.conformity.candidates import candidate_of, standing_of
-from evaluation.conformity.purposes import (
+from bufferstand.evaluation.conformity.candidates import candidate_of, standing_of
+from bufferstand.evaluation.conformity.purposes import (
     CHARACTERISATION,
     CONFORMITY,
     Candidate,

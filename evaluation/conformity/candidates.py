@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from evaluation.conformity.purposes import Candidate, Standing
-from evaluation.results import RunEvaluation
+from bufferstand.evaluation.conformity.purposes import Candidate, Standing
+from bufferstand.evaluation.results import RunEvaluation
 
 
 def candidate_of(run: RunEvaluation) -> Candidate:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any, Literal
 
-from foundation.errors import BadInput
-from foundation.purpose import Purpose as PurposeName
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.purpose import Purpose as PurposeName
 
 Standing = Literal["met", "open", "broken"]
 CONFORMITY: PurposeName = "conformity"

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.motion import Cycle
-from evaluation.record import FloatArray, Record
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import FloatArray, Record
 
 IndexArray = NDArray[np.intp]
 

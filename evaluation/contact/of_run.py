@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from evaluation.contact.find import FirstContact, first_shown
-from evaluation.contact.rows import COUNTED
-from evaluation.plausibility.finding import Finding
-from evaluation.record import Record
-from evaluation.results import CycleResult, RequirementResult, RunFacts
+from bufferstand.evaluation.contact.find import FirstContact, first_shown
+from bufferstand.evaluation.contact.rows import COUNTED
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult, RequirementResult, RunFacts
 
 _ZERO_MOVES = ("drift", "offset-jump", "gain-jump")
 
@@ -51,7 +51,7 @@ def contact_warnings(contact: FirstContact | None, requirements: Sequence[Requir
     ----------
     contact : FirstContact or None
     requirements : sequence of RequirementResult
-        As judged (:func:`evaluation.contact.rows.beside`).
+        As judged (:func:`bufferstand.evaluation.contact.rows.beside`).
     """
     if contact is None:
         return []

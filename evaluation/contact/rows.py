@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.results import RequirementResult, Verdict
 
 COUNTED = " counted from first contact"
 """Words behind the value that a row has from the contact."""

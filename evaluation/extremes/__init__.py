@@ -1,6 +1,6 @@
 """Extremes of a run: the least and the greatest of all its samples, apart from any mean."""
 
-from evaluation.extremes.of_run import (
+from bufferstand.evaluation.extremes.of_run import (
     Extremes,
     Recorded,
     extreme_warnings,
@@ -8,7 +8,7 @@ from evaluation.extremes.of_run import (
     sample_extremes,
     step_extremes,
 )
-from evaluation.extremes.peaks import joined, peaks_of
+from bufferstand.evaluation.extremes.peaks import joined, peaks_of
 
 __all__ = [
     "Extremes",

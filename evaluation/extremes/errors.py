@@ -8,19 +8,19 @@ from math import erfc, log, sqrt
 
 import numpy as np
 
-from evaluation.error_model import Draws, stroke_term_slopes
-from evaluation.extremes.speeds import SpeedPeak
-from evaluation.record import FloatArray
-from evaluation.turns import overreach
-from evaluation.uncertainty import expanded, half_width_95, stroke_error_mm
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.error_model import Draws, stroke_term_slopes
+from bufferstand.evaluation.extremes.speeds import SpeedPeak
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turns import overreach
+from bufferstand.evaluation.uncertainty import expanded, half_width_95, stroke_error_mm
+from bufferstand.foundation.channel import ChannelUncertainty
 
 _SCATTER, _ROUNDS = 1.5, 2
 """A reading at the extreme is below its mean by so many standard deviations or less in 93 of 100; rounds."""
 _FARTHEST = 8.0
 """Standard deviations beyond which no deviate of 10^14 lies."""
 INERTIA = 5
-"""Place of the moving mass among the force terms (:func:`evaluation.error_model.force_terms`)."""
+"""Place of the moving mass among the force terms (:func:`bufferstand.evaluation.error_model.force_terms`)."""
 
 
 @dataclass(frozen=True)

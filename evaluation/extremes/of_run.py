@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.error_model import Draws
-from evaluation.extremes.errors import (
+from bufferstand.evaluation.error_model import Draws
+from bufferstand.evaluation.extremes.errors import (
     Reading,
     channel_errors,
     force_errors,
@@ -19,14 +19,14 @@ from evaluation.extremes.errors import (
     stroke_errors,
     temperature_errors,
 )
-from evaluation.extremes.peaks import peaks_of, stands_alone
-from evaluation.extremes.speeds import SpeedPeak, greatest_speeds
-from evaluation.noise import Noise, Spectrum
-from evaluation.record import Ends, FloatArray, Peak, Record, Temperature
-from evaluation.results import EXTREME_NAMES, CycleResult, Extreme, StepResult
-from evaluation.reversals import noise_sigma
-from evaluation.wires import DrawWires
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.extremes.peaks import peaks_of, stands_alone
+from bufferstand.evaluation.extremes.speeds import SpeedPeak, greatest_speeds
+from bufferstand.evaluation.noise import Noise, Spectrum
+from bufferstand.evaluation.record import Ends, FloatArray, Peak, Record, Temperature
+from bufferstand.evaluation.results import EXTREME_NAMES, CycleResult, Extreme, StepResult
+from bufferstand.evaluation.reversals import noise_sigma
+from bufferstand.evaluation.wires import DrawWires
+from bufferstand.foundation.channel import ChannelUncertainty
 
 Extremes = Mapping[str, Extreme]
 _ENDS = ("min", "max")

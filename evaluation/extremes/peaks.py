@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from evaluation.record import Ends, FloatArray, Peak
-from foundation.ranks import median
+from bufferstand.evaluation.record import Ends, FloatArray, Peak
+from bufferstand.foundation.ranks import median
 
 NEAR = 16
 """So many samples to each side are kept with an extreme one."""

@@ -13,13 +13,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from evaluation.motion import Cycle
-from evaluation.quantities import SPEED_WINDOW
-from evaluation.record import FloatArray, Record
-from evaluation.results import CycleResult
-from evaluation.smoothing import moving_slopes
-from evaluation.uncertainty import NEAR_LARGEST
-from foundation.ranks import median
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.quantities import SPEED_WINDOW
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.smoothing import moving_slopes
+from bufferstand.evaluation.uncertainty import NEAR_LARGEST
+from bufferstand.foundation.ranks import median
 
 _LEAST_WINDOW = 5
 _LOOKED_AT = 100

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.figures.plot import Floats, Level, Plot, Points
+from bufferstand.evaluation.figures.plot import Floats, Level, Plot, Points
 
 STEP_LABEL = "Step of the comparison [No.]"
 CHANGE_LABEL = "Difference to the reference [%]"

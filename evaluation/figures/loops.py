@@ -8,9 +8,9 @@ from typing import TypedDict
 
 import numpy as np
 
-from evaluation.figures.decimate import kept_samples
-from evaluation.figures.plot import BLACK, Curve, Floats, Plot, Window
-from evaluation.figures.style import COLOURS
+from bufferstand.evaluation.figures.decimate import kept_samples
+from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Plot, Window
+from bufferstand.evaluation.figures.style import COLOURS
 
 STROKE_LABEL = "Stroke [mm]"
 FORCE_LABEL = "Force [kN]"

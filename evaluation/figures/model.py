@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.figures.decimate import kept_samples
-from evaluation.figures.loops import FORCE_LABEL, STROKE_LABEL, Loop, framed_ranges
-from evaluation.figures.plot import BLACK, Curve, Floats, Plot
-from evaluation.figures.timeline import ENERGY, STROKE, TEMPERATURE, Trace, time_unit
+from bufferstand.evaluation.figures.decimate import kept_samples
+from bufferstand.evaluation.figures.loops import FORCE_LABEL, STROKE_LABEL, Loop, framed_ranges
+from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Plot
+from bufferstand.evaluation.figures.timeline import ENERGY, STROKE, TEMPERATURE, Trace, time_unit
 
 _POINTS = 1500
 _SOLID = 0

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 
-from evaluation.figures import style
-from evaluation.figures.plot import Curve, Fit, Plot, Points, Window
+from bufferstand.evaluation.figures import style
+from bufferstand.evaluation.figures.plot import Curve, Fit, Plot, Points, Window
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

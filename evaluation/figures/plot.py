@@ -1,7 +1,7 @@
 """What a figure shows, as plain data: the painter draws it and computes nothing.
 
 Labels carry their unit. A ``tone`` picks the colour, a ``dash`` the line style, a ``marker`` the symbol, each
-from the palette of :mod:`evaluation.figures.style`, so that no two curves differ by colour alone.
+from the palette of :mod:`bufferstand.evaluation.figures.style`, so that no two curves differ by colour alone.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.figures.decimate import kept_samples
-from evaluation.figures.plot import Curve, Floats, Level, Plot, Span, Stop
+from bufferstand.evaluation.figures.decimate import kept_samples
+from bufferstand.evaluation.figures.plot import Curve, Floats, Level, Plot, Span, Stop
 
 TEMPERATURE = "Temperature [°C]"
 ENERGY = "Energy absorbed [kJ]"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.figures.plot import Fit, Floats, Plot, Points
+from bufferstand.evaluation.figures.plot import Fit, Floats, Plot, Points
 
 FREQUENCY_LABEL = "Frequency of loading [Hz]"
 DAMPING_LABEL = "Damping W$_a$/W$_s$ [–]"

@@ -7,7 +7,7 @@ what a figure changes by bounds what the hole itself can have changed. Where tha
 cycles like this one that lack nothing, the same hole is opened in them: what it changes there is the bound.
 
 Between the readings of a force that was brought to the stroke's instants, it is the same: the record is
-evaluated once more with what every second reading gives (:mod:`evaluation.channels.bring`).
+evaluated once more with what every second reading gives (:mod:`bufferstand.evaluation.channels.bring`).
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.cycles import find_with_harmonics
-from evaluation.gaps.bridge import Hole
-from evaluation.gaps.coarse import (
+from bufferstand.evaluation.cycles import find_with_harmonics
+from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.coarse import (
     SMOOTH_SHARE,
     coarse_cycles,
     energy_noise_J,
@@ -32,11 +32,11 @@ from evaluation.gaps.coarse import (
     shows_turns,
     without,
 )
-from evaluation.gaps.donors import choose_donors, opened
-from evaluation.motion import Cycle, TurningPoint
-from evaluation.quantities import evaluate_cycles
-from evaluation.record import Record
-from evaluation.results import CycleResult
+from bufferstand.evaluation.gaps.donors import choose_donors, opened
+from bufferstand.evaluation.motion import Cycle, TurningPoint
+from bufferstand.evaluation.quantities import evaluate_cycles
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult
 
 WIDER = 0.5
 """A hole is widened by this share of its length to either side, at least by one sample."""
@@ -103,7 +103,7 @@ def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleRes
     Parameters
     ----------
     record : Record
-        Bridged (:func:`evaluation.gaps.bridge.bridged`).
+        Bridged (:func:`bufferstand.evaluation.gaps.bridge.bridged`).
     holes : sequence of Hole
     results : sequence of CycleResult
         Of that record.

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.defects import Defect
-from evaluation.gaps.steps import LONGER
-from evaluation.record import FloatArray, Record
-from evaluation.reversals import Sampling, find_reversals, sampling_of
-from foundation.ranks import median
+from bufferstand.evaluation.defects import Defect
+from bufferstand.evaluation.gaps.steps import LONGER
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.reversals import Sampling, find_reversals, sampling_of
+from bufferstand.foundation.ranks import median
 
 IndexArray = NDArray[np.intp]
 

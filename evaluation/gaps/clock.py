@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.defects import UNKNOWN
-from foundation.ranks import median
-from recording.foreign.instants import shared_stamps, spread_stamps
+from bufferstand.evaluation.defects import UNKNOWN
+from bufferstand.foundation.ranks import median
+from bufferstand.recording.foreign.instants import shared_stamps, spread_stamps
 
 FloatArray = NDArray[np.float64]
 

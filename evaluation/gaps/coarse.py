@@ -16,11 +16,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.motion import Cycle
-from evaluation.record import Record
-from evaluation.results import CycleResult
-from evaluation.reversals import noise_sigma
-from foundation.ranks import median
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.reversals import noise_sigma
+from bufferstand.foundation.ranks import median
 
 FEW_SAMPLES = 250
 """Cycles of fewer samples are looked at: in others a step is too short to matter."""

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.cycles import STEADY_FREQUENCY, STEADY_STROKE
-from evaluation.gaps.bridge import Hole
-from evaluation.motion import Cycle
-from evaluation.record import Record
-from evaluation.results import CycleResult
+from bufferstand.evaluation.cycles import STEADY_FREQUENCY, STEADY_STROKE
+from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult
 
 LEAST, MOST = 3, 6
 """So many like cycles show what a hole changes."""

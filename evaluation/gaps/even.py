@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.ranks import median
+from bufferstand.foundation.ranks import median
 
 FloatArray = NDArray[np.float64]
 

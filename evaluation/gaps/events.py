@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.ranks import median, quantile
+from bufferstand.foundation.ranks import median, quantile
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]

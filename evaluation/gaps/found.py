@@ -9,19 +9,24 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.cycles import find_with_harmonics
-from evaluation.gaps.bounds import GapBounds, gap_bounds
-from evaluation.gaps.bridge import Hole, bridged
-from evaluation.gaps.numbering import Numbering, numbering_of
-from evaluation.gaps.reread import Reread
-from evaluation.gaps.words import between_warnings, coarse_warnings, hole_warnings, with_gap_limits
-from evaluation.inertia import InertiaCorrection, InertiaForce, MovingMass, correct_inertia
-from evaluation.loops import CutLoops
-from evaluation.motion import Cycle, TurningPoint
-from evaluation.propagations import Propagations
-from evaluation.quantities import evaluate_cycles
-from evaluation.record import Record
-from evaluation.results import CycleResult
+from bufferstand.evaluation.cycles import find_with_harmonics
+from bufferstand.evaluation.gaps.bounds import GapBounds, gap_bounds
+from bufferstand.evaluation.gaps.bridge import Hole, bridged
+from bufferstand.evaluation.gaps.numbering import Numbering, numbering_of
+from bufferstand.evaluation.gaps.reread import Reread
+from bufferstand.evaluation.gaps.words import (
+    between_warnings,
+    coarse_warnings,
+    hole_warnings,
+    with_gap_limits,
+)
+from bufferstand.evaluation.inertia import InertiaCorrection, InertiaForce, MovingMass, correct_inertia
+from bufferstand.evaluation.loops import CutLoops
+from bufferstand.evaluation.motion import Cycle, TurningPoint
+from bufferstand.evaluation.propagations import Propagations
+from bufferstand.evaluation.quantities import evaluate_cycles
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.gaps.bridge import Hole
-from evaluation.gaps.events import waits_show
-from evaluation.motion import Cycle
-from evaluation.record import FloatArray, Record
-from foundation.ranks import median
+from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.events import waits_show
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.foundation.ranks import median
 
 _FEW_SAMPLES = 64
 """Fewer samples than this in all may be too few to tell strokes from noise."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
 
-from evaluation.gaps.bounds import SURE, GapBounds, Reduced
-from evaluation.gaps.coarse import halves_bound
-from evaluation.propagations import Propagations
-from evaluation.uncertainty import CyclePropagation
+from bufferstand.evaluation.gaps.bounds import SURE, GapBounds, Reduced
+from bufferstand.evaluation.gaps.coarse import halves_bound
+from bufferstand.evaluation.propagations import Propagations
+from bufferstand.evaluation.uncertainty import CyclePropagation
 
 Reading = Callable[[CyclePropagation], float | None]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from evaluation.defects import describe
-from evaluation.gaps.bounds import GapBounds
-from evaluation.gaps.bridge import Hole
-from evaluation.record import Record
-from evaluation.results import CycleResult
+from bufferstand.evaluation.defects import describe
+from bufferstand.evaluation.gaps.bounds import GapBounds
+from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult
 
 _NEGLIGIBLE = 1e-5
 MOST_HOLES = 10

@@ -6,11 +6,16 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
-from evaluation.across_runs.runs import assumption, basis_of
-from evaluation.differences import Value, difference
-from evaluation.grouping import grouped, specimen_of
-from evaluation.results import RunEvaluation
-from evaluation.thermal_comparison import SAME_AMPLITUDE, SAME_FREQUENCY, SAME_SPEED, SAME_STROKE_MM
+from bufferstand.evaluation.across_runs.runs import assumption, basis_of
+from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.grouping import grouped, specimen_of
+from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.evaluation.thermal_comparison import (
+    SAME_AMPLITUDE,
+    SAME_FREQUENCY,
+    SAME_SPEED,
+    SAME_STROKE_MM,
+)
 
 PRELOAD = "preload_kN"
 """The preload is no figure of a cycle: it is what was judged (requirement ``preload``)."""

@@ -8,7 +8,7 @@ from math import hypot
 
 import numpy as np
 
-from evaluation.history.facts import (
+from bufferstand.evaluation.history.facts import (
     CumulatedEnergy,
     Hold,
     HoldKind,
@@ -17,13 +17,13 @@ from evaluation.history.facts import (
     RunHistory,
     Settling,
 )
-from evaluation.motion import Cycle
-from evaluation.noise import Noise
-from evaluation.record import FloatArray, Record
-from evaluation.results import CycleResult, Quantities, RunFacts, StepResult
-from evaluation.summary import MeanOfDraws
-from evaluation.uncertainty import COVERAGE, turn_share
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.noise import Noise
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.results import CycleResult, Quantities, RunFacts, StepResult
+from bufferstand.evaluation.summary import MeanOfDraws
+from bufferstand.evaluation.uncertainty import COVERAGE, turn_share
+from bufferstand.foundation.channel import ChannelUncertainty
 
 LEAST_HOLD_S = 1.0
 """A shorter dwell is no hold, a shorter rest no pause."""

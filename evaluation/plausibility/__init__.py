@@ -9,20 +9,25 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
-from evaluation.plausibility.channels import Channels
-from evaluation.plausibility.clipped import clipped
-from evaluation.plausibility.codes import codes
-from evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
-from evaluation.plausibility.frozen import frozen
-from evaluation.plausibility.held import held
-from evaluation.plausibility.jumps import jumps, jumps_in_metres, jumps_in_newtons, jumps_of_turned_stroke
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
-from evaluation.plausibility.samples import Samples
-from evaluation.plausibility.scale import implausible_units
-from evaluation.plausibility.signs import force_falls, turned_signs
-from evaluation.plausibility.spikes import spikes
-from evaluation.plausibility.unlike import unlike_cycles
+from bufferstand.evaluation.plausibility.channels import Channels
+from bufferstand.evaluation.plausibility.clipped import clipped
+from bufferstand.evaluation.plausibility.codes import codes
+from bufferstand.evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
+from bufferstand.evaluation.plausibility.frozen import frozen
+from bufferstand.evaluation.plausibility.held import held
+from bufferstand.evaluation.plausibility.jumps import (
+    jumps,
+    jumps_in_metres,
+    jumps_in_newtons,
+    jumps_of_turned_stroke,
+)
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.reads import Spoiled, doubted, summary_without_claims, without_claims
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.plausibility.scale import implausible_units
+from bufferstand.evaluation.plausibility.signs import force_falls, turned_signs
+from bufferstand.evaluation.plausibility.spikes import spikes
+from bufferstand.evaluation.plausibility.unlike import unlike_cycles
 
 __all__ = [
     "DETECTORS",

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from evaluation.plausibility.samples import Samples
-from evaluation.record import FloatArray, Record
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import FloatArray, Record
 
 
 @dataclass(frozen=True, eq=False)

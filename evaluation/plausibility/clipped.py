@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.foundation.ranks import median
 
 LEAST_ROWS = 8
 """So many samples at the extreme …"""

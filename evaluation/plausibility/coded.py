@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from evaluation.plausibility.finding import Finding
-from evaluation.record import FloatArray
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.record import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

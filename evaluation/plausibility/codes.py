@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.signals import MOST, Signals
-from evaluation.plausibility.channels import Channels
-from evaluation.plausibility.coded import Coded
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.leave_out import left_out
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from evaluation.record import FloatArray, Record
-from foundation.ranks import median
+from bufferstand.evaluation.channels.signals import MOST, Signals
+from bufferstand.evaluation.plausibility.channels import Channels
+from bufferstand.evaluation.plausibility.coded import Coded
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.leave_out import left_out
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.foundation.ranks import median
 
 _NEAREST = 0.75
 _TAIL = 0.268

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.series import Series, series_of
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.series import Series, series_of
+from bufferstand.foundation.ranks import median
 
 SHARE = 0.03
 """Share of the range of the force over the whole record, from which on a drift is told."""

@@ -11,14 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap, rings
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
-from evaluation.plausibility.samples import Samples
-from evaluation.plausibility.scale import STIFFEST
-from evaluation.record import FloatArray
-from foundation.ranks import median, quantile
+from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap, rings
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.plausibility.scale import STIFFEST
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median, quantile
 
 SHARE = 0.006
 """A jump is at least this share of the range of the force …"""
@@ -48,8 +48,8 @@ SLOWED = 0.1
 """Near a turn where no pass can be compared, a leap counts that friction and speed do not make. Friction that
 turns takes from the force where the stroke is greatest and gives to it where it is least: no leap goes the
 other way. Nor does it turn within less way than its size over the stiffness of the stiffest specimen
-(:data:`evaluation.plausibility.scale.STIFFEST`), nor is a share of the force that comes of speed let go while
-the speed changes by less than this part of the fastest on record."""
+(:data:`bufferstand.evaluation.plausibility.scale.STIFFEST`), nor is a share of the force that comes of speed
+let go while the speed changes by less than this part of the fastest on record."""
 OF_FORCE, SMALL_SHARE = 0.03, 0.0015
 """A smaller leap counts from this share of the force there on, as a gain that changes at a small force makes
 it, if it is this share of the range, and other passes are without it …"""

@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.plausibility.clipped import NO_LOAD, clipped_again, pinned_rows
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.held import hold_of
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from foundation.ranks import quantile
+from bufferstand.evaluation.plausibility.clipped import NO_LOAD, clipped_again, pinned_rows
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.held import hold_of
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.foundation.ranks import quantile
 
 LEAST_ROWS = 10
 """So many samples stay, and three times as many as the channel holds each of its values."""
@@ -72,7 +72,7 @@ def frozen(look: Look) -> list[Finding]:
 def _stands(channel: Samples, other: Samples) -> bool:
     """Say whether a stroke shows one value all along, and the force moves.
 
-    Of a force :mod:`evaluation.wiring` says so.
+    Of a force :mod:`bufferstand.evaluation.wiring` says so.
     """
     if channel.value.size < LEAST_ROWS or channel.span > 0.0:
         return False

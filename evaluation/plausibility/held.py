@@ -13,10 +13,10 @@ from math import hypot, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.plausibility.finding import Effect, Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from foundation.ranks import median, quantile
+from bufferstand.evaluation.plausibility.finding import Effect, Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.foundation.ranks import median, quantile
 
 LEAST_CHANGES = 20
 """So many changes tell how far they are apart."""

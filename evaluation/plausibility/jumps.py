@@ -7,16 +7,20 @@ from itertools import pairwise
 
 import numpy as np
 
-from evaluation.cycles import SLIPPED
-from evaluation.plausibility.drift import drift_of_loops
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.force_jumps import force_jumps
-from evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
-from evaluation.plausibility.levels import level_jumps
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from evaluation.plausibility.zero import zero_beside_turned_stroke, zero_in_wrong_unit, zero_of_force
-from foundation.ranks import quantile
+from bufferstand.evaluation.cycles import SLIPPED
+from bufferstand.evaluation.plausibility.drift import drift_of_loops
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.force_jumps import force_jumps
+from bufferstand.evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
+from bufferstand.evaluation.plausibility.levels import level_jumps
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.plausibility.zero import (
+    zero_beside_turned_stroke,
+    zero_in_wrong_unit,
+    zero_of_force,
+)
+from bufferstand.foundation.ranks import quantile
 
 SHARE = 0.01
 """A jump of the stroke is at least this share of its range …"""

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.plausibility.samples import Samples
-from evaluation.record import FloatArray
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import FloatArray
 
 BESIDE = 3
 """The motion on a side is the median speed of so many steps."""
@@ -37,8 +37,8 @@ _NEAR_BREAK = 2
 """Channels have instants of their own, a little off those of the record."""
 _WHOLE = 150_000
 _CHUNKS = 2
-"""Of more samples, so many chunks of :class:`evaluation.plausibility.look.Scan` are looked at: those with the
-largest second differences."""
+"""Of more samples, so many chunks of :class:`bufferstand.evaluation.plausibility.look.Scan` are looked at:
+those with the largest second differences."""
 
 
 class Leap(NamedTuple):

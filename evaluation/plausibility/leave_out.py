@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from evaluation.defects import Defect
-from evaluation.record import Record
+from bufferstand.evaluation.defects import Defect
+from bufferstand.evaluation.record import Record
 
 _LEAST_LEFT = 2
 

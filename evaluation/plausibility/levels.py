@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.passes import pass_of, ways_of
-from evaluation.plausibility.series import Series, series_of
-from evaluation.plausibility.springs import (
+from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.passes import pass_of, ways_of
+from bufferstand.evaluation.plausibility.series import Series, series_of
+from bufferstand.evaluation.plausibility.springs import (
     FIRST_SOFTER,
     HARDER,
     LONGER,
@@ -29,9 +29,9 @@ from evaluation.plausibility.springs import (
     TIRED,
     UNKNOWN_K,
 )
-from evaluation.plausibility.ways_in import uneven_stroke
-from evaluation.record import FloatArray
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.ways_in import uneven_stroke
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median
 
 SOFTER = 0.03
 """A loop that shrinks by this share from one cycle to the next, beyond what heat makes, has another gain …"""

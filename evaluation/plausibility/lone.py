@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
-from foundation.ranks import median, quantile
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median, quantile
 
 IndexArray = NDArray[np.intp]
 

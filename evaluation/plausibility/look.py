@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from evaluation.plausibility.channels import Channels
-from evaluation.plausibility.coded import Coded
-from evaluation.plausibility.samples import Samples
-from evaluation.record import FloatArray, Record
-from evaluation.results import CycleResult, RunFacts
-from evaluation.wires import DrawWires
+from bufferstand.evaluation.plausibility.channels import Channels
+from bufferstand.evaluation.plausibility.coded import Coded
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.results import CycleResult, RunFacts
+from bufferstand.evaluation.wires import DrawWires
 
 
 @dataclass(frozen=True, eq=False)

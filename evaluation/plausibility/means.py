@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from evaluation.plausibility.reads import Spoiled, summary_without_claims
-from evaluation.results import CycleResult
-from evaluation.steps import Division, divide
-from evaluation.steps.sum_up import SummedUp
-from foundation.kind import Kind
+from bufferstand.evaluation.plausibility.reads import Spoiled, summary_without_claims
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.steps import Division, divide
+from bufferstand.evaluation.steps.sum_up import SummedUp
+from bufferstand.foundation.kind import Kind
 
 
 def division_without(

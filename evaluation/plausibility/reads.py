@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from evaluation.plausibility.finding import Finding, spoiled_cycles
-from evaluation.results import CycleResult, Extreme, Summary
+from bufferstand.evaluation.plausibility.finding import Finding, spoiled_cycles
+from bufferstand.evaluation.results import CycleResult, Extreme, Summary
 
 BOTH = ("force", "stroke")
 FIGURES_OF_STROKE = frozenset(
@@ -39,7 +39,8 @@ ROWS: Mapping[str, tuple[str, ...]] = {
     "permanent-deformation": BOTH,
 }
 """Channels of each row by its id. Forces at a stroke, energies, ratios, and whatever a limit set names itself
-are read from both; what an inspector answers from none (:func:`evaluation.requirements.rows.row`)."""
+are read from both; what an inspector answers from none
+(:func:`bufferstand.evaluation.requirements.rows.row`)."""
 _FORCE_REACHED = "proof-load-"
 """Rows whose ids begin so are read from the force alone."""
 _LOCAL = ("spike", "clipped", "frozen")

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.foundation.ranks import median
 
 _FEWEST = 5
 """A rest of fewer samples shows no level."""

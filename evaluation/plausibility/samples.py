@@ -10,11 +10,11 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.defects import step_limits
-from evaluation.plausibility.lone import least_apart, lone_rows
-from evaluation.record import FloatArray
-from evaluation.reversals import WHITE, Sampling, sampling_of
-from foundation.ranks import median, quantile, sorted_quantile
+from bufferstand.evaluation.defects import step_limits
+from bufferstand.evaluation.plausibility.lone import least_apart, lone_rows
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.reversals import WHITE, Sampling, sampling_of
+from bufferstand.foundation.ranks import median, quantile, sorted_quantile
 
 UNITS: Mapping[str, str] = {"force": "kN", "stroke": "mm", "temperature": "°C", "speed": "mm/s"}
 _CHUNK = 32_768
@@ -90,7 +90,8 @@ class Samples:
 
     @cached_property
     def left(self) -> dict[int, FloatArray]:
-        """What steps over so many samples leave, once asked for (:mod:`evaluation.plausibility.leaps`)."""
+        """What steps over so many samples leave, once asked for
+        (:mod:`bufferstand.evaluation.plausibility.leaps`)."""
         return {}
 
     @cached_property
@@ -103,7 +104,8 @@ class Samples:
 
     @cached_property
     def codes(self) -> NDArray[np.intp]:
-        """Rows that hold a code in the place of a reading (:mod:`evaluation.plausibility.codes`)."""
+        """Rows that hold a code in the place of a reading
+        (:mod:`bufferstand.evaluation.plausibility.codes`)."""
         scan = self.scan
         if self.value.size < _FEWEST:
             return np.zeros(0, dtype=np.intp)
@@ -195,7 +197,8 @@ class Samples:
 
     @cached_property
     def lone(self) -> NDArray[np.intp]:
-        """Rows of samples that their neighbours on both sides deny (:mod:`evaluation.plausibility.lone`)."""
+        """Rows of samples that their neighbours on both sides deny
+        (:mod:`bufferstand.evaluation.plausibility.lone`)."""
         if self.value.size < _FEWEST:
             return np.zeros(0, dtype=np.intp)
         # With noise or steps of a converter a lone sample is further off: the largest step often tells.

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.passes import pass_of, ways_of
-from evaluation.plausibility.samples import Samples
-from evaluation.record import FloatArray
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.passes import pass_of, ways_of
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median
 
 FORCE_KN, STROKE_MM = 5000.0, 1000.0
 """No stand of the field has more: impacts reach 3000 kN, proof loads F1 and F4 of EN 15551 2500 kN, strokes

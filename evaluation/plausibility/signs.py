@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
 
 MOSTLY = 2.0
 """A channel is mostly negative where it reaches so many times as far below zero as above."""

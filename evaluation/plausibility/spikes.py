@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.plausibility.channels import Channels
-from evaluation.plausibility.finding import Effect, Finding
-from evaluation.plausibility.leave_out import left_out
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from evaluation.record import Record
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.channels import Channels
+from bufferstand.evaluation.plausibility.finding import Effect, Finding
+from bufferstand.evaluation.plausibility.leave_out import left_out
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import Record
+from bufferstand.foundation.ranks import median
 
 IndexArray = NDArray[np.intp]
 

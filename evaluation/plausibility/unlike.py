@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.series import Series, series_of
-from evaluation.record import FloatArray
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.series import Series, series_of
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median
 
 SHARE = 0.05
 """Area or force range of a cycle is off those beside it, before and after, by this share …"""

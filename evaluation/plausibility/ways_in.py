@@ -12,11 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from evaluation.motion import Cycle
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.passes import Pass, Way, pass_of, ways_of
-from evaluation.plausibility.springs import (
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.passes import Pass, Way, pass_of, ways_of
+from bufferstand.evaluation.plausibility.springs import (
     FIRST_SOFTER,
     HARDER,
     LONGER,
@@ -28,8 +28,8 @@ from evaluation.plausibility.springs import (
     TIRED,
     UNKNOWN_K,
 )
-from evaluation.record import FloatArray
-from foundation.ranks import quantile
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import quantile
 
 DIES_AWAY = 1.5
 """A later stroke shrinks by so many times what the one before shrank by: softening dies away."""

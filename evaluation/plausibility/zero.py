@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.contact.find import first_shown
-from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.rests import ALIKE_MM, Rest, rests_of
-from evaluation.record import FloatArray
-from foundation.ranks import median
+from bufferstand.evaluation.contact.find import first_shown
+from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.rests import ALIKE_MM, Rest, rests_of
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median
 
 LEAST = 0.003
 """A zero that is off by less than this share of the range of the force is none, whatever is stated: a cell

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from evaluation.report.content import Section, Sheet, Texts
-from evaluation.report.identification import given
-from evaluation.report.source import Source
+from bufferstand.evaluation.report.content import Section, Sheet, Texts
+from bufferstand.evaluation.report.identification import given
+from bufferstand.evaluation.report.source import Source
 
 
 def amendment_section(source: Source) -> Section | None:

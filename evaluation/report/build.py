@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from evaluation.report.amendment import amendment_notice, amendment_section
-from evaluation.report.budgets import budgets_section
-from evaluation.report.closing import (
+from bufferstand.evaluation.report.amendment import amendment_notice, amendment_section
+from bufferstand.evaluation.report.budgets import budgets_section
+from bufferstand.evaluation.report.closing import (
     data_section,
     deviations_section,
     not_as_required,
@@ -13,14 +13,14 @@ from evaluation.report.closing import (
     statements_section,
     warnings_section,
 )
-from evaluation.report.conditions import conditions_section
-from evaluation.report.conformity import conformity_section, not_tested_section
-from evaluation.report.content import Block, Content, Section, Texts
-from evaluation.report.evidence import evidence_section, temperature_section
-from evaluation.report.fields import missing_fields
-from evaluation.report.gallery import figures_section
-from evaluation.report.history import contact_section, history_section
-from evaluation.report.identification import (
+from bufferstand.evaluation.report.conditions import conditions_section
+from bufferstand.evaluation.report.conformity import conformity_section, not_tested_section
+from bufferstand.evaluation.report.content import Block, Content, Section, Texts
+from bufferstand.evaluation.report.evidence import evidence_section, temperature_section
+from bufferstand.evaluation.report.fields import missing_fields
+from bufferstand.evaluation.report.gallery import figures_section
+from bufferstand.evaluation.report.history import contact_section, history_section
+from bufferstand.evaluation.report.identification import (
     calibrations,
     customer,
     head,
@@ -30,15 +30,15 @@ from evaluation.report.identification import (
     overdue,
     simulated_notice,
 )
-from evaluation.report.modelled import model_section
-from evaluation.report.plausibility import plausibility_section, spoiled_notice
-from evaluation.report.purposes import purpose_warnings
-from evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
-from evaluation.report.references import missing_references
-from evaluation.report.source import Source, runs_text
-from evaluation.report.tables import cycles_section, runs_section
-from evaluation.report.validated import software_section
-from evaluation.report.verdicts import requirements_section, verdict_line
+from bufferstand.evaluation.report.modelled import model_section
+from bufferstand.evaluation.report.plausibility import plausibility_section, spoiled_notice
+from bufferstand.evaluation.report.purposes import purpose_warnings
+from bufferstand.evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
+from bufferstand.evaluation.report.references import missing_references
+from bufferstand.evaluation.report.source import Source, runs_text
+from bufferstand.evaluation.report.tables import cycles_section, runs_section
+from bufferstand.evaluation.report.validated import software_section
+from bufferstand.evaluation.report.verdicts import requirements_section, verdict_line
 
 
 def build_content(source: Source) -> Content:

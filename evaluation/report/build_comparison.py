@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from evaluation.differences import Difference
-from evaluation.report.amendment import amendment_section
-from evaluation.report.build import notices_of
-from evaluation.report.closing import (
+from bufferstand.evaluation.differences import Difference
+from bufferstand.evaluation.report.amendment import amendment_section
+from bufferstand.evaluation.report.build import notices_of
+from bufferstand.evaluation.report.closing import (
     data_section,
     deviations_section,
     opinions_section,
@@ -15,14 +15,14 @@ from evaluation.report.closing import (
     statements_section,
     warnings_section,
 )
-from evaluation.report.comparison import Compared, compared_of, comparison_sections
-from evaluation.report.comparison_figures import comparison_pictures
-from evaluation.report.conditions import conditions_section
-from evaluation.report.conformity import not_tested_section
-from evaluation.report.content import Content, Section, Texts
-from evaluation.report.fields import missing_fields
-from evaluation.report.gallery import numbered_section
-from evaluation.report.identification import (
+from bufferstand.evaluation.report.comparison import Compared, compared_of, comparison_sections
+from bufferstand.evaluation.report.comparison_figures import comparison_pictures
+from bufferstand.evaluation.report.conditions import conditions_section
+from bufferstand.evaluation.report.conformity import not_tested_section
+from bufferstand.evaluation.report.content import Content, Section, Texts
+from bufferstand.evaluation.report.fields import missing_fields
+from bufferstand.evaluation.report.gallery import numbered_section
+from bufferstand.evaluation.report.identification import (
     calibrations,
     customer,
     head,
@@ -31,11 +31,11 @@ from evaluation.report.identification import (
     operator,
     overdue,
 )
-from evaluation.report.numbers import fixed
-from evaluation.report.purposes import purpose_warnings
-from evaluation.report.references import missing_references
-from evaluation.report.sides import Sides, conditions_of
-from evaluation.report.tables import runs_section
+from bufferstand.evaluation.report.numbers import fixed
+from bufferstand.evaluation.report.purposes import purpose_warnings
+from bufferstand.evaluation.report.references import missing_references
+from bufferstand.evaluation.report.sides import Sides, conditions_of
+from bufferstand.evaluation.report.tables import runs_section
 
 _REST = (
     "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the reports of the "

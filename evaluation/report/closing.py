@@ -5,12 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from evaluation.held_against import expected_turns, held_against
-from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Signature, Signatures, Table, Texts
-from evaluation.report.identification import operator
-from evaluation.report.numbers import fixed, significant
-from evaluation.report.source import ReportRun, Source, runs_text
-from evaluation.report.verdicts import grouped_points, is_condition
+from bufferstand.evaluation.held_against import expected_turns, held_against
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Sheet,
+    Signature,
+    Signatures,
+    Table,
+    Texts,
+)
+from bufferstand.evaluation.report.identification import operator
+from bufferstand.evaluation.report.numbers import fixed, significant
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.verdicts import grouped_points, is_condition
 
 DOUBTED = "doubted"
 """Kind of a run's event that tells what ended an earlier start of its campaign, which recorded nothing."""

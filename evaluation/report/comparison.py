@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.across_runs.shared import Owed, shared_of
-from evaluation.differences import Difference, Value, difference, equivalences
-from evaluation.figures.loops import Loop
-from evaluation.report.conformity import conformity_section
-from evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
-from evaluation.report.numbers import fixed, measured_cell, significant, usable
-from evaluation.report.purposes import purpose_texts
-from evaluation.report.references import draft_texts
-from evaluation.report.samples import at_strokes, loop_of
-from evaluation.report.sides import Condition, Sides, alone
-from evaluation.report.source import ReportRun, runs_text
-from evaluation.report.verdicts import name_of, run_verdict_cell
+from bufferstand.evaluation.across_runs.shared import Owed, shared_of
+from bufferstand.evaluation.differences import Difference, Value, difference, equivalences
+from bufferstand.evaluation.figures.loops import Loop
+from bufferstand.evaluation.report.conformity import conformity_section
+from bufferstand.evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
+from bufferstand.evaluation.report.numbers import fixed, measured_cell, significant, usable
+from bufferstand.evaluation.report.purposes import purpose_texts
+from bufferstand.evaluation.report.references import draft_texts
+from bufferstand.evaluation.report.samples import at_strokes, loop_of
+from bufferstand.evaluation.report.sides import Condition, Sides, alone
+from bufferstand.evaluation.report.source import ReportRun, runs_text
+from bufferstand.evaluation.report.verdicts import name_of, run_verdict_cell
 
 _QUANTITIES = (
     ("force_max_kN", "Largest force of a cycle, mean", "kN"),

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.figures.differences import ChangeSeries, changes_plot
-from evaluation.figures.loops import Loop, labelled_loops
-from evaluation.report.comparison import Compared, shown_loop, start_C
-from evaluation.report.content import Cell, Column, Table
-from evaluation.report.numbers import fixed, quantity_cell, significant
-from evaluation.report.sides import Condition, Sides
-from evaluation.report.source import ReportRun
-from evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.figures.differences import ChangeSeries, changes_plot
+from bufferstand.evaluation.figures.loops import Loop, labelled_loops
+from bufferstand.evaluation.report.comparison import Compared, shown_loop, start_C
+from bufferstand.evaluation.report.content import Cell, Column, Table
+from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant
+from bufferstand.evaluation.report.sides import Condition, Sides
+from bufferstand.evaluation.report.source import ReportRun
+from bufferstand.evaluation.report.unnumbered import Unnumbered
 
 MOST_LOOP_FIGURES = 8
 _DRAWN = ("stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm")

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table
-from evaluation.report.numbers import fixed, significant, usable
-from evaluation.report.source import ReportRun, Source, runs_text
-from foundation.durations import duration_text
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table
+from bufferstand.evaluation.report.numbers import fixed, significant, usable
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.foundation.durations import duration_text
 
 _ROLES = (("specimen", "Temperature of the specimen"), ("ambient", "Temperature of the air"))
 _READ = (

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone
-from evaluation.report.numbers import limits_text, significant, usable
-from evaluation.report.purposes import purpose_texts, purpose_warnings
-from evaluation.report.references import draft_texts, is_draft, reference_text
-from evaluation.report.source import ReportRun, Source, runs_text
-from evaluation.report.verdicts import grouped_points, is_condition, name_of, worst
-from evaluation.requirements.limit_set import LimitSet
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone
+from bufferstand.evaluation.report.numbers import limits_text, significant, usable
+from bufferstand.evaluation.report.purposes import purpose_texts, purpose_warnings
+from bufferstand.evaluation.report.references import draft_texts, is_draft, reference_text
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.verdicts import grouped_points, is_condition, name_of, worst
+from bufferstand.evaluation.requirements.limit_set import LimitSet
 
 _STATEMENTS: dict[str, tuple[str, Tone]] = {
     "pass": ("✓ met", "good"),

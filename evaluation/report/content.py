@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
-from evaluation.figures.plot import Plot
-from foundation.canonical import content_hash
+from bufferstand.evaluation.figures.plot import Plot
+from bufferstand.foundation.canonical import content_hash
 
 SCHEMA = "bufferstand/report/1"
 DASH = "—"

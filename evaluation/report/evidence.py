@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
-from evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
-from evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
+from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
+from bufferstand.evaluation.report.source import ReportRun, Source
 
 _EXPLANATION = (
     "A force that is recorded late or early against the stroke changes the area of the loop: the first "

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from evaluation.report.content import DASH, Cell, Column, Table
-from evaluation.report.numbers import fixed, measured_cell
-from evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Table
+from bufferstand.evaluation.report.numbers import fixed, measured_cell
+from bufferstand.evaluation.report.source import ReportRun, Source
 
 _SHOWN = (
     ("force_max_kN", "Force max.", "kN"),

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import BeforeValidator
 
-from foundation.errors import BadInput
-from foundation.settings import Day, Settings, load_settings
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Day, Settings, load_settings
 
 FILE_NAME = "report.toml"
 _Lines = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.figures.loops import (
+from bufferstand.evaluation.figures.loops import (
     Loop,
     amplitude_loops,
     dynamic_loops,
@@ -15,18 +15,18 @@ from evaluation.figures.loops import (
     labelled_loops,
     static_loops,
 )
-from evaluation.figures.plot import Plot, Window
-from evaluation.report.content import DASH, Cell, Column, Picture, Section, Table, Texts
-from evaluation.report.evidence import as_recorded
-from evaluation.report.model_figures import model_pictures
-from evaluation.report.numbers import fixed, quantity_cell, significant, usable
-from evaluation.report.samples import at_strokes, loop_of
-from evaluation.report.source import ReportRun, Source, runs_text
-from evaluation.report.tables import cycle_head, why_missing
-from evaluation.report.timelines import timeline_pictures
-from evaluation.report.trend_figures import runs_of_trend, trend_pictures
-from evaluation.report.unnumbered import Unnumbered
-from evaluation.report.verdicts import worst
+from bufferstand.evaluation.figures.plot import Plot, Window
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Picture, Section, Table, Texts
+from bufferstand.evaluation.report.evidence import as_recorded
+from bufferstand.evaluation.report.model_figures import model_pictures
+from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant, usable
+from bufferstand.evaluation.report.samples import at_strokes, loop_of
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.tables import cycle_head, why_missing
+from bufferstand.evaluation.report.timelines import timeline_pictures
+from bufferstand.evaluation.report.trend_figures import runs_of_trend, trend_pictures
+from bufferstand.evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.report.verdicts import worst
 
 _LEVEL_STEP_MM = 10.0
 _LOOP_COLUMNS = (

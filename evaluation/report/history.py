@@ -6,11 +6,11 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
-from evaluation.report.evidence import number_of
-from evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
-from evaluation.report.source import ReportRun, Source, runs_text
-from evaluation.report.verdicts import verdict_cell
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
+from bufferstand.evaluation.report.evidence import number_of
+from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.verdicts import verdict_cell
 
 Entry = Mapping[str, Any]
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from evaluation.report.content import Content
+from bufferstand.evaluation.report.content import Content
 
 
 def render_html(content: Content, figures: Sequence[str]) -> str:
@@ -28,7 +28,7 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
         The same text for the same content.
     """
     environment = Environment(
-        loader=PackageLoader("evaluation.report", "templates"),
+        loader=PackageLoader("bufferstand.evaluation.report", "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from datetime import date
 
-from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Tone
-from evaluation.report.numbers import fixed, moment_text, significant, usable
-from evaluation.report.source import NOT_RECORDED, ReportRun, Source, runs_text
-from foundation.unguarded import NO_TEMPERATURE_STOP
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Tone
+from bufferstand.evaluation.report.numbers import fixed, moment_text, significant, usable
+from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, Source, runs_text
+from bufferstand.foundation.unguarded import NO_TEMPERATURE_STOP
 
 _NOT_USED = "not used (simulated)"
 """Instead of whether a calibration was valid on the day: it is the stand file's, and nobody used it."""

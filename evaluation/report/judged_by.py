@@ -6,8 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Sheet, Table
-from evaluation.report.source import Source, runs_text
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Sheet, Table
+from bufferstand.evaluation.report.source import Source, runs_text
 
 _NOT_STATED = "not stated in the evaluation document"
 _SHEET = (

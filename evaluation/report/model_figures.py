@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.figures.loops import Loop
-from evaluation.figures.model import LoopPair, Warming, model_loops, warming_plot
-from evaluation.figures.plot import Floats
-from evaluation.figures.timeline import Trace
-from evaluation.model_check import RunCheck
-from evaluation.report.content import Cell, Column, Table
-from evaluation.report.modelled import Modelled
-from evaluation.report.numbers import fixed, quantity_cell, significant, usable
-from evaluation.report.samples import loop_of
-from evaluation.report.source import ReportRun, runs_text
-from evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.figures.loops import Loop
+from bufferstand.evaluation.figures.model import LoopPair, Warming, model_loops, warming_plot
+from bufferstand.evaluation.figures.plot import Floats
+from bufferstand.evaluation.figures.timeline import Trace
+from bufferstand.evaluation.model_check import RunCheck
+from bufferstand.evaluation.report.content import Cell, Column, Table
+from bufferstand.evaluation.report.modelled import Modelled
+from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant, usable
+from bufferstand.evaluation.report.samples import loop_of
+from bufferstand.evaluation.report.source import ReportRun, runs_text
+from bufferstand.evaluation.report.unnumbered import Unnumbered
 
 _WARM_K = 3.0
 """A run whose spring warms by more is shown over time, and with its first and last loop."""

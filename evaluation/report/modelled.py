@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from evaluation.model_check import AT_CONTACT_MM, KINDS, RunCheck, answer_to, check_run, drive_of
-from evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Texts
-from evaluation.report.numbers import fixed, quantity_cell, significant
-from evaluation.report.source import ReportRun
-from foundation.canonical import file_hash
-from foundation.errors import BadInput
-from model.file import load_model
-from model.spring import SpringModel
+from bufferstand.evaluation.model_check import AT_CONTACT_MM, KINDS, RunCheck, answer_to, check_run, drive_of
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Texts
+from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant
+from bufferstand.evaluation.report.source import ReportRun
+from bufferstand.foundation.canonical import file_hash
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.file import load_model
+from bufferstand.model.spring import SpringModel
 
 _METHOD = (
     "Nothing is fitted here: the model answers to the stroke as it was run, beginning each run at the first "

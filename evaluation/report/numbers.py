@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from datetime import datetime
 
-from evaluation.report.content import DASH, Cell
+from bufferstand.evaluation.report.content import DASH, Cell
 
 _DECIMALS = {
     "stroke_min_mm": 1,

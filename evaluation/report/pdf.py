@@ -13,9 +13,9 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
-from evaluation.report.content import Content
-from evaluation.report.numbers import moment_of
-from foundation.errors import BadInput
+from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.numbers import moment_of
+from bufferstand.foundation.errors import BadInput
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 _OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
@@ -55,7 +55,11 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     _check_letters(document)
     with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
         folder = Path(name)
-        template = files("evaluation.report").joinpath("templates", "report.typ").read_text(encoding="utf-8")
+        template = (
+            files("bufferstand.evaluation.report")
+            .joinpath("templates", "report.typ")
+            .read_text(encoding="utf-8")
+        )
         (folder / "report.typ").write_text(template, encoding="utf-8")
         (folder / "report.json").write_text(document, encoding="utf-8")
         for number, svg in enumerate(figures, start=1):

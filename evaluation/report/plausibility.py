@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
-from evaluation.report.numbers import significant, usable
-from evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
+from bufferstand.evaluation.report.numbers import significant, usable
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
 
 _EXPLANATION = (
     "Every channel is looked at as it was recorded, and the cycles as a set. Where a finding spoils a "

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from evaluation.archive.identity import settings_entry
-from evaluation.conformity import Candidate, decide_purposes, standing_of
-from evaluation.report.source import ReportRun, Source, runs_text
-from foundation.errors import BadInput
+from bufferstand.evaluation.archive.identity import settings_entry
+from bufferstand.evaluation.conformity import Candidate, decide_purposes, standing_of
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.foundation.errors import BadInput
 
 _KINDS = {"static": "static test", "impact": "impact test", "proof": "proof loads"}
 

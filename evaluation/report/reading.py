@@ -8,24 +8,29 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from evaluation.archive.evaluate import evaluate_archive
-from evaluation.archive.identity import Settings
-from evaluation.archive.local import Local
-from evaluation.archive.tables import document as evaluation_document
-from evaluation.copies import Recording, each_once
-from evaluation.load import load_run
-from evaluation.record import Record
-from evaluation.report.fields import ReportFields, load_fields
-from evaluation.report.modelled import apply_model
-from evaluation.report.purposes import with_purposes
-from evaluation.report.source import ReportRun, Source
-from evaluation.requirements.limit_set import LimitSet, find_limit_set, shipped_limit_set, shipped_names
-from evaluation.results import Options
-from evaluation.validation import load_validation
-from foundation.canonical import file_hash
-from foundation.errors import BadInput
-from recording.catalogue import run_files
-from recording.runfile import Run, open_run
+from bufferstand.evaluation.archive.evaluate import evaluate_archive
+from bufferstand.evaluation.archive.identity import Settings
+from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.tables import document as evaluation_document
+from bufferstand.evaluation.copies import Recording, each_once
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.report.fields import ReportFields, load_fields
+from bufferstand.evaluation.report.modelled import apply_model
+from bufferstand.evaluation.report.purposes import with_purposes
+from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.requirements.limit_set import (
+    LimitSet,
+    find_limit_set,
+    shipped_limit_set,
+    shipped_names,
+)
+from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.validation import load_validation
+from bufferstand.foundation.canonical import file_hash
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.catalogue import run_files
+from bufferstand.recording.runfile import Run, open_run
 
 _EARLIEST = datetime.min.replace(tzinfo=UTC)
 

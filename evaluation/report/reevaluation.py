@@ -6,11 +6,11 @@ import json
 import math
 from collections.abc import Sequence
 
-from evaluation.archive.comparison import Comparison, Move, VerdictChange, compare_evaluations
-from evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
-from evaluation.report.numbers import fixed, significant
-from evaluation.report.source import Source
-from evaluation.report.verdicts import name_of, verdict_cell
+from bufferstand.evaluation.archive.comparison import Comparison, Move, VerdictChange, compare_evaluations
+from bufferstand.evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
+from bufferstand.evaluation.report.numbers import fixed, significant
+from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.verdicts import name_of, verdict_cell
 
 MOST_ROWS = 60
 """Changes of results that are printed; those beyond their uncertainty are never left out."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from evaluation.report.source import Source
-from evaluation.report.verdicts import name_of
+from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.verdicts import name_of
 
 _REMEDY = "state them in a limit set of the laboratory’s own (--limits)"
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.figures.decimate import kept_samples, with_breaks
-from evaluation.figures.loops import Loop
-from evaluation.figures.plot import Floats
-from evaluation.figures.timeline import Step, Trace
-from evaluation.record import Record
-from evaluation.report.numbers import usable
-from evaluation.report.source import ReportRun
+from bufferstand.evaluation.figures.decimate import kept_samples, with_breaks
+from bufferstand.evaluation.figures.loops import Loop
+from bufferstand.evaluation.figures.plot import Floats
+from bufferstand.evaluation.figures.timeline import Step, Trace
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.report.numbers import usable
+from bufferstand.evaluation.report.source import ReportRun
 
 _RUN_POINTS = 1500
 _LONGEST_SENSOR_STEPS = 5.0

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from evaluation.report.fields import ReportFields
-from evaluation.report.numbers import significant, usable
-from evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.fields import ReportFields
+from bufferstand.evaluation.report.numbers import significant, usable
+from bufferstand.evaluation.report.source import ReportRun, Source
 
 SAME_STROKE_MM = 2.0
 SAME_AMPLITUDE = 0.05

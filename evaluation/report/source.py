@@ -7,17 +7,17 @@ from dataclasses import dataclass, fields, replace
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
-from evaluation.extremes import sample_extremes
-from evaluation.record import Record
-from evaluation.report.content import DASH, Cell
-from evaluation.report.fields import ReportFields
-from evaluation.report.numbers import moment_of, usable
-from evaluation.requirements.limit_set import LimitSet
-from evaluation.results import Extreme
-from recording.simulated import simulated_of
+from bufferstand.evaluation.extremes import sample_extremes
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.report.content import DASH, Cell
+from bufferstand.evaluation.report.fields import ReportFields
+from bufferstand.evaluation.report.numbers import moment_of, usable
+from bufferstand.evaluation.requirements.limit_set import LimitSet
+from bufferstand.evaluation.results import Extreme
+from bufferstand.recording.simulated import simulated_of
 
 if TYPE_CHECKING:  # that module answers to the runs defined here
-    from evaluation.report.modelled import Modelled
+    from bufferstand.evaluation.report.modelled import Modelled
 
 NOT_RECORDED = "not recorded in the run file"
 _OF_EXTREME = tuple(each.name for each in fields(Extreme))
@@ -259,7 +259,7 @@ class Source:
     earlier: Mapping[str, Any] | None = None
     """An earlier evaluation document of the same runs, to say what moved."""
     validation: Mapping[str, Any] | None = None
-    """The validation record that the laboratory names (:mod:`evaluation.validation`), if any."""
+    """The validation record that the laboratory names (:mod:`bufferstand.evaluation.validation`), if any."""
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""

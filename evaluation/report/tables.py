@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table
-from evaluation.report.extremes import extremes_table
-from evaluation.report.numbers import measured_cell, moment_text, quantity_cell, usable
-from evaluation.report.source import NOT_RECORDED, ReportRun, Source
-from evaluation.report.verdicts import run_verdict_cell
-from foundation.durations import duration_text
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table
+from bufferstand.evaluation.report.extremes import extremes_table
+from bufferstand.evaluation.report.numbers import measured_cell, moment_text, quantity_cell, usable
+from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, Source
+from bufferstand.evaluation.report.verdicts import run_verdict_cell
+from bufferstand.foundation.durations import duration_text
 
 MOST_HARMONIC_CYCLES = 10
 """Cycles of a harmonic run that are printed; the evaluation document holds them all."""

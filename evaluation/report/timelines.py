@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot
-from evaluation.report.content import DASH, Cell, Column, Table
-from evaluation.report.numbers import fixed, quantity_cell, usable
-from evaluation.report.samples import campaign_clock, energy_trace, steps_of, stroke_trace, temperature_traces
-from evaluation.report.source import ReportRun, Source
-from evaluation.report.unnumbered import Unnumbered
-from foundation.durations import duration_text
+from bufferstand.evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Table
+from bufferstand.evaluation.report.numbers import fixed, quantity_cell, usable
+from bufferstand.evaluation.report.samples import (
+    campaign_clock,
+    energy_trace,
+    steps_of,
+    stroke_trace,
+    temperature_traces,
+)
+from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.unnumbered import Unnumbered
+from bufferstand.foundation.durations import duration_text
 
 
 def timeline_pictures(source: Source) -> list[Unnumbered]:

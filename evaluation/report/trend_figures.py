@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.figures.trends import TrendSeries, damping_trend, stiffness_trend
-from evaluation.report.content import DASH, Cell, Column, Table
-from evaluation.report.numbers import measured_cell, quantity_cell, significant, usable
-from evaluation.report.source import Source
-from evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.figures.trends import TrendSeries, damping_trend, stiffness_trend
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Table
+from bufferstand.evaluation.report.numbers import measured_cell, quantity_cell, significant, usable
+from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.unnumbered import Unnumbered
 
 _QUANTITIES = (
     ("damping", "Damping (absorbed over stored energy)", "–", damping_trend),

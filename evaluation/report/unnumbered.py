@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from evaluation.figures.plot import Plot
-from evaluation.report.content import Table
+from bufferstand.evaluation.figures.plot import Plot
+from bufferstand.evaluation.report.content import Table
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from evaluation.report.content import Cell, Section, Sheet, Texts
-from evaluation.report.identification import given
-from evaluation.report.numbers import moment_text
-from evaluation.report.source import Source
+from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts
+from bufferstand.evaluation.report.identification import given
+from bufferstand.evaluation.report.numbers import moment_text
+from bufferstand.evaluation.report.source import Source
 
 _NONE = (
     "No validation record is named. One is made by “bufferstand validate --out DIR”; name it in report.toml: "

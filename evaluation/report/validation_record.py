@@ -7,13 +7,23 @@ from itertools import groupby
 from math import isfinite
 from pathlib import Path
 
-from evaluation.report.content import DASH, Cell, Column, Content, Section, Sheet, Table, Texts, VerdictLine
-from evaluation.report.html import render_html
-from evaluation.report.pdf import render_pdf
-from evaluation.report.writing import pdf_available
-from evaluation.validation import Check, SetResult, Validation
-from foundation.errors import BadInput
-from foundation.output import replaced_whole
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Content,
+    Section,
+    Sheet,
+    Table,
+    Texts,
+    VerdictLine,
+)
+from bufferstand.evaluation.report.html import render_html
+from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.writing import pdf_available
+from bufferstand.evaluation.validation import Check, SetResult, Validation
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.output import replaced_whole
 
 NAME = "validation"
 _GROUPS = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone, VerdictLine
-from evaluation.report.judged_by import inspection_blocks, limit_set_sheets
-from evaluation.report.numbers import limits_text, measured_cell, probability_text, usable
-from evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone, VerdictLine
+from bufferstand.evaluation.report.judged_by import inspection_blocks, limit_set_sheets
+from bufferstand.evaluation.report.numbers import limits_text, measured_cell, probability_text, usable
+from bufferstand.evaluation.report.source import ReportRun, Source
 
 _NAMES = {
     "preload": "Preload",

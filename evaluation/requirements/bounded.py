@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.gaps.bridge import ASTIR
-from evaluation.record import FloatArray
-from evaluation.requirements.rows import Case, Limits, condition_row
-from evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.gaps.bridge import ASTIR
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row
+from bufferstand.evaluation.results import RequirementResult, Verdict
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def unsure_s(case: Case, moment_s: float) -> float:
     """Return by how much a moment of the motion may be another one: the step of time that it lies in.
 
     Where that is a hole in which the specimen rests, the motion began or ended within its own step beside it
-    (:data:`evaluation.gaps.bridge.ASTIR` of them). Half the step of a rounded clock comes on top.
+    (:data:`bufferstand.evaluation.gaps.bridge.ASTIR` of them). Half the step of a rounded clock comes on top.
     """
     record = case.record
     for hole in case.holes:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from evaluation.requirements.limit_set import InspectionItem, LimitSet
-from evaluation.requirements.rows import Case, Limits, row
-from evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.requirements.limit_set import InspectionItem, LimitSet
+from bufferstand.evaluation.requirements.rows import Case, Limits, row
+from bufferstand.evaluation.results import RequirementResult, Verdict
 
 SERVICEABLE = InspectionItem(
     id="serviceable-condition", text="the specimen is in serviceable condition after the proof load"

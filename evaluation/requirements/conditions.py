@@ -1,8 +1,8 @@
 """Conditions of the static test: was it carried out as the standard says?
 
 A condition is met (``pass``), broken (``fail``), or cannot be told from the record (``inconclusive``). The
-record gives each value as a span (:mod:`evaluation.requirements.bounded`): what may lie between its rows and
-in its holes is in it.
+record gives each value as a span (:mod:`bufferstand.evaluation.requirements.bounded`): what may lie between
+its rows and in its holes is in it.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from evaluation.motion import TurningPoint
-from evaluation.requirements.block import block_contact
-from evaluation.requirements.bounded import Span, rows_read, spanned_row, unsure_s
-from evaluation.requirements.dwell import dwell_span
-from evaluation.requirements.highest_contact import highest_contact
-from evaluation.requirements.limit_set import known
-from evaluation.requirements.rows import Case, Limits, condition_row, shown
-from evaluation.requirements.speed import between_rows, branch_speed
-from evaluation.requirements.strokes import (
+from bufferstand.evaluation.motion import TurningPoint
+from bufferstand.evaluation.requirements.block import block_contact
+from bufferstand.evaluation.requirements.bounded import Span, rows_read, spanned_row, unsure_s
+from bufferstand.evaluation.requirements.dwell import dwell_span
+from bufferstand.evaluation.requirements.highest_contact import highest_contact
+from bufferstand.evaluation.requirements.limit_set import known
+from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
+from bufferstand.evaluation.requirements.speed import between_rows, branch_speed
+from bufferstand.evaluation.requirements.strokes import (
     begins_another,
     bridged_why,
     cycle_count,
     judged_strokes,
     not_evaluated,
 )
-from evaluation.requirements.temperature import temperature_range
-from evaluation.results import CycleResult, RequirementResult, Verdict
+from bufferstand.evaluation.requirements.temperature import temperature_range
+from bufferstand.evaluation.results import CycleResult, RequirementResult, Verdict
 
 _SPEEDS = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s")
 _ARRIVING = 0.02

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from evaluation.choices import DecisionRule
-from evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.choices import DecisionRule
+from bufferstand.evaluation.results import RequirementResult, Verdict
 
 
 def conformance_probability(

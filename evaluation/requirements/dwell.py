@@ -1,21 +1,21 @@
 """How long the stroke may have dwelt at its upper turning point, by what is on record of it.
 
-A dwell is found by its level (:mod:`evaluation.dwells`). One that is shorter than noise and speed let it be
-found, or that lies between rows, is not found and may be there all the same. Its bound is the time between
-the last row that is surely below the top and the first one that is so again, less what the way from and to
-these rows takes at the greatest speed of the branch.
+A dwell is found by its level (:mod:`bufferstand.evaluation.dwells`). One that is shorter than noise and speed
+let it be found, or that lies between rows, is not found and may be there all the same. Its bound is the time
+between the last row that is surely below the top and the first one that is so again, less what the way from
+and to these rows takes at the greatest speed of the branch.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from evaluation.dwells import EASED_S
-from evaluation.gaps.bridge import alike_within
-from evaluation.requirements.bounded import Span, rows_read, unsure_s
-from evaluation.requirements.rows import Case
-from evaluation.requirements.speed import branch_speed
-from evaluation.results import CycleResult
+from bufferstand.evaluation.dwells import EASED_S
+from bufferstand.evaluation.gaps.bridge import alike_within
+from bufferstand.evaluation.requirements.bounded import Span, rows_read, unsure_s
+from bufferstand.evaluation.requirements.rows import Case
+from bufferstand.evaluation.requirements.speed import branch_speed
+from bufferstand.evaluation.results import CycleResult
 
 _NOISE = 3.0
 """The row itself may lie so many standard deviations of its noise nearer to the top."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from evaluation.requirements.rows import Case
+from bufferstand.evaluation.requirements.rows import Case
 
 _SURE = 6.0
 _RUBS_KN = 2.0

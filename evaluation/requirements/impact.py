@@ -7,11 +7,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from evaluation.requirements.decision import govern
-from evaluation.requirements.limit_set import Limit
-from evaluation.requirements.rows import Case, Limits, drawn_ratio, judged, row, shown, unfilled_why
-from evaluation.requirements.strokes import why_not
-from evaluation.results import CycleResult, RequirementResult, Verdict
+from bufferstand.evaluation.requirements.decision import govern
+from bufferstand.evaluation.requirements.limit_set import Limit
+from bufferstand.evaluation.requirements.rows import (
+    Case,
+    Limits,
+    drawn_ratio,
+    judged,
+    row,
+    shown,
+    unfilled_why,
+)
+from bufferstand.evaluation.requirements.strokes import why_not
+from bufferstand.evaluation.results import CycleResult, RequirementResult, Verdict
 
 
 def judge_impact(case: Case) -> list[RequirementResult]:

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from evaluation.results import RunFacts
-from foundation.canonical import content_hash
-from foundation.errors import BadInput
-from foundation.settings import Day, Settings, load_settings
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.foundation.canonical import content_hash
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Day, Settings, load_settings
 
 Length = Annotated[float, Field(gt=0)] | Literal["fill-in"]
 

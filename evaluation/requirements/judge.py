@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from evaluation.contact import FirstContact, beside
-from evaluation.requirements.impact import judge_impact
-from evaluation.requirements.limit_set import LimitSet
-from evaluation.requirements.maintenance import judge_maintenance
-from evaluation.requirements.proof import judge_proof
-from evaluation.requirements.rows import Case
-from evaluation.requirements.static import judge_static
-from evaluation.results import RequirementResult, RunFacts
+from bufferstand.evaluation.contact import FirstContact, beside
+from bufferstand.evaluation.requirements.impact import judge_impact
+from bufferstand.evaluation.requirements.limit_set import LimitSet
+from bufferstand.evaluation.requirements.maintenance import judge_maintenance
+from bufferstand.evaluation.requirements.proof import judge_proof
+from bufferstand.evaluation.requirements.rows import Case
+from bufferstand.evaluation.requirements.static import judge_static
+from bufferstand.evaluation.results import RequirementResult, RunFacts
 
 _NO_TEST = {
     "conditioning": "whose cycles only prepare the specimen",

@@ -13,13 +13,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
-from evaluation.requirements.readings import Readings
-from evaluation.thermometry import READING_INTERVAL_S
-from foundation.canonical import content_hash
-from foundation.errors import BadInput
-from foundation.kind import Kind
-from foundation.settings import Day, Settings, load_settings
-from foundation.wrong_key import WrongKeyError
+from bufferstand.evaluation.requirements.readings import Readings
+from bufferstand.evaluation.thermometry import READING_INTERVAL_S
+from bufferstand.foundation.canonical import content_hash
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.settings import Day, Settings, load_settings
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 FOLDER = Path(__file__).resolve().parent.parent / "limit_sets"
 SHIPPED = FOLDER / "en15551-105mm.toml"

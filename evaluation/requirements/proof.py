@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evaluation.record import FloatArray, Record
-from evaluation.requirements.checklist import SERVICEABLE, judge_item
-from evaluation.requirements.decision import govern
-from evaluation.requirements.limit_set import ProofLoad
-from evaluation.requirements.rows import Case, Limits, judged, row, shown, spoiling
-from evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
-from evaluation.requirements.strokes import why_not
-from evaluation.results import RequirementResult
-from foundation.ranks import median
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.requirements.checklist import SERVICEABLE, judge_item
+from bufferstand.evaluation.requirements.decision import govern
+from bufferstand.evaluation.requirements.limit_set import ProofLoad
+from bufferstand.evaluation.requirements.rows import Case, Limits, judged, row, shown, spoiling
+from bufferstand.evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
+from bufferstand.evaluation.requirements.strokes import why_not
+from bufferstand.evaluation.results import RequirementResult
+from bufferstand.foundation.ranks import median
 
 PEAK_SAMPLES = 5
 """The force reached is the largest mean of so many samples in a row: never a single one."""

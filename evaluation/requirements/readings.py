@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from foundation.settings import Settings
+from bufferstand.foundation.settings import Settings
 
 
 class Readings(Settings):

@@ -7,20 +7,20 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from evaluation.across_runs.shared import Regression
-from evaluation.contact import FirstContact
-from evaluation.error_model import Draws
-from evaluation.gaps.bridge import Hole
-from evaluation.gaps.numbering import Numbering
-from evaluation.gaps.reread import Reread
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.reads import Spoiled
-from evaluation.record import FloatArray, Record
-from evaluation.requirements.decision import conformance_probability, decide
-from evaluation.requirements.inspection import Inspection
-from evaluation.requirements.limit_set import Cited, Limit, LimitSet, known
-from evaluation.results import CycleResult, Options, RequirementResult, RunFacts, Verdict
-from evaluation.uncertainty import CyclePropagation, expanded
+from bufferstand.evaluation.across_runs.shared import Regression
+from bufferstand.evaluation.contact import FirstContact
+from bufferstand.evaluation.error_model import Draws
+from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.numbering import Numbering
+from bufferstand.evaluation.gaps.reread import Reread
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.reads import Spoiled
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.requirements.decision import conformance_probability, decide
+from bufferstand.evaluation.requirements.inspection import Inspection
+from bufferstand.evaluation.requirements.limit_set import Cited, Limit, LimitSet, known
+from bufferstand.evaluation.results import CycleResult, Options, RequirementResult, RunFacts, Verdict
+from bufferstand.evaluation.uncertainty import CyclePropagation, expanded
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Case:
 
     ``draws`` is None, and ``drawn`` empty, where the channels state no uncertainty. ``strokes`` are all
     cycles as they happened, complete or not; ``reread`` those of which something is not on record, from less
-    of it (:mod:`evaluation.gaps.bounds`).
+    of it (:mod:`bufferstand.evaluation.gaps.bounds`).
     """
 
     record: Record

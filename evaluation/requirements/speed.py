@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.quantities import SPEED_WINDOW
-from evaluation.record import FloatArray, Record
-from evaluation.smoothing import moving_slopes
+from bufferstand.evaluation.quantities import SPEED_WINDOW
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.smoothing import moving_slopes
 
 _LEAST_WINDOW = 5
 _PEAK_OF_NOISE = 5.0

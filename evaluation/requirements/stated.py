@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import hypot, sqrt
 
-from evaluation.error_model import SHAPE_SHARE, mean_of_wires
-from evaluation.results import RunFacts
-from evaluation.uncertainty import COVERAGE
+from bufferstand.evaluation.error_model import SHAPE_SHARE, mean_of_wires
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.evaluation.uncertainty import COVERAGE
 
 _RECTANGULAR = sqrt(3.0)
 

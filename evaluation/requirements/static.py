@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from evaluation.quantities import absorbed_energy_J, stored_energy_J
-from evaluation.record import FloatArray
-from evaluation.requirements.block import block_contact
-from evaluation.requirements.conditions import governing, static_conditions
-from evaluation.requirements.decision import govern
-from evaluation.requirements.limit_set import Cited, ForceWindow, known
-from evaluation.requirements.rows import (
+from bufferstand.evaluation.quantities import absorbed_energy_J, stored_energy_J
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.requirements.block import block_contact
+from bufferstand.evaluation.requirements.conditions import governing, static_conditions
+from bufferstand.evaluation.requirements.decision import govern
+from bufferstand.evaluation.requirements.limit_set import Cited, ForceWindow, known
+from bufferstand.evaluation.requirements.rows import (
     Case,
     Limits,
     drawn_ratio,
@@ -23,9 +23,9 @@ from evaluation.requirements.rows import (
     spoiling,
     unfilled_why,
 )
-from evaluation.requirements.strokes import judged_strokes, why_not
-from evaluation.results import CycleResult, RequirementResult
-from evaluation.uncertainty import CyclePropagation, LocalReading, force_draws
+from bufferstand.evaluation.requirements.strokes import judged_strokes, why_not
+from bufferstand.evaluation.results import CycleResult, RequirementResult
+from bufferstand.evaluation.uncertainty import CyclePropagation, LocalReading, force_draws
 
 PRELOAD_FROM_MM, PRELOAD_TO_MM = 2.0, 10.0
 """Preload: line through the loading branch between these strokes, read at stroke 0 (standards.md 1.2)."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from evaluation.requirements.bounded import Span, spanned_row
-from evaluation.requirements.rows import Case, Limits, condition_row, shown
-from evaluation.results import CycleResult, RequirementResult
+from bufferstand.evaluation.requirements.bounded import Span, spanned_row
+from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
+from bufferstand.evaluation.results import CycleResult, RequirementResult
 
 ROSE = 0.05
 """A stroke has begun where it rose by this share of the last one's range: what rises less is no stroke."""

@@ -1,7 +1,7 @@
 """The condition on the temperature of the test: at the start of a cycle and during it.
 
-Readings must cover the cycle (:mod:`evaluation.thermometry.coverage`). Where they do not, a valid reading in
-it that is outside of the range still breaks the condition; without one it cannot be told.
+Readings must cover the cycle (:mod:`bufferstand.evaluation.thermometry.coverage`). Where they do not, a valid
+reading in it that is outside of the range still breaks the condition; without one it cannot be told.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.dwells import EASED_S
-from evaluation.record import FloatArray, Temperature
-from evaluation.requirements.bounded import unsure_s
-from evaluation.requirements.rows import Case, Limits, condition_row, shown
-from evaluation.results import CycleResult, RequirementResult, Verdict
-from evaluation.thermometry import Hole, longest_hole, read_at, readings_of
+from bufferstand.evaluation.dwells import EASED_S
+from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.requirements.bounded import unsure_s
+from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
+from bufferstand.evaluation.results import CycleResult, RequirementResult, Verdict
+from bufferstand.evaluation.thermometry import Hole, longest_hole, read_at, readings_of
 
 _IDENTITY = "temperature-range"
 _SLOW_S = 1.0

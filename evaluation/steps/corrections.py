@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evaluation.motion import Cycle
-from evaluation.results import CycleResult
-from foundation.ranks import median
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.foundation.ranks import median
 
 if TYPE_CHECKING:
-    from evaluation.gaps.found import Found
-    from recording.run import RunEvent
+    from bufferstand.evaluation.gaps.found import Found
+    from bufferstand.recording.run import RunEvent
 
 EVENT = "stroke"
 OVER = 0.85

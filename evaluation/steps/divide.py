@@ -14,11 +14,11 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.motion import TurningPoint
-from evaluation.record import FloatArray
-from evaluation.results import CycleResult
-from foundation.kind import Kind
-from foundation.ranks import median
+from bufferstand.evaluation.motion import TurningPoint
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.ranks import median
 
 ENDS = 0.05
 """Ends of neighbouring cycles of a harmonic step agree within this share of their range …"""

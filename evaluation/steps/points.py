@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from evaluation.results import RunEvaluation
+from bufferstand.evaluation.results import RunEvaluation
 
 
 def points_of(run: RunEvaluation) -> tuple[RunEvaluation, ...]:

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from evaluation.across_runs.shared import Regression, SharedErrors
-from evaluation.alignment import SkewSensitivity, skew_sensitivity
-from evaluation.budget_lines import Budget
-from evaluation.inertia import InertiaForce
-from evaluation.loops import CutLoops
-from evaluation.mean_loop import MeanLoop, mean_loop
-from evaluation.propagations import Propagations
-from evaluation.record import Record
-from evaluation.results import CycleResult, RunFacts, StepResult, Summary
-from evaluation.steps.divide import Division
-from evaluation.summary import MeanOfDraws, summarise
+from bufferstand.evaluation.across_runs.shared import Regression, SharedErrors
+from bufferstand.evaluation.alignment import SkewSensitivity, skew_sensitivity
+from bufferstand.evaluation.budget_lines import Budget
+from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.loops import CutLoops
+from bufferstand.evaluation.mean_loop import MeanLoop, mean_loop
+from bufferstand.evaluation.propagations import Propagations
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult, RunFacts, StepResult, Summary
+from bufferstand.evaluation.steps.divide import Division
+from bufferstand.evaluation.summary import MeanOfDraws, summarise
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def _summed(run: Evaluated, used: tuple[int, ...], tally: MeanOfDraws) -> Summed
     summary = summarise(run.results, used, tally)
     budget: tuple[Budget, ...] = ()
     if run.budgets:
-        from evaluation.budget import run_budget  # noqa: PLC0415 - GTC is slow to import
+        from bufferstand.evaluation.budget import run_budget  # noqa: PLC0415 - GTC is slow to import
 
         stated = run.facts.force_uncertainty, run.facts.stroke_uncertainty
         budget = run_budget(*stated, run.prepared, summary, run.added, _gap_limits(run.results, used))

@@ -1,6 +1,6 @@
 """Temperatures of cycles: what the sensors show, and whether their readings cover a cycle."""
 
-from evaluation.thermometry.coverage import (
+from bufferstand.evaluation.thermometry.coverage import (
     READING_INTERVAL_S,
     Hole,
     covers,
@@ -8,8 +8,8 @@ from evaluation.thermometry.coverage import (
     read_at,
     readings_of,
 )
-from evaluation.thermometry.of_cycles import temperatures_of
-from evaluation.thermometry.why import why_no_temperature
+from bufferstand.evaluation.thermometry.of_cycles import temperatures_of
+from bufferstand.evaluation.thermometry.why import why_no_temperature
 
 __all__ = [
     "READING_INTERVAL_S",

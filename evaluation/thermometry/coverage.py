@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.record import FloatArray, Temperature
 
 READING_INTERVAL_S = 15.0
 """Readings cover a cycle up to this distance, unless the limit set says otherwise."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.record import FloatArray, Temperature
-from evaluation.thermometry.coverage import READING_INTERVAL_S, covers, read_at, readings_of
+from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S, covers, read_at, readings_of
 
 
 def temperatures_of(

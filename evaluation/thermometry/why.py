@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from evaluation.record import Temperature
-from evaluation.thermometry.coverage import longest_hole, readings_of
+from bufferstand.evaluation.record import Temperature
+from bufferstand.evaluation.thermometry.coverage import longest_hole, readings_of
 
 
 def why_no_temperature(

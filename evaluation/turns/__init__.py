@@ -1,9 +1,9 @@
 """What happens where the stroke turns: how sharp it does, and the forces there, of each branch by itself."""
 
-from evaluation.turns.end_forces import EndForces, continuous, end_forces
-from evaluation.turns.force_extremes import ForceExtremes, Inside, force_extremes, overreach
-from evaluation.turns.sharpness import Tips, sharpness
-from evaluation.turns.windows import Ends
+from bufferstand.evaluation.turns.end_forces import EndForces, continuous, end_forces
+from bufferstand.evaluation.turns.force_extremes import ForceExtremes, Inside, force_extremes, overreach
+from bufferstand.evaluation.turns.sharpness import Tips, sharpness
+from bufferstand.evaluation.turns.windows import Ends
 
 __all__ = [
     "EndForces",

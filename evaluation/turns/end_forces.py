@@ -20,9 +20,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray, Record
-from evaluation.turns.nested_fits import MODELS, Choice, choose, fit
-from evaluation.turns.windows import MOST_POINTS, Ends, Windows, end_windows
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.turns.nested_fits import MODELS, Choice, choose, fit
+from bufferstand.evaluation.turns.windows import MOST_POINTS, Ends, Windows, end_windows
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]

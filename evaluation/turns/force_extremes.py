@@ -15,12 +15,12 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.motion import ExtremeReading
-from evaluation.record import FloatArray
-from evaluation.smoothing import smoothed
-from evaluation.turns.end_forces import MOST_ASKED, EndForces
-from evaluation.turns.nested_fits import MODELS, PEAK, Choice, choose, fit
-from evaluation.turns.windows import MOST_POINTS, Windows
+from bufferstand.evaluation.motion import ExtremeReading
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.smoothing import smoothed
+from bufferstand.evaluation.turns.end_forces import MOST_ASKED, EndForces
+from bufferstand.evaluation.turns.nested_fits import MODELS, PEAK, Choice, choose, fit
+from bufferstand.evaluation.turns.windows import MOST_POINTS, Windows
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]

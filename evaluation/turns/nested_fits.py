@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.edges import CONSISTENT
-from evaluation.record import FloatArray
-from evaluation.turns.windows import Windows
+from bufferstand.evaluation.edges import CONSISTENT
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turns.windows import Windows
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -17,7 +17,7 @@ BoolArray = NDArray[np.bool_]
 POINTS = np.array([5, 7, 10, 14, 20, 28, 40])
 """Points of the windows that are tried; of a branch of fewer, all that it has."""
 MODELS = ((0,), (0, 1), (0, 1, 2), (0, 1, 3), (0, 1, 2, 3))
-"""Terms of fits (:class:`evaluation.turns.windows.Windows`)."""
+"""Terms of fits (:class:`bufferstand.evaluation.turns.windows.Windows`)."""
 MOVING = (2, 4)
 """Where the speed changes it is a term: what it does would hide in the noise of few samples near the turn."""
 STILL = (3,)

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.branches import Stretches
-from evaluation.dwells import EASED_S
-from evaluation.motion import CycleColumns, TurnColumns
-from evaluation.record import Record
-from evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
-from evaluation.turns.sharpness import LONGEST_S
-from evaluation.turns.windows import Ends
+from bufferstand.evaluation.branches import Stretches
+from bufferstand.evaluation.dwells import EASED_S
+from bufferstand.evaluation.motion import CycleColumns, TurnColumns
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
+from bufferstand.evaluation.turns.sharpness import LONGEST_S
+from bufferstand.evaluation.turns.windows import Ends
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -28,7 +28,8 @@ _ARRIVES = 0.4
 _CREEP = 0.3
 """Of what a stroke creeps in a rest: standard uncertainty of the place where arriving ends."""
 _AN_EIGHTH = 0.125
-"""The level of a rest is read this share of it, or less, behind its begin (:mod:`evaluation.dwells`)."""
+"""The level of a rest is read this share of it, or less, behind its begin
+(:mod:`bufferstand.evaluation.dwells`)."""
 _EASED = 0.05
 """A stand eases out of a rest over so much of it, at most."""
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.edges import CONSISTENT
-from evaluation.record import FloatArray
-from evaluation.turn_fits import Fits
-from evaluation.turns.sharpness import Tips, sharpness
+from bufferstand.evaluation.edges import CONSISTENT
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.turn_fits import Fits
+from bufferstand.evaluation.turns.sharpness import Tips, sharpness
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -24,8 +24,9 @@ _LIKE_TURNS_SLACK = 1.2
 _RESOLVED = 9
 """A rounded turn is seen as such by a polynomial over so many samples; of fewer, four tell any shape."""
 _BETWEEN_TRIED = 1.0 / 6.0
-"""How wide a turn is rounded is tried in steps of a third to a half (:mod:`evaluation.turns.sharpness`): what
-lies between two of them is no nearer known than half of such a step."""
+"""How wide a turn is rounded is tried in steps of a third to a half
+(:mod:`bufferstand.evaluation.turns.sharpness`): what lies between two of them is no nearer known than half of
+such a step."""
 _ABOVE = 3.0
 """A sample so many of its noise above a fitted turn shows that the stroke went on."""
 _LEAST_NOISE = 1e-6
@@ -34,10 +35,11 @@ _LEAST_NOISE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Selected:
-    """The fit that counts at each turn, shape (R,): those of :class:`evaluation.turn_fits.Fits`, and more.
+    """The fit that counts at each turn, shape (R,): those of :class:`bufferstand.evaluation.turn_fits.Fits`,
+    and more.
 
     ``value`` is turned as the turns are, ``sharp`` says where flanks count, ``found`` where anything does,
-    ``blunt`` by how much a tip may be another (:class:`evaluation.motion.TurningPoint`).
+    ``blunt`` by how much a tip may be another (:class:`bufferstand.evaluation.motion.TurningPoint`).
     """
 
     time_s: FloatArray

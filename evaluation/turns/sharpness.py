@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray
+from bufferstand.evaluation.record import FloatArray
 
 BoolArray = NDArray[np.bool_]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import FloatArray, Record
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]

@@ -4,10 +4,10 @@ ISO/IEC 17025:2017, 7.11.2 asks that software is validated before it is used. Th
 and truth files that any other program can be judged by, too (docs/validation.md).
 """
 
-from evaluation.validation.judging import Check, judge_entry
-from evaluation.validation.performing import SetResult, evaluate_set, judge_results
-from evaluation.validation.proof import Validation, load_validation, validate
-from evaluation.validation.standard_sets import StandardSet, load_sets, shipped_sets
+from bufferstand.evaluation.validation.judging import Check, judge_entry
+from bufferstand.evaluation.validation.performing import SetResult, evaluate_set, judge_results
+from bufferstand.evaluation.validation.proof import Validation, load_validation, validate
+from bufferstand.evaluation.validation.standard_sets import StandardSet, load_sets, shipped_sets
 
 __all__ = [
     "Check",

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from evaluation.validation.standard_sets import Agreed, Where
+from bufferstand.evaluation.validation.standard_sets import Agreed, Where
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evaluation.document import evaluate_entry
-from evaluation.results import Options
-from evaluation.validation.judging import Check, judge_entry
-from evaluation.validation.standard_sets import RECORD, StandardSet
-from foundation.errors import BadInput
-from recording.foreign.importing import import_file
-from recording.foreign.wanted import ImportOptions
+from bufferstand.evaluation.document import evaluate_entry
+from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.validation.judging import Check, judge_entry
+from bufferstand.evaluation.validation.standard_sets import RECORD, StandardSet
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.importing import import_file
+from bufferstand.recording.foreign.wanted import ImportOptions
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from evaluation.archive.identity import Software, software
-from evaluation.validation.performing import SetResult, evaluate_set, judge_results
-from evaluation.validation.standard_sets import StandardSet, hash_of_sets
-from foundation.canonical import content_hash
-from foundation.errors import BadInput
+from bufferstand.evaluation.archive.identity import Software, software
+from bufferstand.evaluation.validation.performing import SetResult, evaluate_set, judge_results
+from bufferstand.evaluation.validation.standard_sets import StandardSet, hash_of_sets
+from bufferstand.foundation.canonical import content_hash
+from bufferstand.foundation.errors import BadInput
 
 SCHEMA = "bufferstand/validation/1"
 
@@ -116,8 +116,8 @@ def validate(
     by : str
         Who validates.
     results : mapping, optional
-        Results of another program by set (:func:`evaluation.validation.performing.judge_results`): judge
-        these instead.
+        Results of another program by set
+        (:func:`bufferstand.evaluation.validation.performing.judge_results`): judge these instead.
     judged : str
         The name of that program.
     made : datetime, optional

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
-from foundation.canonical import content_hash, file_hash
-from foundation.errors import BadInput
-from foundation.kind import Kind
+from bufferstand.foundation.canonical import content_hash, file_hash
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.kind import Kind
 
 SCHEMA = "bufferstand/validation-set/1"
 RECORD, FACTS, MAPPING, TRUTH = "record.csv", "record.toml", "mapping.toml", "truth.json"
@@ -106,7 +106,7 @@ class StandardSet:
 
 def shipped_sets() -> list[StandardSet]:
     """Return the sets that this installation ships, in the order of their ids."""
-    return load_sets(Path(str(files("evaluation.validation").joinpath("sets"))))
+    return load_sets(Path(str(files("bufferstand.evaluation.validation").joinpath("sets"))))
 
 
 def load_sets(folder: Path) -> list[StandardSet]:

@@ -1,23 +1,24 @@
 """Does the record measure what was moved? Signals of one motion held against each other and the plan.
 
-Each check is a pure function from a :class:`evaluation.plausibility.Look` to findings, in its own module.
-What is found joins the findings of the run (:mod:`evaluation.plausibility`) and has their effects.
+Each check is a pure function from a :class:`bufferstand.evaluation.plausibility.Look` to findings, in its own
+module. What is found joins the findings of the run (:mod:`bufferstand.evaluation.plausibility`) and has their
+effects.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from evaluation.channels.signals import Signals
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.wiring.exchanged import force_is_a_stroke
-from evaluation.wiring.expected import Outlook, force_and_plan, outlook_of
-from evaluation.wiring.forces import dead_force, two_forces
-from evaluation.wiring.late import late_force
-from evaluation.wiring.strokes import strokes_and_piston
-from evaluation.wiring.told import told_by_guards
-from evaluation.wiring.warmth import thermometers
+from bufferstand.evaluation.channels.signals import Signals
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.wiring.exchanged import force_is_a_stroke
+from bufferstand.evaluation.wiring.expected import Outlook, force_and_plan, outlook_of
+from bufferstand.evaluation.wiring.forces import dead_force, two_forces
+from bufferstand.evaluation.wiring.late import late_force
+from bufferstand.evaluation.wiring.strokes import strokes_and_piston
+from bufferstand.evaluation.wiring.told import told_by_guards
+from bufferstand.evaluation.wiring.warmth import thermometers
 
 __all__ = ["doubted_signals"]
 

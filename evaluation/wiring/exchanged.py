@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from evaluation.channels.signals import PISTON, Signals
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.record import FloatArray
-from evaluation.wiring.words import SETTING, doubt
+from bufferstand.evaluation.channels.signals import PISTON, Signals
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.wiring.words import SETTING, doubt
 
 SAME = 0.005
 """The force differs from a stroke in figures by less than this share of its range: it is that stroke."""

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.held_against import expected_turns
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.wiring.fit import shown
-from evaluation.wiring.words import SETTING, doubt
-from foundation.ranks import quantile
+from bufferstand.evaluation.held_against import expected_turns
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.wiring.fit import shown
+from bufferstand.evaluation.wiring.words import SETTING, doubt
+from bufferstand.foundation.ranks import quantile
 
 LEAST, MOST = 0.45, 2.2
 """Of a specimen that is what it is said to be the force is this many times the expected one, at least and at

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.record import FloatArray
-from foundation.likeness import likeness
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.likeness import likeness
 
 MOST_LATE_S = 2.0
 """No filter and no bus makes a signal later than this."""

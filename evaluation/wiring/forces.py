@@ -7,13 +7,13 @@ from math import inf, log
 
 import numpy as np
 
-from evaluation.channels.signals import Signals
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.record import FloatArray
-from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
-from evaluation.wiring.jumped import Jumped, jumped
-from evaluation.wiring.words import SECOND, SETTING, doubt
+from bufferstand.evaluation.channels.signals import Signals
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
+from bufferstand.evaluation.wiring.jumped import Jumped, jumped
+from bufferstand.evaluation.wiring.words import SECOND, SETTING, doubt
 
 FACTOR = 0.05
 """The forces may differ by this share: ten times what accuracies of 0.5 % and what wires do explain."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.record import FloatArray
-from foundation.ranks import median, quantile
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.foundation.ranks import median, quantile
 
 LEAST_KN = 3.0
 """A smaller jump is none: twice what right zeros are stated within, and many times their noise."""

@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evaluation.motion import Cycle
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.signs import force_falls
-from evaluation.record import FloatArray, Record
-from evaluation.results import CycleResult
-from evaluation.wiring.fit import fitted, lateness
-from evaluation.wiring.words import SETTING, doubt
-from foundation.ranks import median
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.signs import force_falls
+from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.wiring.fit import fitted, lateness
+from bufferstand.evaluation.wiring.words import SETTING, doubt
+from bufferstand.foundation.ranks import median
 
 KINDS = ("static", "harmonic")
 """An impact has a mass behind it, whose force is not the specimen's alone."""

@@ -13,13 +13,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.channels.signals import Signals
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.record import FloatArray
-from evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
-from evaluation.wiring.words import SETTING, doubt
-from foundation import ranks
+from bufferstand.evaluation.channels.signals import Signals
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
+from bufferstand.evaluation.wiring.words import SETTING, doubt
+from bufferstand.foundation import ranks
 
 STIFFNESS = 150.0
 """Of a machine that states none [kN/mm]."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from evaluation.plausibility.finding import Finding
-from evaluation.plausibility.look import Look
-from evaluation.results import GuardDoubt
+from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.results import GuardDoubt
 
 _OF_FIGURES = ("force", "stroke", "temperature", "speed")
 

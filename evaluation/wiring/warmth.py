@@ -10,11 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.look import Look
-from evaluation.record import FloatArray, Temperature
-from evaluation.wiring.words import SENSOR, doubt
-from foundation.ranks import median
+from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.wiring.words import SENSOR, doubt
+from bufferstand.foundation.ranks import median
 
 FALL_S = 45.0
 """A sensor that falls off comes down in so long …"""

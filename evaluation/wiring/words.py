@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from evaluation.plausibility.finding import Effect, Finding, FindingKind
-from evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.finding import Effect, Finding, FindingKind
+from bufferstand.evaluation.plausibility.look import Look
 
 CABLE = "look at its cable and plug"
 SETTING = "[[controller.channel]] of the stand file"

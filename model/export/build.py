@@ -1,4 +1,4 @@
-"""Build the prebuilt libraries from ``c/``: ``python -m model.export.build [--out DIR]``.
+"""Build the prebuilt libraries from ``c/``: ``python -m bufferstand.model.export.build [--out DIR]``.
 
 Needs ``gcc`` and, for Windows, ``x86_64-w64-mingw32-gcc``. The same compiler gives the same bytes.
 ``binaries/build.json`` tells which source and compiler they came from.
@@ -14,7 +14,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from model.export.fmu import LIBRARIES, SOURCES
+from bufferstand.model.export.fmu import LIBRARIES, SOURCES
 
 HERE = Path(__file__).parent
 SOURCE_FOLDER = HERE / "c"
@@ -64,7 +64,9 @@ def digests(folder: Path, names: tuple[str, ...]) -> dict[str, str]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Build both libraries and write down what they came from."""
-    parser = argparse.ArgumentParser(prog="python -m model.export.build", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m bufferstand.model.export.build", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("--out", type=Path, default=BINARIES, help="folder of the libraries")
     folder: Path = parser.parse_args(arguments).out
     record: dict[str, object] = {"sources": digests(SOURCE_FOLDER, SOURCES)}

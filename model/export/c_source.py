@@ -7,9 +7,9 @@ import textwrap
 from importlib.resources import files
 from pathlib import Path
 
-from foundation.text_file import write_text
-from model.export.losses import C_SOURCE
-from model.spring import SpringModel
+from bufferstand.foundation.text_file import write_text
+from bufferstand.model.export.losses import C_SOURCE
+from bufferstand.model.spring import SpringModel
 
 _EXAMPLE = """\
 /* One stroke to {stroke:g} mm and back in 2 s, at 1 kHz. Build: cc -O2 -ffp-contract=off example.c -lm */
@@ -63,7 +63,7 @@ def _identifier(stem: str) -> str:
 
 
 def _header(model: SpringModel, prefix: str) -> str:
-    core = (files("model.export") / "c" / "bufferstand_spring.h").read_text(encoding="utf-8")
+    core = (files("bufferstand.model.export") / "c" / "bufferstand_spring.h").read_text(encoding="utf-8")
     tables, law, heat = model.tables, model.temperature, model.heat
     rows = tables.rows().tolist()
     scale = "HUGE_VAL" if tables.width_scale_max == float("inf") else repr(tables.width_scale_max)

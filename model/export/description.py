@@ -5,10 +5,10 @@ from __future__ import annotations
 import html
 from xml.etree import ElementTree as ET
 
-from model.export.losses import FMU
-from model.export.options import FmuOptions
-from model.export.variables import Variable
-from model.spring import SpringModel
+from bufferstand.model.export.losses import FMU
+from bufferstand.model.export.options import FmuOptions
+from bufferstand.model.export.variables import Variable
+from bufferstand.model.spring import SpringModel
 
 IDENTIFIER = "bufferstand_spring"
 """Model identifier of both interfaces: name of the libraries."""

@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from foundation.errors import BadInput
-from model.export.description import IDENTIFIER, model_description, page
-from model.export.options import FmuOptions
-from model.export.variables import Variable, start_values, variables
-from model.file import save_model
-from model.spring import SpringModel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.export.description import IDENTIFIER, model_description, page
+from bufferstand.model.export.options import FmuOptions
+from bufferstand.model.export.variables import Variable, start_values, variables
+from bufferstand.model.file import save_model
+from bufferstand.model.spring import SpringModel
 
 LIBRARIES = {"linux64": f"{IDENTIFIER}.so", "win64": f"{IDENTIFIER}.dll"}
 """Prebuilt libraries by FMI's name of the platform."""
@@ -126,7 +126,7 @@ def _guid(*parts: bytes) -> str:
 
 
 def _own(name: str) -> bytes:
-    return (files("model.export") / name).read_bytes()
+    return (files("bufferstand.model.export") / name).read_bytes()
 
 
 def _model_file(model: SpringModel) -> bytes:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from foundation.errors import BadInput
-from model.export.choices import Positive, Units
-from model.spring import SpringModel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.export.choices import Positive, Units
+from bufferstand.model.spring import SpringModel
 
 
 @dataclass(frozen=True)

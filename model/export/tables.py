@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.text_file import write_text
-from model.export.losses import FANCHER, TABLES
-from model.spring import SpringModel
+from bufferstand.foundation.text_file import write_text
+from bufferstand.model.export.losses import FANCHER, TABLES
+from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from model.export.options import FmuOptions
-from model.spring import SpringModel
+from bufferstand.model.export.options import FmuOptions
+from bufferstand.model.spring import SpringModel
 
 Kind = Literal["Real", "Boolean"]
 

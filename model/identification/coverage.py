@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.identification.problem import Problem
-from model.identification.response import Answer
+from bufferstand.model.identification.problem import Problem
+from bufferstand.model.identification.response import Answer
 
 _DEEP_SHARE = 0.25
 _INNER_SHARE = 0.5

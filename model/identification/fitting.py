@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from foundation.errors import BadInput
-from model.identification.laws import LAWS, NAMES
-from model.identification.parameters import bounds, curves_at_knots
-from model.identification.problem import Problem
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.identification.laws import LAWS, NAMES
+from bufferstand.model.identification.parameters import bounds, curves_at_knots
+from bufferstand.model.identification.problem import Problem
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

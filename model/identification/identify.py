@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from model.identification.coverage import RunFacts, facts_of, reason
-from model.identification.drive import Drive
-from model.identification.fitting import Estimate, Solution, estimates, freeze, identified, solve
-from model.identification.laws import LAWS, NAMES
-from model.identification.parameters import Frame, model_of
-from model.identification.problem import Experiment, Problem
-from model.identification.starting import knots_of, start_vector
-from model.identification.validation import CycleCheck, check_cycles, cycles_of, quality
-from model.spring import SpringModel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.identification.coverage import RunFacts, facts_of, reason
+from bufferstand.model.identification.drive import Drive
+from bufferstand.model.identification.fitting import Estimate, Solution, estimates, freeze, identified, solve
+from bufferstand.model.identification.laws import LAWS, NAMES
+from bufferstand.model.identification.parameters import Frame, model_of
+from bufferstand.model.identification.problem import Experiment, Problem
+from bufferstand.model.identification.starting import knots_of, start_vector
+from bufferstand.model.identification.validation import CycleCheck, check_cycles, cycles_of, quality
+from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -123,7 +123,7 @@ def identify(drives: Sequence[Drive], settings: Settings | None = None) -> Ident
     ----------
     drives : sequence of Drive
         Independent of each other: each begins with a temperature of its own. Runs in a row are joined first
-        (:func:`model.identification.drive.join`), so that their cooling counts too.
+        (:func:`bufferstand.model.identification.drive.join`), so that their cooling counts too.
     settings : Settings, optional
 
     Returns

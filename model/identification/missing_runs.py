@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from model.identification.identify import Identification, Unknown
+from bufferstand.model.identification.identify import Identification, Unknown
 
 _TEMPERATURE = ("sensitivity_per_K", "depth_mm", "loss_sensitivity_per_K")
 _HEAT = ("capacity_J_per_K", "loss_W_per_K", "sensor_lag_s")

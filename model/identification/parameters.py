@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.curves import Curves
-from model.identification.laws import LAWS, NAMES
-from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+from bufferstand.model.curves import Curves
+from bufferstand.model.identification.laws import LAWS, NAMES
+from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 Floats = NDArray[np.float64]
 

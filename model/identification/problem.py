@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.curves import Curves
-from model.identification.drive import Drive
-from model.identification.laws import LAWS
-from model.identification.parameters import STAGE_OF, Frame, curves_of, model_of, scales
-from model.identification.response import Answer, BandStage, LagStage, answer
-from model.tables import BandTables
+from bufferstand.model.curves import Curves
+from bufferstand.model.identification.drive import Drive
+from bufferstand.model.identification.laws import LAWS
+from bufferstand.model.identification.parameters import STAGE_OF, Frame, curves_of, model_of, scales
+from bufferstand.model.identification.response import Answer, BandStage, LagStage, answer
+from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

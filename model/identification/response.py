@@ -1,7 +1,8 @@
 """What a spring model answers to a drive, in stages that are kept while their parameters stay.
 
 The band position follows from the stroke alone (``docs/model.md``), so a change of the thermal parameters
-costs no more than a few cumulative sums. Same laws and figures as :func:`model.simulation.simulate` (tested).
+costs no more than a few cumulative sums. Same laws and figures as
+:func:`bufferstand.model.simulation.simulate` (tested).
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from model.simulation import band_history, lag_history
-from model.spring import SpringModel
-from model.tables import BandTables
+from bufferstand.model.simulation import band_history, lag_history
+from bufferstand.model.spring import SpringModel
+from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
 

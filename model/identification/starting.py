@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from model.identification.drive import Drive
-from model.identification.parameters import Frame, pack
-from model.measured_curves import branch_at
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.identification.drive import Drive
+from bufferstand.model.identification.parameters import Frame, pack
+from bufferstand.model.measured_curves import branch_at
 
 Floats = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.identification.drive import Drive
-from model.identification.fitting import Solution
-from model.identification.problem import Experiment
-from model.identification.response import Answer
+from bufferstand.model.identification.drive import Drive
+from bufferstand.model.identification.fitting import Solution
+from bufferstand.model.identification.problem import Experiment
+from bufferstand.model.identification.response import Answer
 
 Floats = NDArray[np.float64]
 Places = NDArray[np.intp]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, KNOWN, Breach
-from protocols.admissible.judge import Judge
-from protocols.admissible.unknown import SLOW_MM_PER_S, shows_the_curve
+from bufferstand.protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, KNOWN, Breach
+from bufferstand.protocols.admissible.judge import Judge
+from bufferstand.protocols.admissible.unknown import SLOW_MM_PER_S, shows_the_curve
 
 __all__ = ["BELOW_ZERO", "HYDRAULICS", "KNOWN", "SLOW_MM_PER_S", "Breach", "Judge", "shows_the_curve"]

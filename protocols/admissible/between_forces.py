@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from protocols.admissible.breach import RESOLUTION, Breach, down, greatest_share, over
-from protocols.admissible.grounds import Grounds
-from protocols.admissible.slow import SlowJudge
-from protocols.force_turns import FINEST_MM, Loading
-from protocols.kinds import ForceCyclesStep
-from protocols.steps import ForceCycles
+from bufferstand.protocols.admissible.breach import RESOLUTION, Breach, down, greatest_share, over
+from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.slow import SlowJudge
+from bufferstand.protocols.force_turns import FINEST_MM, Loading
+from bufferstand.protocols.kinds import ForceCyclesStep
+from bufferstand.protocols.steps import ForceCycles
 
 OVERRUN = "overrun"
 """Name of the limit that speed and reaction set: how near to the force limit a turn may be."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from protocols.limits import TOLERANCE, Bound
+from bufferstand.protocols.limits import TOLERANCE, Bound
 
 BELOW_ZERO = "prestress_mm − amplitude_mm >= 0"
 """Name of the limit that keeps the actuator in contact (paper § 3.1: no force impacts)."""

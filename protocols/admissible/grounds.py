@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from protocols.admissible.breach import KNOWN, Breach
-from protocols.limits import TOLERANCE, Envelope
-from protocols.prediction import Predictor
+from bufferstand.protocols.admissible.breach import KNOWN, Breach
+from bufferstand.protocols.limits import TOLERANCE, Envelope
+from bufferstand.protocols.prediction import Predictor
 
 
 @dataclass(frozen=True)

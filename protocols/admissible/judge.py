@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from protocols.admissible.between_forces import BetweenForcesJudge
-from protocols.admissible.breach import Breach, over, within
-from protocols.admissible.grounds import Grounds
-from protocols.admissible.sine import SineJudge
-from protocols.admissible.slow import SlowJudge
-from protocols.admissible.unknown import too_soon
-from protocols.campaign import MotionSettings
-from protocols.expansion import Request
-from protocols.kinds import (
+from bufferstand.protocols.admissible.between_forces import BetweenForcesJudge
+from bufferstand.protocols.admissible.breach import Breach, over, within
+from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.sine import SineJudge
+from bufferstand.protocols.admissible.slow import SlowJudge
+from bufferstand.protocols.admissible.unknown import too_soon
+from bufferstand.protocols.campaign import MotionSettings
+from bufferstand.protocols.expansion import Request
+from bufferstand.protocols.kinds import (
     ConditioningStep,
     ForceCyclesStep,
     HarmonicPiece,

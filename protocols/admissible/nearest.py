@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from protocols.admissible.breach import HYDRAULICS, RESOLUTION, down, greatest_share
-from protocols.admissible.grounds import Grounds
-from protocols.kinds import HarmonicStep
-from protocols.limits import TOLERANCE
+from bufferstand.protocols.admissible.breach import HYDRAULICS, RESOLUTION, down, greatest_share
+from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.kinds import HarmonicStep
+from bufferstand.protocols.limits import TOLERANCE
 
 Problem = tuple[str, str]
 """Name of the limit that is broken, and what is asked and allowed."""

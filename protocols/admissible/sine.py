@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, Breach, said, too_fast
-from protocols.admissible.grounds import Grounds
-from protocols.admissible.nearest import nearest_sine
-from protocols.commanded import Sine
-from protocols.first_cycle import Course, first_cycle
-from protocols.kinds import HarmonicStep
-from protocols.limits import TOLERANCE
+from bufferstand.protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, Breach, said, too_fast
+from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.nearest import nearest_sine
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.first_cycle import Course, first_cycle
+from bufferstand.protocols.kinds import HarmonicStep
+from bufferstand.protocols.limits import TOLERANCE
 
 
 @dataclass(frozen=True)

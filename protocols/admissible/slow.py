@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from protocols.admissible.breach import HYDRAULICS, Breach, down, greatest_share, over, said, too_fast
-from protocols.admissible.grounds import Grounds
-from protocols.commanded import piston_mm
-from protocols.kinds import HoldStep, RampPiece, StaticStep
-from protocols.limits import TOLERANCE
-from protocols.prediction import StaticEstimate, force_at
+from bufferstand.protocols.admissible.breach import (
+    HYDRAULICS,
+    Breach,
+    down,
+    greatest_share,
+    over,
+    said,
+    too_fast,
+)
+from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.commanded import piston_mm
+from bufferstand.protocols.kinds import HoldStep, RampPiece, StaticStep
+from bufferstand.protocols.limits import TOLERANCE
+from bufferstand.protocols.prediction import StaticEstimate, force_at
 
 
 @dataclass(frozen=True)

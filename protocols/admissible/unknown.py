@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from protocols.admissible.breach import KNOWN, Breach
-from protocols.kinds import (
+from bufferstand.protocols.admissible.breach import KNOWN, Breach
+from bufferstand.protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
     HoldStep,

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from protocols.kinds.choosing import checked_kind
-from protocols.kinds.common import Positive, Rated, StepSettings, UntilSteady, as_tuple
-from protocols.kinds.composed import HarmonicPiece, HoldPiece, MotionStep, Piece, RampPiece, ReleasePiece
-from protocols.kinds.cyclic import ConditioningStep, HarmonicStep, InnerLoopsStep, StaticStep, SweepStep
-from protocols.kinds.force_cycles import ForceCyclesStep
-from protocols.kinds.repeated import NESTED_KINDS, RepeatStep
-from protocols.kinds.single import SingleStep
-from protocols.kinds.still import CoolDownStep, HoldStep, TouchStep
-from protocols.kinds.temperatures import TemperatureSettings
-from protocols.kinds.warming import WarmUpStep
+from bufferstand.protocols.kinds.choosing import checked_kind
+from bufferstand.protocols.kinds.common import Positive, Rated, StepSettings, UntilSteady, as_tuple
+from bufferstand.protocols.kinds.composed import (
+    HarmonicPiece,
+    HoldPiece,
+    MotionStep,
+    Piece,
+    RampPiece,
+    ReleasePiece,
+)
+from bufferstand.protocols.kinds.cyclic import (
+    ConditioningStep,
+    HarmonicStep,
+    InnerLoopsStep,
+    StaticStep,
+    SweepStep,
+)
+from bufferstand.protocols.kinds.force_cycles import ForceCyclesStep
+from bufferstand.protocols.kinds.repeated import NESTED_KINDS, RepeatStep
+from bufferstand.protocols.kinds.single import SingleStep
+from bufferstand.protocols.kinds.still import CoolDownStep, HoldStep, TouchStep
+from bufferstand.protocols.kinds.temperatures import TemperatureSettings
+from bufferstand.protocols.kinds.warming import WarmUpStep
 
 Step = SingleStep | SweepStep | RepeatStep
 """What ``[[step]]`` can be."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Sequence
 
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 
 def checked_kind(

@@ -6,13 +6,13 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from foundation.settings import Numbers, Settings
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
-from protocols.kinds.strokes import StrokeSettings
-from protocols.kinds.temperatures import TemperatureSettings
-from protocols.physical import Cycles, Percent
-from protocols.steps import Steadiness
+from bufferstand.foundation.settings import Numbers, Settings
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.protocols.kinds.strokes import StrokeSettings
+from bufferstand.protocols.kinds.temperatures import TemperatureSettings
+from bufferstand.protocols.physical import Cycles, Percent
+from bufferstand.protocols.steps import Steadiness
 
 Positive = Annotated[float, Field(gt=0)]
 

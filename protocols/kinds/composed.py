@@ -6,11 +6,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from foundation.settings import Settings
-from foundation.wrong_key import WrongKeyError
-from protocols.kinds.common import Rated, StepSettings, as_tuple
-from protocols.kinds.cyclic import HarmonicStep
-from protocols.physical import Cycles, Duration, Force, Frequency, Speed, Stroke, StrokeFromZero
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.protocols.kinds.common import Rated, StepSettings, as_tuple
+from bufferstand.protocols.kinds.cyclic import HarmonicStep
+from bufferstand.protocols.physical import Cycles, Duration, Force, Frequency, Speed, Stroke, StrokeFromZero
 
 
 class RampPiece(Settings):

@@ -8,11 +8,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from foundation.purpose import Purpose
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
-from protocols.kinds.common import Rated, StepSettings, SweepNumbers, UntilSteady, as_tuple
-from protocols.physical import (
+from bufferstand.foundation.purpose import Purpose
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.protocols.kinds.common import Rated, StepSettings, SweepNumbers, UntilSteady, as_tuple
+from bufferstand.protocols.physical import (
     Cycles,
     Force,
     Frequency,

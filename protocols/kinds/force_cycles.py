@@ -6,11 +6,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
-from protocols.kinds.common import StepSettings
-from protocols.physical import Cycles, Force, Speed, Stroke
-from protocols.steps import ForceCycles
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.protocols.kinds.common import StepSettings
+from bufferstand.protocols.physical import Cycles, Force, Speed, Stroke
+from bufferstand.protocols.steps import ForceCycles
 
 LARGEST_TOLERANCE_PERCENT = 20.0
 """A wider one would let the cycles be others than those that were asked for."""

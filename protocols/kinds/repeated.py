@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from protocols.kinds.choosing import checked_kind
-from protocols.kinds.common import Named, as_tuple
-from protocols.kinds.cyclic import SweepStep
-from protocols.kinds.single import SingleStep
+from bufferstand.protocols.kinds.choosing import checked_kind
+from bufferstand.protocols.kinds.common import Named, as_tuple
+from bufferstand.protocols.kinds.cyclic import SweepStep
+from bufferstand.protocols.kinds.single import SingleStep
 
 MOST_TIMES = 1000
 """So often at most steps are repeated; more is a slip of the pen."""

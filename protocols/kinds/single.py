@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from protocols.kinds.composed import MotionStep
-from protocols.kinds.cyclic import ConditioningStep, HarmonicStep, InnerLoopsStep, StaticStep
-from protocols.kinds.force_cycles import ForceCyclesStep
-from protocols.kinds.still import CoolDownStep, HoldStep, TouchStep
-from protocols.kinds.warming import WarmUpStep
+from bufferstand.protocols.kinds.composed import MotionStep
+from bufferstand.protocols.kinds.cyclic import ConditioningStep, HarmonicStep, InnerLoopsStep, StaticStep
+from bufferstand.protocols.kinds.force_cycles import ForceCyclesStep
+from bufferstand.protocols.kinds.still import CoolDownStep, HoldStep, TouchStep
+from bufferstand.protocols.kinds.warming import WarmUpStep
 
 SingleStep = (
     StaticStep

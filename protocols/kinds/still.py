@@ -6,10 +6,10 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
-from foundation.wrong_key import WrongKeyError
-from protocols.kinds.common import StepSettings
-from protocols.physical import Duration, Force, Speed, Stroke, Temperature, Timeout
-from protocols.zero_table import TouchForce, TouchSpeed
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.protocols.kinds.common import StepSettings
+from bufferstand.protocols.physical import Duration, Force, Speed, Stroke, Temperature, Timeout
+from bufferstand.protocols.zero_table import TouchForce, TouchSpeed
 
 
 class HoldStep(StepSettings):

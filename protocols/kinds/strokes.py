@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from foundation.settings import Settings
+from bufferstand.foundation.settings import Settings
 
 
 class StrokeSettings(Settings):

@@ -6,10 +6,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, model_validator
 
-from foundation.settings import Settings
-from foundation.wrong_key import WrongKeyError
-from protocols.physical import Temperature, Timeout, bounds_of
-from protocols.steps import StartBand
+from bufferstand.foundation.settings import Settings
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.protocols.physical import Temperature, Timeout, bounds_of
+from bufferstand.protocols.steps import StartBand
 
 
 def _as_pair(value: object) -> object:

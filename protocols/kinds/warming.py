@@ -6,12 +6,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
-from protocols.evenness import LOOK_S
-from protocols.kinds.cyclic import SineOrSlow
-from protocols.physical import Cycles, Pause, Temperature, Timeout
-from protocols.steps import Warmth
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.protocols.evenness import LOOK_S
+from bufferstand.protocols.kinds.cyclic import SineOrSlow
+from bufferstand.protocols.physical import Cycles, Pause, Temperature, Timeout
+from bufferstand.protocols.steps import Warmth
 
 
 class WarmUpStep(SineOrSlow):

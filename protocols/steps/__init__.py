@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from protocols.steps.conditions import (
+from bufferstand.protocols.steps.conditions import (
     Heating,
     StartBand,
     Steadiness,
     Warmth,
 )
-from protocols.steps.motions import (
+from bufferstand.protocols.steps.motions import (
     ForceCycles,
     Harmonic,
     Hold,
@@ -22,11 +22,11 @@ from protocols.steps.motions import (
     motion_dict,
     motions_after,
 )
-from protocols.steps.planned import (
+from bufferstand.protocols.steps.planned import (
     ExpectedStop,
     PlannedStep,
 )
-from protocols.steps.turning import (
+from bufferstand.protocols.steps.turning import (
     MotionEstimate,
     TurnChanges,
     Turns,

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from foundation.kind import Kind
-from foundation.purpose import Purpose
-from protocols.steps.conditions import Heating, StartBand, Steadiness, Warmth
-from protocols.steps.motions import (
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.purpose import Purpose
+from bufferstand.protocols.steps.conditions import Heating, StartBand, Steadiness, Warmth
+from bufferstand.protocols.steps.motions import (
     ForceCycles,
     Harmonic,
     Motion,
@@ -17,7 +17,7 @@ from protocols.steps.motions import (
     WaitUntilCool,
     motion_dict,
 )
-from protocols.steps.turning import MotionEstimate, Turns
+from bufferstand.protocols.steps.turning import MotionEstimate, Turns
 
 
 @dataclass(frozen=True)

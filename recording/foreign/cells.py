@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from recording.foreign.heading import NUMBER
-from recording.foreign.moments import Moments
-from recording.foreign.record import Clock, Findings, Floats, Header, Reading
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.heading import NUMBER
+from bufferstand.recording.foreign.moments import Moments
+from bufferstand.recording.foreign.record import Clock, Findings, Floats, Header, Reading
 
 NOT_A_NUMBER = "cell(s) that are no number, taken as no value"
 _INFINITE = ("inf", "infinity")

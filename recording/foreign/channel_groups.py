@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from recording.foreign.record import Floats, Header
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.record import Floats, Header
 
 
 @contextmanager

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from foundation.channel import ChannelUncertainty
-from foundation.errors import BadInput
-from foundation.units import FACTORS, conversion
-from recording.foreign.record import ForeignRecord, Header
+from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.units import FACTORS, conversion
+from bufferstand.recording.foreign.record import ForeignRecord, Header
 
 REQUIRED = ("stroke_1", "force")
 PLAIN_NAMES = ("time", "stroke_1", "stroke_2", "force", "speed")

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from recording.foreign.cells import NOT_A_NUMBER, BadCell, CellReader
-from recording.foreign.dialect import SEPARATORS, Dialect, detect
-from recording.foreign.moments import Moments
-from recording.foreign.plainrows import PlainReader
-from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
-from recording.foreign.sifting import Form, Sieve, WrongLine, wrong_line
-from recording.foreign.textblocks import TextBlock, text_blocks
-from recording.foreign.thousands import SignWitness, perhaps_thousands
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.cells import NOT_A_NUMBER, BadCell, CellReader
+from bufferstand.recording.foreign.dialect import SEPARATORS, Dialect, detect
+from bufferstand.recording.foreign.moments import Moments
+from bufferstand.recording.foreign.plainrows import PlainReader
+from bufferstand.recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
+from bufferstand.recording.foreign.sifting import Form, Sieve, WrongLine, wrong_line
+from bufferstand.recording.foreign.textblocks import TextBlock, text_blocks
+from bufferstand.recording.foreign.thousands import SignWitness, perhaps_thousands
 
 SIGNS = (".", ",")
 
@@ -42,7 +42,7 @@ class DelimitedRecord:
     Raises
     ------
     BadInput
-        As :func:`recording.foreign.dialect.detect`.
+        As :func:`bufferstand.recording.foreign.dialect.detect`.
     """
 
     row_word = "line"

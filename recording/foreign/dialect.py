@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from foundation.errors import BadInput
-from recording.foreign.heading import LOOKED_AT, Heading, find_heading, is_value, names_headers
-from recording.foreign.record import Header, Reading
-from recording.foreign.splitting import text_rows
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.heading import LOOKED_AT, Heading, find_heading, is_value, names_headers
+from bufferstand.recording.foreign.record import Header, Reading
+from bufferstand.recording.foreign.splitting import text_rows
 
 SEPARATORS = {"\t": "tab", ";": ";", ",": ","}
 """Separators understood, in the order in which they are tried, with their names in messages."""

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from foundation.errors import BadInput
-from recording.foreign.channel_groups import missing_library, of_library, quiet
-from recording.foreign.columns import DATE_TIME
-from recording.foreign.heading import LOOKED_AT, find_heading
-from recording.foreign.moments import Moments
-from recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
-from recording.foreign.sheet_cells import DAY_0, TIMES, SheetCells
-from recording.foreign.sheet_rows import SheetSieve, SheetTable, as_texts, is_number, is_remark
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.channel_groups import missing_library, of_library, quiet
+from bufferstand.recording.foreign.columns import DATE_TIME
+from bufferstand.recording.foreign.heading import LOOKED_AT, find_heading
+from bufferstand.recording.foreign.moments import Moments
+from bufferstand.recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
+from bufferstand.recording.foreign.sheet_cells import DAY_0, TIMES, SheetCells
+from bufferstand.recording.foreign.sheet_rows import SheetSieve, SheetTable, as_texts, is_number, is_remark
 
 _TEXT_OF_FORMULA = "str"
 """Type of a cell whose formula gave a text: openpyxl keeps it where that is empty."""

@@ -6,9 +6,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from foundation.units import FACTORS
-from recording.foreign.columns import DATE_TIME, REQUIRED, full_name, spelled, split_header
-from recording.foreign.record import Header, Reading
+from bufferstand.foundation.units import FACTORS
+from bufferstand.recording.foreign.columns import DATE_TIME, REQUIRED, full_name, spelled, split_header
+from bufferstand.recording.foreign.record import Header, Reading
 
 LOOKED_AT = 200
 """Rows in which the header row is sought."""

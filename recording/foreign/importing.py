@@ -1,7 +1,7 @@
 """Foreign records become run files: what they hold is kept as it is, what was decided is written down.
 
-A reader of another format is one more :class:`recording.foreign.record.ForeignRecord`; all else here serves
-it too.
+A reader of another format is one more :class:`bufferstand.recording.foreign.record.ForeignRecord`; all else
+here serves it too.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from foundation.canonical import canonical_json, file_hash
-from foundation.channel import Channel
-from foundation.errors import BadInput
-from foundation.names import readable
-from foundation.specimen import SpecimenFile, load_specimen
-from foundation.units import INSIDE_UNIT
-from recording.content import StreamContent
-from recording.foreign.columns import Column, map_columns
-from recording.foreign.mapping import mapping_facts
-from recording.foreign.opening import open_record
-from recording.foreign.record import ForeignRecord
-from recording.foreign.timebases import TimeBase, rate_findings, time_bases, value_findings
-from recording.foreign.wanted import ImportOptions, Wanted, wanted_of
-from recording.metadata import FORMAT, FORMAT_VERSION, KINDS
-from recording.runfile import read_metadata, write_run
-from recording.seal import RUN_SUFFIX
+from bufferstand.foundation.canonical import canonical_json, file_hash
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.names import readable
+from bufferstand.foundation.specimen import SpecimenFile, load_specimen
+from bufferstand.foundation.units import INSIDE_UNIT
+from bufferstand.recording.content import StreamContent
+from bufferstand.recording.foreign.columns import Column, map_columns
+from bufferstand.recording.foreign.mapping import mapping_facts
+from bufferstand.recording.foreign.opening import open_record
+from bufferstand.recording.foreign.record import ForeignRecord
+from bufferstand.recording.foreign.timebases import TimeBase, rate_findings, time_bases, value_findings
+from bufferstand.recording.foreign.wanted import ImportOptions, Wanted, wanted_of
+from bufferstand.recording.metadata import FORMAT, FORMAT_VERSION, KINDS
+from bufferstand.recording.runfile import read_metadata, write_run
+from bufferstand.recording.seal import RUN_SUFFIX
 
 DEFAULT_KIND = "harmonic"
 _ADDED = ("datasets", "content_sha256")

@@ -9,15 +9,15 @@ from zoneinfo import ZoneInfo
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from foundation.canonical import file_hash
-from foundation.channel import ChannelUncertainty
-from foundation.errors import BadInput
-from foundation.kind import Kind
-from foundation.rates import LOGGER_HZ
-from foundation.settings import Day, Settings, load_settings
-from foundation.wanted import Within
-from foundation.wrong_key import WrongKeyError
-from recording.foreign.columns import DATE_TIME, Wish, full_name
+from bufferstand.foundation.canonical import file_hash
+from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.kind import Kind
+from bufferstand.foundation.rates import LOGGER_HZ
+from bufferstand.foundation.settings import Day, Settings, load_settings
+from bufferstand.foundation.wanted import Within
+from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.recording.foreign.columns import DATE_TIME, Wish, full_name
 
 
 def _as_texts(value: object) -> object:

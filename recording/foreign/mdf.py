@@ -14,17 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from foundation.errors import BadInput
-from foundation.units import to_inside
-from recording.foreign.channel_groups import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.units import to_inside
+from bufferstand.recording.foreign.channel_groups import (
     Groups,
     as_numbers,
     missing_library,
     of_library,
     quiet,
 )
-from recording.foreign.columns import spelled
-from recording.foreign.record import Clock, Floats, Header, Numbers, Reading
+from bufferstand.recording.foreign.columns import spelled
+from bufferstand.recording.foreign.record import Clock, Floats, Header, Numbers, Reading
 
 _TIME = 1
 """Kind of a master channel that is a time (MDF 4: cn_sync_type)."""

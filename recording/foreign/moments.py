@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from recording.foreign.record import Clock, Floats
+from bufferstand.recording.foreign.record import Clock, Floats
 
 _NS_PER_S = 1_000_000_000
 _NOT_A_TIME = np.iinfo(np.int64).min

@@ -13,10 +13,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from recording.foreign.moments import Moments
-from recording.foreign.record import Clock, Floats, Reading
-from recording.foreign.sifting import Form
-from recording.foreign.splitting import QUOTE
+from bufferstand.recording.foreign.moments import Moments
+from bufferstand.recording.foreign.record import Clock, Floats, Reading
+from bufferstand.recording.foreign.sifting import Form
+from bufferstand.recording.foreign.splitting import QUOTE
 
 _REMARK = re.compile(r"^[ \t]*#", re.MULTILINE)
 _LINE_FEED, _SPACE = ord("\n"), ord(" ")

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.foreign.cells import NOT_A_NUMBER, BadCell
-from recording.foreign.heading import NUMBER
-from recording.foreign.moments import KNOWN_DATES, Moments
-from recording.foreign.record import Findings, Floats, Header, Reading
-from recording.foreign.thousands import grouped_number, perhaps_thousands
+from bufferstand.recording.foreign.cells import NOT_A_NUMBER, BadCell
+from bufferstand.recording.foreign.heading import NUMBER
+from bufferstand.recording.foreign.moments import KNOWN_DATES, Moments
+from bufferstand.recording.foreign.record import Findings, Floats, Header, Reading
+from bufferstand.recording.foreign.thousands import grouped_number, perhaps_thousands
 
 TIMES = datetime | time | timedelta
 TEXT_NUMBERS = "number(s) stored as text"

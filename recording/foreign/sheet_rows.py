@@ -9,10 +9,10 @@ from datetime import date, time, timedelta
 from pathlib import Path
 from typing import Any
 
-from foundation.errors import BadInput
-from recording.foreign.heading import NUMBER, is_units, is_value
-from recording.foreign.record import Findings, Reading
-from recording.foreign.sifting import HEADINGS, REMARKS
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.heading import NUMBER, is_units, is_value
+from bufferstand.recording.foreign.record import Findings, Reading
+from bufferstand.recording.foreign.sifting import HEADINGS, REMARKS
 
 ABOVE = "row(s) of text above a header row inside the data, left out with it"
 BLANK = "blank row(s) inside the data"

@@ -6,10 +6,10 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from foundation.errors import BadInput
-from recording.foreign.heading import is_data, is_units, is_value
-from recording.foreign.record import Findings
-from recording.foreign.splitting import TextRow, text_rows
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.heading import is_data, is_units, is_value
+from bufferstand.recording.foreign.record import Findings
+from bufferstand.recording.foreign.splitting import TextRow, text_rows
 
 LEFT_OUT = "line(s) could not be read and were left out"
 HEADINGS = "header row(s) inside the data"

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from recording.foreign.heading import is_number
+from bufferstand.recording.foreign.heading import is_number
 
 QUOTE = '"'
 _ROW_LIKE = 2

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.content import Segment
-from recording.foreign.instants import doubled_rows, shared_stamps, spread_stamps
+from bufferstand.recording.content import Segment
+from bufferstand.recording.foreign.instants import doubled_rows, shared_stamps, spread_stamps
 
 LONG = 1.5
 """An interval is a gap if it is longer than this many usual ones: half-way to one lost sample."""

@@ -12,17 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from foundation.errors import BadInput
-from recording.foreign.channel_groups import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.channel_groups import (
     Groups,
     as_numbers,
     missing_library,
     of_library,
     quiet,
 )
-from recording.foreign.columns import DATE_TIME
-from recording.foreign.moments import Moments
-from recording.foreign.record import Clock, Floats, Numbers, Reading
+from bufferstand.recording.foreign.columns import DATE_TIME
+from bufferstand.recording.foreign.moments import Moments
+from bufferstand.recording.foreign.record import Clock, Floats, Numbers, Reading
 
 _SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
 _SECONDS = ("", "s", "sec", "Time", "time", "seconds")

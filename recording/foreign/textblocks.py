@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from foundation.errors import BadInput
-from recording.foreign.dialect import Dialect, wrong_encoding
-from recording.foreign.heading import is_data
-from recording.foreign.record import MISSING
-from recording.foreign.splitting import split_line
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.dialect import Dialect, wrong_encoding
+from bufferstand.recording.foreign.heading import is_data
+from bufferstand.recording.foreign.record import MISSING
+from bufferstand.recording.foreign.splitting import split_line
 
 BLOCK_CHARACTERS = 1 << 23
 _MOST_FURTHER_LINES = 1000

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from recording.foreign.record import Floats
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.record import Floats
 
 Texts = Callable[[NDArray[np.int64]], Iterable[str]]
 """Gives the cells of a column, by index."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.errors import BadInput
-from recording.content import StreamContent
-from recording.foreign.columns import DATE_TIME, Column, quoted
-from recording.foreign.instants import has_own_instants
-from recording.foreign.record import Clock, Floats, ForeignRecord, Numbers
-from recording.foreign.stamps import Stamps, examine
-from recording.foreign.wanted import Wanted
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import StreamContent
+from bufferstand.recording.foreign.columns import DATE_TIME, Column, quoted
+from bufferstand.recording.foreign.instants import has_own_instants
+from bufferstand.recording.foreign.record import Clock, Floats, ForeignRecord, Numbers
+from bufferstand.recording.foreign.stamps import Stamps, examine
+from bufferstand.recording.foreign.wanted import Wanted
 
 STREAM = "record"
 """The stream of the stroke; further time bases are ``record_2`` …"""
@@ -111,8 +111,9 @@ def _base_of(bases: Sequence[TimeBase], channel: str) -> TimeBase:
 def by_instants(base: TimeBase, word: str) -> list[TimeBase]:
     """Return a time base apart by the rows in which its channels were read, where these differ.
 
-    A channel that is read in some of the rows only (:func:`recording.foreign.instants.has_own_instants`)
-    keeps these rows and their stamps; the others stay with all rows.
+    A channel that is read in some of the rows only
+    (:func:`bufferstand.recording.foreign.instants.has_own_instants`) keeps these rows and their stamps; the
+    others stay with all rows.
 
     Parameters
     ----------

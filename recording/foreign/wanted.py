@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
-from foundation.errors import BadInput
-from recording.foreign.columns import Wish, channel_name
-from recording.foreign.mapping import FileForm, MappingFile, load_mapping
-from recording.foreign.record import Reading
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.columns import Wish, channel_name
+from bufferstand.recording.foreign.mapping import FileForm, MappingFile, load_mapping
+from bufferstand.recording.foreign.record import Reading
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from evaluation import api
-from recording.content import Segment, StreamContent
-from recording.runfile import write_run
+from bufferstand.evaluation import api
+from bufferstand.recording.content import Segment, StreamContent
+from bufferstand.recording.runfile import write_run
 from tests.recording import samples
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,12 +11,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from cli.campaigns import Prepared, prepare
-from daq.limits import guards_for
-from daq.panel import GuardSet
-from drivers.connect import build_controller, build_sensors
-from drivers.interfaces import Stand
-from foundation.clock import WallClock
+from bufferstand.cli.campaigns import Prepared, prepare
+from bufferstand.daq.limits import guards_for
+from bufferstand.daq.panel import GuardSet
+from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.foundation.clock import WallClock
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 Table = dict[str, Any]
@@ -109,7 +109,7 @@ def base_specimen() -> Table:
 
 
 def with_key(document: Table, path: tuple[str, ...], value: object) -> Table:
-    """Return a document with one key set; ``path`` as of :class:`foundation.within.Key`."""
+    """Return a document with one key set; ``path`` as of :class:`bufferstand.foundation.within.Key`."""
     document = copy.deepcopy(document)
     names = [part for part in path if not part.startswith("kind=")]
     here: Any = document

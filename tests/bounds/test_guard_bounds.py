@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from protocols.guard_bounds import kept_text
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.guard_bounds import kept_text
 from tests.bounds.files import Files, Table, base_campaign, base_stand, guards_of, with_key
 
 # The sample stand: 600 kN, 250 mm, 800 mm/s, thermometers read once a second; specimen 105 mm; air 21 °C.

@@ -14,14 +14,14 @@ from typing import Any
 
 import pytest
 
-from cli.campaigns import Prepared
-from drivers.simulated.settings import SimulationSettings, simulation_settings
-from drivers.stand_file import StandFile
-from foundation.errors import BadInput
-from foundation.specimen import SpecimenFile
-from foundation.within import Key, numeric_keys
-from protocols.campaign import CampaignFile
-from protocols.guard_bounds import RELATIVE
+from bufferstand.cli.campaigns import Prepared
+from bufferstand.drivers.simulated.settings import SimulationSettings, simulation_settings
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.specimen import SpecimenFile
+from bufferstand.foundation.within import Key, numeric_keys
+from bufferstand.protocols.campaign import CampaignFile
+from bufferstand.protocols.guard_bounds import RELATIVE
 from tests.bounds.files import (
     Files,
     Table,

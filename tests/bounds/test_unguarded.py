@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cli.commands.plan import command
-from cli.main import main
-from daq.unguarded import demand_thermometers, is_reason, unguarded, unguarded_at
-from drivers.stand_file import load_stand
-from foundation.errors import BadInput
-from protocols.curve_predictor import NothingKnown
+from bufferstand.cli.commands.plan import command
+from bufferstand.cli.main import main
+from bufferstand.daq.unguarded import demand_thermometers, is_reason, unguarded, unguarded_at
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.curve_predictor import NothingKnown
 from tests.bounds.files import (
     SINE,
     Files,

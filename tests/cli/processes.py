@@ -10,7 +10,7 @@ from pathlib import Path
 def bufferstand(*words: str | Path, timeout_s: float = 240.0) -> subprocess.CompletedProcess[str]:
     """Run the command; standard input is empty."""
     return subprocess.run(
-        [sys.executable, "-P", "-m", "cli", *map(str, words)],
+        [sys.executable, "-P", "-m", "bufferstand", *map(str, words)],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

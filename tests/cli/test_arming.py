@@ -16,11 +16,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cli.arming import LOOK_S, Movement, ask_to_move, check_given, typed_line
-from cli.campaigns import prepare
-from cli.movement import campaign_movement, motion_text
-from foundation.errors import BadInput
-from protocols.steps import Harmonic, RampTo, StaticCycles
+from bufferstand.cli.arming import LOOK_S, Movement, ask_to_move, check_given, typed_line
+from bufferstand.cli.campaigns import prepare
+from bufferstand.cli.movement import campaign_movement, motion_text
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.steps import Harmonic, RampTo, StaticCycles
 from tests.cli.processes import bufferstand
 from tests.terminals import in_terminal
 

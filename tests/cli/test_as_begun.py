@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from cli import as_begun
-from cli.arming import Consent
-from cli.as_begun import accepted_changes, accepted_serial, demand_same_kind, going_on_simulated
-from cli.campaigns import Prepared, prepare
-from daq.begun import Begun, begun, software_version
-from daq.folder import CampaignFolder, CampaignRecord
-from drivers.connect import Look
-from drivers.interfaces import Identity
-from foundation.errors import BadInput, DeviceFault
+from bufferstand.cli import as_begun
+from bufferstand.cli.arming import Consent
+from bufferstand.cli.as_begun import accepted_changes, accepted_serial, demand_same_kind, going_on_simulated
+from bufferstand.cli.campaigns import Prepared, prepare
+from bufferstand.daq.begun import Begun, begun, software_version
+from bufferstand.daq.folder import CampaignFolder, CampaignRecord
+from bufferstand.drivers.connect import Look
+from bufferstand.drivers.interfaces import Identity
+from bufferstand.foundation.errors import BadInput, DeviceFault
 from tests.cli.test_edits import Lab
 
 WAS = Identity("ring", "10.0.0.1:502", "4711", "ring edition 3 sha256 aa", 1000.0)

@@ -13,15 +13,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cli import edits
-from cli.campaigns import prepare
-from cli.edits import Choice, Going, going_on
-from daq.folder import CampaignFolder, CampaignRecord, load_record
-from daq.inputs import edits_between
-from daq.metadata import CampaignFacts
-from daq.starting import begin, left_to_do
-from drivers.profile import SHIPPED
-from foundation.errors import BadInput
+from bufferstand.cli import edits
+from bufferstand.cli.campaigns import prepare
+from bufferstand.cli.edits import Choice, Going, going_on
+from bufferstand.daq.folder import CampaignFolder, CampaignRecord, load_record
+from bufferstand.daq.inputs import edits_between
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.starting import begin, left_to_do
+from bufferstand.drivers.profile import SHIPPED
+from bufferstand.foundation.errors import BadInput
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 FACTS = CampaignFacts(stand={}, watchdog_s=2.0, started_here=True)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from cli.commands.run import finish
-from daq.folder import CampaignStatus
-from daq.runner import CampaignOutcome
-from foundation.errors import ExitStatus
+from bufferstand.cli.commands.run import finish
+from bufferstand.daq.folder import CampaignStatus
+from bufferstand.daq.runner import CampaignOutcome
+from bufferstand.foundation.errors import ExitStatus
 
 
 def end_line(

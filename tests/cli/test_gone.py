@@ -10,8 +10,8 @@ import sys
 
 import pytest
 
-from cli.gone import is_closed_terminal, nobody_reads, say
-from foundation.errors import ExitStatus
+from bufferstand.cli.gone import is_closed_terminal, nobody_reads, say
+from bufferstand.foundation.errors import ExitStatus
 
 SHOWS_TWICE = """
 import sys, click, cli.main as main

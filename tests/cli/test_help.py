@@ -7,14 +7,14 @@ import sys
 
 import pytest
 
-from cli.commands.model import COMMANDS as MODEL_COMMANDS
-from cli.main import COMMANDS
+from bufferstand.cli.commands.model import COMMANDS as MODEL_COMMANDS
+from bufferstand.cli.main import COMMANDS
 
 HEAVY = ("numpy", "scipy", "pandas", "h5py", "matplotlib", "pydantic", "pymodbus", "numba", "rich", "jinja2")
 EVERY = [*COMMANDS, *(f"model {name}" for name in MODEL_COMMANDS)]
 ASK = """
 import sys
-from cli.main import main
+from bufferstand.cli.main import main
 for command in sys.argv[1:]:
     try:
         main([*command.split(), "--help"])

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 _TOLD = """
 import os
-from cli.main import main
+from bufferstand.cli.main import main
 try:
     main(["--version"])
 finally:
@@ -35,7 +35,7 @@ def test_linear_algebra_has_one_thread_whatever_the_user_has_set(threads: str) -
 def test_a_reader_that_has_gone_is_no_failure(arguments: list[str]) -> None:
     """Status 1 is that of a specimen that failed (contracts § 1)."""
     with subprocess.Popen(
-        [sys.executable, "-P", "-m", "cli", *arguments],
+        [sys.executable, "-P", "-m", "bufferstand", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         cwd=ROOT,
@@ -51,7 +51,7 @@ def test_a_reader_that_has_gone_is_no_failure(arguments: list[str]) -> None:
 def test_an_output_that_takes_no_more_is_said_in_one_line(arguments: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-P", "-m", "cli", *arguments],
+            [sys.executable, "-P", "-m", "bufferstand", *arguments],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,

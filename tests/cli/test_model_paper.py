@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cli.commands.model_paper import command
-from foundation.errors import BadInput
+from bufferstand.cli.commands.model_paper import command
+from bufferstand.foundation.errors import BadInput
 
 PAGE = Path(__file__).parents[2] / "docs" / "paper-figures.md"
 NUMBER = re.compile(r"[−-]?\d+\.?\d*")

@@ -8,8 +8,8 @@ from pathlib import Path
 import click
 import pytest
 
-from cli.main import bufferstand, main
-from cli.options import FiniteFloat, FiniteRange
+from bufferstand.cli.main import bufferstand, main
+from bufferstand.cli.options import FiniteFloat, FiniteRange
 
 STAND = Path(__file__).parents[2] / "sample_runs" / "stand.toml"
 DEMO = STAND.with_name("demo.toml")

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cli.campaigns import prepare
-from cli.commands.plan import command
-from foundation.errors import BadInput
+from bufferstand.cli.campaigns import prepare
+from bufferstand.cli.commands.plan import command
+from bufferstand.foundation.errors import BadInput
 from tests.cli.test_edits import Lab
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from cli.as_run_view import rows_against
-from cli.campaigns import prepare
-from cli.commands.resume import command
-from cli.commands.run import finish
-from daq.as_run import AsRun, Expected, add_as_run, rows_in_force
-from daq.folder import CampaignFolder, StepRecord
-from daq.runner import CampaignOutcome
-from foundation.errors import BadInput, ExitStatus
+from bufferstand.cli.as_run_view import rows_against
+from bufferstand.cli.campaigns import prepare
+from bufferstand.cli.commands.resume import command
+from bufferstand.cli.commands.run import finish
+from bufferstand.daq.as_run import AsRun, Expected, add_as_run, rows_in_force
+from bufferstand.daq.folder import CampaignFolder, StepRecord
+from bufferstand.daq.runner import CampaignOutcome
+from bufferstand.foundation.errors import BadInput, ExitStatus
 from tests.cli.test_edits import Lab
 
 
@@ -29,7 +29,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lab:
     def touched(*_: object, **__: object) -> Any:
         raise AssertionError("asked for, or started")
 
-    for name in ("cli.running.consent_to_move", "cli.running.perform"):
+    for name in ("bufferstand.cli.running.consent_to_move", "bufferstand.cli.running.perform"):
         monkeypatch.setattr(name, touched)
     return lab
 

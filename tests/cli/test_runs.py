@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from cli.commands import runs
-from cli.commands.runs import command
-from foundation.errors import BadInput
+from bufferstand.cli.commands import runs
+from bufferstand.cli.commands.runs import command
+from bufferstand.foundation.errors import BadInput
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs" / "runs"
 

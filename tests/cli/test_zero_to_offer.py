@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from cli.campaigns import prepare
-from cli.running import zero_to_offer
-from daq.kept_zero import stored_path
-from foundation.errors import BadInput
+from bufferstand.cli.campaigns import prepare
+from bufferstand.cli.running import zero_to_offer
+from bufferstand.daq.kept_zero import stored_path
+from bufferstand.foundation.errors import BadInput
 from tests.daq.test_in_process import NO_TOUCH, campaign
 
 STEP = """

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from daq.metadata import CampaignFacts
-from daq.progress import Progress
-from foundation.specimen import Specimen
-from model.file import load_model
-from protocols.campaign import load_campaign
-from protocols.limits import StandLimits
-from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.progress import Progress
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.model.file import load_model
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.prediction import ModelPredictor
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 

@@ -71,12 +71,10 @@ def nothing(*_: object, **__: object) -> None:
 
 def watch(doom: Doom) -> None:
     """Let the recorder leave evidence, and tell when what begins."""
-    import daq.driving
-    import daq.runner
-    import daq.session
-    from daq.zeroing import Zeroing
-    from recording.segments import SegmentedJournal
-    from recording.writer import RunRecorder
+    from bufferstand.daq import driving, runner, session
+    from bufferstand.daq.zeroing import Zeroing
+    from bufferstand.recording.segments import SegmentedJournal
+    from bufferstand.recording.writer import RunRecorder
 
     def acknowledged(journal: Any, *_: object) -> None:
         doom.write(f"{journal._first.stem}.ack", f"{journal.durable}\n".encode())
@@ -103,15 +101,15 @@ def watch(doom: Doom) -> None:
     for name in ("sync", "finish"):
         around(SegmentedJournal, name, nothing, acknowledged)
     around(
-        daq.runner,
+        runner,
         "seal_orphans",
         lambda *_: doom.at("recovering", "recovering"),
         lambda *_: doom.at("", "connecting"),
     )
     for owner, name, stage in (
         (Zeroing, "_creep", "touching"),
-        (daq.session, "warm_up", "warming"),
-        (daq.driving, "cycle_between_forces", "cycling"),
+        (session, "warm_up", "warming"),
+        (driving, "cycle_between_forces", "cycling"),
     ):
         around(
             owner,
@@ -124,11 +122,11 @@ def watch(doom: Doom) -> None:
 def main(words: list[str]) -> None:
     """Run the command on the stand that is served already."""
     doom = Doom(Path(words[0]), words[1], float(words[2]))
-    import cli.running
-    from cli.main import main as bufferstand
-    from drivers.simulated.server import Served
-    from drivers.stand_file import StandFile, with_endpoints
-    from foundation.clock import Clock, WallClock
+    from bufferstand.cli import running
+    from bufferstand.cli.main import main as bufferstand
+    from bufferstand.drivers.simulated.server import Served
+    from bufferstand.drivers.stand_file import StandFile, with_endpoints
+    from bufferstand.foundation.clock import Clock, WallClock
 
     served = Served(**json.loads(Path(words[3]).read_text()))
 
@@ -136,7 +134,7 @@ def main(words: list[str]) -> None:
     def stand(prepared: Any, **_: object) -> Iterator[tuple[StandFile, Clock]]:
         yield with_endpoints(prepared.stand_file, served.endpoints()), WallClock(served.speed)
 
-    cli.running.simulated_stand = stand
+    running.simulated_stand = stand
     watch(doom)
     sys.argv = ["bufferstand", *words[4:]]
     bufferstand()
@@ -144,10 +142,10 @@ def main(words: list[str]) -> None:
 
 def serve() -> None:
     """Run one command after the other, each in a process of its own that need not import everything again."""
-    import cli.campaigns
-    import cli.commands.resume
-    import cli.commands.run
-    import cli.running  # noqa: F401
+    import bufferstand.cli.campaigns
+    import bufferstand.cli.commands.resume
+    import bufferstand.cli.commands.run
+    import bufferstand.cli.running  # noqa: F401
 
     for line in sys.stdin:
         log, words = json.loads(line)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drivers.interfaces import (
+from bufferstand.drivers.interfaces import (
     ControllerStatus,
     EndReason,
     Identity,
@@ -20,8 +20,8 @@ from drivers.interfaces import (
     StreamFacts,
     WriterSeen,
 )
-from foundation.channel import Calibration, Channel
-from foundation.errors import CommandRejected, DeviceFault, NotInCharge, WireLost
+from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge, WireLost
 
 RATE_HZ = 1000.0
 STIFFNESS_KN_PER_MM = 5.0

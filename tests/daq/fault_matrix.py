@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.progress import Progress
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.simulated.faults import CHANNELS, FAULTS, ScheduledFault
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from recording.writer import RunRecorder
+from bufferstand.daq.progress import Progress
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.simulated.faults import CHANNELS, FAULTS, ScheduledFault
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.recording.writer import RunRecorder
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 

@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from drivers.connect import build_controller
-from drivers.interfaces import Controller, ControllerStatus, MotionState
-from drivers.simulated.process import start_process
-from drivers.stand_file import load_stand, with_endpoints
-from foundation.clock import WallClock
-from recording.runfile import open_run
-from recording.verify import verify
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.verify import verify
 from tests.contract.stand.backends import write_stand
 
 ROOT = Path(__file__).parents[2]

@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from daq.metadata import CampaignFacts
-from daq.pace import Pace
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.interfaces import StreamFacts
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from foundation.channel import Channel
-from model.file import load_model
-from model.stepper import SpringStepper
-from protocols.prediction import ModelPredictor
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.interfaces import StreamFacts
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.foundation.channel import Channel
+from bufferstand.model.file import load_model
+from bufferstand.model.stepper import SpringStepper
+from bufferstand.protocols.prediction import ModelPredictor
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import facts_of
 from tests.daq.stroke_bench import MODEL, Case, SoftSpring, planned

@@ -8,14 +8,14 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.as_run import read_as_run
-from daq.pace import Pace
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.simulated.inprocess import open_in_process
-from model.file import load_model
-from protocols.plan import Plan
-from protocols.prediction import ModelPredictor
+from bufferstand.daq.as_run import read_as_run
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.model.file import load_model
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import ModelPredictor
 from tests.daq.cases import SAMPLES
 from tests.daq.run_in_process import facts_of, sample_plan
 

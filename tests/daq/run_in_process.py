@@ -6,20 +6,20 @@ import sys
 import time
 from pathlib import Path
 
-from daq.metadata import CampaignFacts
-from daq.pace import Pace
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from daq.signals import StopRequest, stop_on_signals
-from daq.terminal import PlainLines
-from drivers.simulated.inprocess import open_in_process
-from drivers.stand_file import StandFile, load_stand
-from foundation.specimen import load_specimen
-from model.file import load_model
-from protocols.campaign import load_campaign
-from protocols.limits import StandLimits
-from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.signals import StopRequest, stop_on_signals
+from bufferstand.daq.terminal import PlainLines
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.model.file import load_model
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.prediction import ModelPredictor
 
 COARSE = RunSettings(pace=Pace(tick_s=0.05))
 """A pass every 50 ms: a third of the processor time, where it is not the reaction that is tried."""

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from daq.wiring.heat import AIR_K, COOLS_S, believed_lag_s, most_J_per_K
-from daq.wiring.stopped_sensor import STEP_K, Heat, StoppedSensor
+from bufferstand.daq.wiring.heat import AIR_K, COOLS_S, believed_lag_s, most_J_per_K
+from bufferstand.daq.wiring.stopped_sensor import STEP_K, Heat, StoppedSensor
 
 Floats = np.ndarray
 BEFORE_S = 20.0

@@ -10,20 +10,20 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from daq.pace import Pace
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.profile import SHIPPED
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.stand_file import StandFile, load_stand
-from foundation.specimen import load_specimen
-from model.file import load_model
-from model.stepper import SpringStepper
-from protocols.campaign import load_campaign
-from protocols.limits import StandLimits
-from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor
-from recording.runfile import open_run
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.profile import SHIPPED
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.model.file import load_model
+from bufferstand.model.stepper import SpringStepper
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of
 

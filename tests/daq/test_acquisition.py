@@ -8,13 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.guards import Action, AgreementGuard, ChannelGuard
-from daq.pace import Pace
-from daq.panel import GuardPanel, GuardSet
-from daq.temperature_guard import TemperatureGuard
-from drivers.interfaces import MotionState, SampleBlock, Stand
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.guards import Action, AgreementGuard, ChannelGuard
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.temperature_guard import TemperatureGuard
+from bufferstand.drivers.interfaces import MotionState, SampleBlock, Stand
 from tests.daq.cases import ListRecorder
 from tests.daq.fake_stand import BLOCK, FakeClock, FakeController, FakeThermometer, Orders, fake_stand
 
@@ -175,7 +175,7 @@ def test_a_late_pass_is_said_only_where_guards_were_to_look(
 ) -> None:
     """Not before the actuator is switched on, nor where the stand stood still with this program."""
     steady_s = [0.0]
-    monkeypatch.setattr("daq.acquisition.steady_s", lambda: steady_s[0])
+    monkeypatch.setattr("bufferstand.daq.acquisition.steady_s", lambda: steady_s[0])
     civil_s = lambda: 1000.0 + steady_s[0]  # noqa: E731
     acquisition, controller, recorder = acquire(civil_s=civil_s)
 

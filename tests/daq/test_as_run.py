@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from daq.agenda import Agenda
-from daq.as_run import AsRun, Expected, add_as_run, read_as_run, report_rows, totals
-from daq.heat_log import Seen
-from protocols.curve_predictor import CurvePredictor
-from protocols.plan import make_plan
+from bufferstand.daq.agenda import Agenda
+from bufferstand.daq.as_run import AsRun, Expected, add_as_run, read_as_run, report_rows, totals
+from bufferstand.daq.heat_log import Seen
+from bufferstand.protocols.curve_predictor import CurvePredictor
+from bufferstand.protocols.plan import make_plan
 from tests.protocols.conftest import SPECIMEN, STAND, Load
 from tests.protocols.conftest import load as load  # noqa: PLC0414 - a fixture
 

@@ -10,11 +10,11 @@ from typing import cast
 
 import pytest
 
-from daq.acquisition import Acquisition
-from daq.before_start import delivery_trouble, first_look, specimen_gaps, zero_trouble
-from drivers.delivery import Delivery
-from drivers.simulated.virtual_clock import VirtualClock
-from foundation.specimen import Specimen
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.before_start import delivery_trouble, first_look, specimen_gaps, zero_trouble
+from bufferstand.drivers.delivery import Delivery
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.foundation.specimen import Specimen
 from tests.daq.fake_stand import Orders
 from tests.daq.test_runner import Case
 

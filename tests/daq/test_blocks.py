@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.blocks import join_blocks
-from drivers.interfaces import SampleBlock
+from bufferstand.daq.blocks import join_blocks
+from bufferstand.drivers.interfaces import SampleBlock
 
 
 def block(first: int, count: int, *, lost: int = 0, stream: str = "controller") -> SampleBlock:

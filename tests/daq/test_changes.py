@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from daq.changes import controller_changes, file_changes, software_changes
-from daq.inputs import FileEdit
-from drivers.interfaces import Identity
+from bufferstand.daq.changes import controller_changes, file_changes, software_changes
+from bufferstand.daq.inputs import FileEdit
+from bufferstand.drivers.interfaces import Identity
 
 STAND = """
 [controller]

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from daq.crests import Turned, noise_of, upper_crest
-from drivers.simulated.physics import Actuator, ActuatorFacts
+from bufferstand.daq.crests import Turned, noise_of, upper_crest
+from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts
 
 MEAN_MM = 40.0
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from daq.folder import load_record
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.simulated.inprocess import open_in_process
-from drivers.stand_file import load_stand
-from foundation.specimen import load_specimen
-from protocols.campaign import load_campaign
-from protocols.curve_predictor import NothingKnown
-from protocols.limits import StandLimits
-from protocols.plan import make_plan
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.curve_predictor import NothingKnown
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import make_plan
 from tests.daq.run_in_process import COARSE, facts_of
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"

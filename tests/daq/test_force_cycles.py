@@ -14,17 +14,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from daq.as_run import read_as_run
-from daq.pace import Pace
-from daq.progress import Progress
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from daq.scaling import ScaledBlock
-from daq.signals import StopLevel, StopRequest
-from daq.turn_watch import TurnWatch
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.virtual_link import behind_a_wire
-from recording.runfile import open_run
+from bufferstand.daq.as_run import read_as_run
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.progress import Progress
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.daq.turn_watch import TurnWatch
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.virtual_link import behind_a_wire
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_start_band import PREDICTOR
@@ -191,7 +191,8 @@ def test_a_slow_loop_makes_the_first_cycle_slower_and_not_overrun(
 def test_the_evaluation_finds_its_cycles(tmp_path: Path, default: tuple[Path, CampaignOutcome]) -> None:
     (wanted,) = default[1].runs
     done = subprocess.run(
-        [sys.executable, "-P", "-m", "cli", "evaluate", str(wanted), "--json", str(tmp_path / "e.json")],
+        [sys.executable, "-P", "-m", "bufferstand", "evaluate", str(wanted), "--json",
+         str(tmp_path / "e.json")],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -13,18 +13,18 @@ from typing import cast
 import numpy as np
 import pytest
 
-from daq.cycles_judged import CyclesJudged
-from daq.full_cycles import Change, FullCycles
-from daq.scaling import ScaledBlock
-from daq.sine_watch import SineWatch
-from daq.stroke_agreement import Once, Terms
-from daq.stroke_learning import StrokeKnowledge
-from daq.stroke_looking import Order, SineLook
-from daq.stroke_rows import StrokeRow
-from drivers.interfaces import Controller
-from protocols.commanded import Sine
-from protocols.steps import Harmonic
-from protocols.stroke_table import StrokeTable
+from bufferstand.daq.cycles_judged import CyclesJudged
+from bufferstand.daq.full_cycles import Change, FullCycles
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.sine_watch import SineWatch
+from bufferstand.daq.stroke_agreement import Once, Terms
+from bufferstand.daq.stroke_learning import StrokeKnowledge
+from bufferstand.daq.stroke_looking import Order, SineLook
+from bufferstand.daq.stroke_rows import StrokeRow
+from bufferstand.drivers.interfaces import Controller
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.steps import Harmonic
+from bufferstand.protocols.stroke_table import StrokeTable
 from tests.daq.stroke_bench import Case, reached, run
 from tests.daq.stroke_study import sine
 from tests.daq.test_stroke_learning import WIDE

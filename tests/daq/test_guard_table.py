@@ -9,20 +9,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from daq.clock_guard import HostMemory, LagGuard, LagMemory, evaluate_host, evaluate_lag
-from daq.guards import Action, Trip
-from daq.limits import guards_for
-from daq.missed_guard import MissedGuard, evaluate_missed
-from daq.panel import GuardPanel
-from daq.rate_guard import SpeedGuard, SpeedMemory, evaluate_speed
-from daq.recorder_guard import RecorderGuard
-from daq.scaling import ScaledBlock
-from drivers.interfaces import ControllerStatus, EndReason, MotionState, SensorFault, Stand, StreamFacts
-from foundation.errors import BadInput
-from foundation.settings import parse_settings
-from foundation.specimen import Specimen
-from protocols.guard_table import GuardTable
-from protocols.limits import StandLimits, TestLimits, envelope
+from bufferstand.daq.clock_guard import HostMemory, LagGuard, LagMemory, evaluate_host, evaluate_lag
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.limits import guards_for
+from bufferstand.daq.missed_guard import MissedGuard, evaluate_missed
+from bufferstand.daq.panel import GuardPanel
+from bufferstand.daq.rate_guard import SpeedGuard, SpeedMemory, evaluate_speed
+from bufferstand.daq.recorder_guard import RecorderGuard
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.drivers.interfaces import (
+    ControllerStatus,
+    EndReason,
+    MotionState,
+    SensorFault,
+    Stand,
+    StreamFacts,
+)
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import parse_settings
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.guard_table import GuardTable
+from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
 from tests.daq.cases import ListRecorder
 from tests.daq.fake_stand import CONTROLLER_FACTS, FakeClock, channel, fake_stand
 

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.controller_guard import (
+from bufferstand.daq.controller_guard import (
     ControllerGuard,
     ControllerMemory,
     evaluate_controller_silence,
     evaluate_gap,
     evaluate_status,
 )
-from daq.guards import (
+from bufferstand.daq.guards import (
     Action,
     AgreementGuard,
     AgreementMemory,
@@ -27,15 +27,15 @@ from daq.guards import (
     evaluate_agreement,
     evaluate_channel,
 )
-from daq.scaling import ScaledBlock, scale
-from daq.temperature_guard import (
+from bufferstand.daq.scaling import ScaledBlock, scale
+from bufferstand.daq.temperature_guard import (
     TemperatureGuard,
     TemperatureMemory,
     evaluate_fault,
     evaluate_reading,
     evaluate_silence,
 )
-from drivers.interfaces import ControllerStatus, EndReason, MotionState, SampleBlock, SensorFault
+from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState, SampleBlock, SensorFault
 from tests.daq.fake_stand import CONTROLLER_FACTS
 
 FORCE = ChannelGuard("force", "force", 600.0, -10.0, "kN", "force (transducer, rod end)")

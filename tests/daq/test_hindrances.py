@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.interfaces import MotionState
-from recording.run import Run
-from recording.runfile import open_run
+from bufferstand.drivers.interfaces import MotionState
+from bufferstand.recording.run import Run
+from bufferstand.recording.runfile import open_run
 from tests.daq.killing import (
     LOADED,
     Bench,

@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.interfaces import MotionState
-from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from evaluation.document import evaluate_paths
-from evaluation.results import Options
-from recording.runfile import open_run
-from recording.verify import verify
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.interfaces import MotionState
+from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.results import Options
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.verify import verify
 from tests.clean_stand import clean_stand_text
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of, sample_plan

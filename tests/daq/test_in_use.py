@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.interfaces import Controller, MotionState
-from drivers.profile import Profile, load_profile
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.modbus_pdu import EXCHANGE, READ_HOLDING, READ_INPUT
-from drivers.simulated.virtual_link import behind_a_wire
-from drivers.simulated.virtual_polling import polled_behind_a_wire
-from drivers.stand_file import StandFile
-from foundation.clock import Clock
-from foundation.errors import ExitStatus
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.interfaces import Controller, MotionState
+from bufferstand.drivers.profile import Profile, load_profile
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, READ_HOLDING, READ_INPUT
+from bufferstand.drivers.simulated.virtual_link import behind_a_wire
+from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.errors import ExitStatus
 from tests.daq.fake_stand import Orders
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign

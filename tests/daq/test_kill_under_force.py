@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.interfaces import ControllerStatus, MotionState
-from drivers.simulated.faults import parse_fault
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from foundation.errors import ExitStatus
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.interfaces import ControllerStatus, MotionState
+from bufferstand.drivers.simulated.faults import parse_fault
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.foundation.errors import ExitStatus
 from tests.daq import killing
 from tests.daq.killing import (
     LOCK_S,

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from daq.as_run import AS_RUN_NAME, AsRun, observed_run, read_as_run, report_rows
-from daq.folder import load_record
-from daq.pace import Pace
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from daq.signals import StopLevel, StopRequest
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.stand_file import load_stand
-from model.file import load_model
-from protocols.learning import learn_heating
-from protocols.prediction import ModelPredictor
-from recording.runfile import open_run
+from bufferstand.daq.as_run import AS_RUN_NAME, AsRun, observed_run, read_as_run, report_rows
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.model.file import load_model
+from bufferstand.protocols.learning import learn_heating
+from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign

@@ -10,16 +10,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from daq.signals import StopLevel, StopRequest
-from drivers.interfaces import Controller, MotionState, NotInCharge
-from drivers.profile import load_profile
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.modbus_pdu import EXCHANGE
-from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.virtual_link import behind_a_wire
-from foundation.errors import ExitStatus
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.drivers.interfaces import Controller, MotionState, NotInCharge
+from bufferstand.drivers.profile import load_profile
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.simulated.virtual_link import behind_a_wire
+from bufferstand.foundation.errors import ExitStatus
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign

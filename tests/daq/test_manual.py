@@ -12,24 +12,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.dead_man import LET_GO_S, DeadMan
-from daq.driving import Halt
-from daq.guards import Action, Trip
-from daq.kept_zero import store_zero, stored_path, stored_zero
-from daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
-from daq.reading import Reader
-from daq.signals import StopLevel, StopRequest
-from daq.stop_eyes import ForceSeen, StopEyes
-from daq.zero_limits import BEYOND_MM
-from drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
-from drivers.port_trouble import is_held
-from drivers.simulated.commands import Fault
-from drivers.simulated.controller import Controller
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.inprocess_controller import InProcessController
-from drivers.stand_file import StandFile, load_stand
-from foundation.errors import BadInput, DeviceFault
-from foundation.zero import ChannelZero, Zero
+from bufferstand.daq.dead_man import LET_GO_S, DeadMan
+from bufferstand.daq.driving import Halt
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.kept_zero import store_zero, stored_path, stored_zero
+from bufferstand.daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
+from bufferstand.daq.reading import Reader
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.daq.stop_eyes import ForceSeen, StopEyes
+from bufferstand.daq.zero_limits import BEYOND_MM
+from bufferstand.drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
+from bufferstand.drivers.port_trouble import is_held
+from bufferstand.drivers.simulated.commands import Fault
+from bufferstand.drivers.simulated.controller import Controller
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess_controller import InProcessController
+from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.foundation.errors import BadInput, DeviceFault
+from bufferstand.foundation.zero import ChannelZero, Zero
 from tests.contract.stand.backends import write_stand
 
 LIMITS = ManualLimits(20.0, 100.0)

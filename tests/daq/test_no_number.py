@@ -10,19 +10,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.before_start import apart_trouble, stroke_trouble, zero_trouble
-from daq.controller_guard import ControllerMemory, evaluate_status
-from daq.guards import Action
-from daq.panel import GuardPanel
-from daq.safe_stop import SafeStop, SafeStopSettings
-from daq.scaling import STROKE_WIRES, ScaledBlock, scale
-from daq.stand_use import use_trouble
-from daq.status_force import APART_KN, LASTS_S, StatusForceMemory, evaluate_status_force
-from drivers.interfaces import ControllerStatus, DeviceFault, EndReason, MotionState, SampleBlock, Stand
-from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.inprocess import open_in_process
-from protocols.zero_table import ZeroTable
-from recording.runfile import open_run
+from bufferstand.daq.before_start import apart_trouble, stroke_trouble, zero_trouble
+from bufferstand.daq.controller_guard import ControllerMemory, evaluate_status
+from bufferstand.daq.guards import Action
+from bufferstand.daq.panel import GuardPanel
+from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.scaling import STROKE_WIRES, ScaledBlock, scale
+from bufferstand.daq.stand_use import use_trouble
+from bufferstand.daq.status_force import APART_KN, LASTS_S, StatusForceMemory, evaluate_status_force
+from bufferstand.drivers.interfaces import (
+    ControllerStatus,
+    DeviceFault,
+    EndReason,
+    MotionState,
+    SampleBlock,
+    Stand,
+)
+from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.protocols.zero_table import ZeroTable
+from bufferstand.recording.runfile import open_run
 from tests.daq.fake_stand import CONTROLLER_FACTS, FakeClock, FakeController
 from tests.daq.run_in_process import sample_plan
 from tests.daq.test_guard_table import panel, reading

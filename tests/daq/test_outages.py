@@ -13,18 +13,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.guards import Action, Trip
-from daq.ride_out import RideOut
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.delivery import FEED_S
-from drivers.interfaces import ControllerStatus, EndReason, MotionState
-from drivers.leeway import RESERVE_S, Leeway
-from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.virtual_link import Lost, behind_a_wire
-from foundation.errors import ExitStatus
-from recording.run import Run
-from recording.runfile import open_run
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.ride_out import RideOut
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.delivery import FEED_S
+from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState
+from bufferstand.drivers.leeway import RESERVE_S, Leeway
+from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
+from bufferstand.foundation.errors import ExitStatus
+from bufferstand.recording.run import Run
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.fake_stand import Orders
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan

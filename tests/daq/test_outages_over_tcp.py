@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.metadata import CampaignFacts
-from daq.progress import Progress
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.connect import build_controller, build_sensors
-from drivers.interfaces import MotionState, Stand
-from drivers.simulated.process import start_process
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from foundation.clock import WallClock
-from foundation.errors import ExitStatus
-from recording.runfile import open_run
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.progress import Progress
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.drivers.interfaces import MotionState, Stand
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import ExitStatus
+from bufferstand.recording.runfile import open_run
 from tests.contract.stand.backends import write_stand
 from tests.daq.broken_wire import HOWS, BrokenWire, How, broken_wire
 from tests.daq.cases import Lines

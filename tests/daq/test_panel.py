@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 
-from daq.controller_guard import ControllerGuard
-from daq.guards import Action, ChannelGuard, Trip
-from daq.panel import GuardPanel, GuardSet
-from daq.scaling import ScaledBlock
-from daq.temperature_guard import TemperatureGuard
-from drivers.interfaces import SensorFault
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.guards import Action, ChannelGuard, Trip
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.temperature_guard import TemperatureGuard
+from bufferstand.drivers.interfaces import SensorFault
 
 GUARDS = GuardSet(
     (

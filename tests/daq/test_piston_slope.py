@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from daq.scaling import ScaledBlock
-from daq.wiring.facts import WiringGuard
-from daq.wiring.piston import PistonJudge
-from daq.wiring.points import Points
-from daq.wiring.scene import Scene
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.piston import PistonJudge
+from bufferstand.daq.wiring.points import Points
+from bufferstand.daq.wiring.scene import Scene
 
 TIME = np.arange(0.0, 4.0, 0.001)
 TOLD = np.interp(TIME, [0.0, 2.0, 3.0, 4.0], [0.0, 0.0, 20.0, 20.0])

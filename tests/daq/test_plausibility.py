@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.guards import Action, Trip
-from daq.plausibility_guard import PlausibilityGuard
-from daq.runner import run_campaign
-from daq.scaling import scale
-from daq.validity import expired_calibrations
-from drivers.interfaces import SampleBlock, StreamFacts
-from foundation.channel import Branch, Calibration, Channel, Plausibility
-from recording.runfile import open_run
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.plausibility_guard import PlausibilityGuard
+from bufferstand.daq.runner import run_campaign
+from bufferstand.daq.scaling import scale
+from bufferstand.daq.validity import expired_calibrations
+from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
+from bufferstand.foundation.channel import Branch, Calibration, Channel, Plausibility
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import FACTS as CAMPAIGN_FACTS
 from tests.daq.fake_stand import CONTROLLER_FACTS
 from tests.daq.test_runner import Case

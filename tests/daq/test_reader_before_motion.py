@@ -8,17 +8,17 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.runaway_causes import Stiff
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.driving import Driver, Halt
-from daq.guards import Action, ChannelGuard
-from daq.panel import GuardPanel, GuardSet
-from daq.signals import StopRequest
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.modbus_pdu import WRITE_ONE
-from drivers.simulated.virtual_link import Lost, behind_a_wire
-from drivers.stand_file import load_stand
-from protocols.steps import RampTo
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.guards import Action, ChannelGuard
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.signals import StopRequest
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.modbus_pdu import WRITE_ONE
+from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.protocols.steps import RampTo
 from tests.drivers.conftest import SAMPLE_STAND
 
 EXECUTE = 84

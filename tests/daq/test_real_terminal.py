@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from daq.folder import load_record
-from daq.notes import read_notes
-from recording.runfile import open_run
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.notes import read_notes
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import SAMPLES
 from tests.daq.test_in_process import campaign
 from tests.terminals import PATIENCE_S, Terminal, in_terminal

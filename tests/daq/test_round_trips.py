@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.profile import Profile
-from drivers.simulated.faults import ScheduledFault, parse_fault
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.virtual_link import behind_a_wire
-from foundation.errors import ExitStatus
-from recording.runfile import open_run
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.simulated.faults import ScheduledFault, parse_fault
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.virtual_link import behind_a_wire
+from bufferstand.foundation.errors import ExitStatus
+from bufferstand.recording.runfile import open_run
 from tests.daq.killed_over_a_wire import profile_of
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from daq.folder import load_record
-from daq.pace import Pace
-from daq.run_settings import RunSettings
-from daq.runner import CampaignOutcome, run_campaign
-from daq.signals import StopLevel, StopRequest
-from drivers.interfaces import MotionState
-from foundation.errors import BadInput, ExitStatus
-from recording.content import RecordingFault
-from recording.runfile import open_run
-from recording.verify import verify
-from recording.writer import RunRecorder
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.pace import Pace
+from bufferstand.daq.run_settings import RunSettings
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.drivers.interfaces import MotionState
+from bufferstand.foundation.errors import BadInput, ExitStatus
+from bufferstand.recording.content import RecordingFault
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.verify import verify
+from bufferstand.recording.writer import RunRecorder
 from tests.daq.cases import FACTS, HARMONIC, STATIC, Lines, plan_of, write_campaign
 from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import pytest
 
-from daq.safe_stop import SafeStop, SafeStopSettings
-from daq.signals import STOP_SIGNALS, StopLevel, StopRequest, signals_held_back, stop_on_signals
-from drivers.interfaces import EndReason, MotionState
+from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.signals import STOP_SIGNALS, StopLevel, StopRequest, signals_held_back, stop_on_signals
+from bufferstand.drivers.interfaces import EndReason, MotionState
 from tests.daq.fake_stand import FakeClock, FakeController, Orders
 
 SETTINGS = SafeStopSettings(release_speed_mm_per_s=20.0, watchdog_s=2.0)

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from daq.progress import Progress
-from daq.runner import run_campaign
-from drivers.interfaces import ControllerStatus, MotionState
-from drivers.simulated.inprocess import open_in_process
+from bufferstand.daq.progress import Progress
+from bufferstand.daq.runner import run_campaign
+from bufferstand.drivers.interfaces import ControllerStatus, MotionState
+from bufferstand.drivers.simulated.inprocess import open_in_process
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import facts_of, sample_plan
 

@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import pytest
 
-from daq.stand_use import FREE_S, LIVES_S, RELEASE_MM_PER_S, RELEASE_MORE_S, await_free
-from drivers.interfaces import ControllerStatus, EndReason, MotionState, WriterSeen
+from bufferstand.daq.stand_use import FREE_S, LIVES_S, RELEASE_MM_PER_S, RELEASE_MORE_S, await_free
+from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState, WriterSeen
 from tests.daq.fake_stand import FakeClock
 
 WATCHDOG_S = 2.0

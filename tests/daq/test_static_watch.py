@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from daq.scaling import ScaledBlock
-from daq.static_watch import MOST_POINTS, SlowStroke, StaticWatch
-from daq.stroke_learning import StrokeKnowledge
-from protocols.steps import StaticCycles, Turns
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.static_watch import MOST_POINTS, SlowStroke, StaticWatch
+from bufferstand.daq.stroke_learning import StrokeKnowledge
+from bufferstand.protocols.steps import StaticCycles, Turns
 
 GIVE = 1.0 / 105.0
 RATE_HZ = 1000.0

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.folder import load_record
-from daq.steadiness import last_cycle
-from recording.runfile import open_run
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.steadiness import last_cycle
+from bufferstand.recording.runfile import open_run
 from tests.daq.test_in_process import run
 
 SETTLING = """

@@ -10,14 +10,14 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.panel import GuardPanel, GuardSet
-from daq.safe_stop import SafeStop, SafeStopSettings
-from daq.scaling import ScaledBlock
-from daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, StopEyes
-from drivers.interfaces import ControllerStatus, Stand
-from foundation.zero import ChannelZero, Zero
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, StopEyes
+from bufferstand.drivers.interfaces import ControllerStatus, Stand
+from bufferstand.foundation.zero import ChannelZero, Zero
 from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
 
 KN_PER_MM = 20.0

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from daq.scaling import ScaledBlock
-from daq.sine_watch import CycleSeen, Period, SineWatch
-from daq.stroke_learning import StrokeKnowledge
-from daq.stroke_steps import Bounds, corrected, within_force
-from protocols.commanded import Sine, piston_sine
-from protocols.steps import Turns
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.sine_watch import CycleSeen, Period, SineWatch
+from bufferstand.daq.stroke_learning import StrokeKnowledge
+from bufferstand.daq.stroke_steps import Bounds, corrected, within_force
+from bufferstand.protocols.commanded import Sine, piston_sine
+from bufferstand.protocols.steps import Turns
 
 RATE_HZ = 1000.0
 WIDE = Bounds(250.0, 250.0, 1e6, 1e6)

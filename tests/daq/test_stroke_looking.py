@@ -9,17 +9,17 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from daq.cycles_judged import is_off
-from daq.scaling import ScaledBlock
-from daq.stroke_agreement import Once, Terms
-from daq.stroke_learning import StrokeKnowledge
-from daq.stroke_looking import Order, SineLook
-from daq.stroke_rows import spans
-from daq.stroke_steps import Bounds, corrected
-from drivers.interfaces import Controller
-from protocols.commanded import Sine
-from protocols.steps import Harmonic
-from protocols.stroke_table import StrokeTable
+from bufferstand.daq.cycles_judged import is_off
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.stroke_agreement import Once, Terms
+from bufferstand.daq.stroke_learning import StrokeKnowledge
+from bufferstand.daq.stroke_looking import Order, SineLook
+from bufferstand.daq.stroke_rows import spans
+from bufferstand.daq.stroke_steps import Bounds, corrected
+from bufferstand.drivers.interfaces import Controller
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.steps import Harmonic
+from bufferstand.protocols.stroke_table import StrokeTable
 from tests.daq.test_stroke_learning import WIDE, LinearStand
 
 BLOCK = 10

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from daq.scaling import ScaledBlock
-from daq.static_watch import RampWatch
-from daq.stroke_loop import Loop, fitted_loop
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.static_watch import RampWatch
+from bufferstand.daq.stroke_loop import Loop, fitted_loop
 
 
 def actuator(natural_Hz: float, servo_s: float, damping: float = 0.8) -> Loop:

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cli.commands.plan import command, show_what_is_learned
-from daq.folder import load_record
-from daq.stroke_outlook import reached_rows, stroke_outlook
-from daq.stroke_rows import STROKES_NAME, read_strokes
-from foundation.errors import BadInput
+from bufferstand.cli.commands.plan import command, show_what_is_learned
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.stroke_outlook import reached_rows, stroke_outlook
+from bufferstand.daq.stroke_rows import STROKES_NAME, read_strokes
+from bufferstand.foundation.errors import BadInput
 from tests.daq.stroke_bench import reached, run
 from tests.daq.test_stroke import sine
 

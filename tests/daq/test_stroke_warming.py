@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from protocols.steps import Harmonic, MotionEstimate
-from recording.runfile import open_run
+from bufferstand.protocols.steps import Harmonic, MotionEstimate
+from bufferstand.recording.runfile import open_run
 from tests.daq.stroke_bench import Case, planned, reached, run
 from tests.daq.stroke_study import sine
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from daq.progress import Part, Progress, Silent, Throttle
-from daq.terminal import duration, panel, progress_on, temperatures
+from bufferstand.daq.progress import Part, Progress, Silent, Throttle
+from bufferstand.daq.terminal import duration, panel, progress_on, temperatures
 from tests.daq.cases import Lines
 
 NOW = Progress(

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.touch_fit import NoContactError, TouchSamples, find_contact
+from bufferstand.daq.touch_fit import NoContactError, TouchSamples, find_contact
 from tests.daq.touches import Specimen, touched
 
 SPECIMENS = {

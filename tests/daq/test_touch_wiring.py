@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.wiring.doubt import channel_setting
-from daq.wiring.exchanged import exchanged
-from daq.wiring.misled import misled
-from daq.wiring.stretch import Stretch
-from daq.wiring.touch import scatter_doubt
-from recording.runfile import open_run
+from bufferstand.daq.wiring.doubt import channel_setting
+from bufferstand.daq.wiring.exchanged import exchanged
+from bufferstand.daq.wiring.misled import misled
+from bufferstand.daq.wiring.stretch import Stretch
+from bufferstand.daq.wiring.touch import scatter_doubt
+from bufferstand.recording.runfile import open_run
 from tests.daq.touch_stands import HELD, KINDS, Kind, Ran, alarms, run_stand, wrong
 
 ALWAYS = (

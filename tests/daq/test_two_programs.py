@@ -46,7 +46,7 @@ WAITS = SINE + "start_temperature_C = [15.0, 25.0]\n"
 
 
 def words(*more: str | Path) -> list[str]:
-    return [sys.executable, "-P", "-m", "cli", *map(str, more)]
+    return [sys.executable, "-P", "-m", "bufferstand", *map(str, more)]
 
 
 @dataclass

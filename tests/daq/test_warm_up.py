@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.as_run import AsRun, read_as_run
-from daq.folder import load_record
-from daq.runner import CampaignOutcome, run_campaign
-from daq.scaling import ScaledBlock
-from daq.sensor_drift import Lag, SensorDrift
-from drivers.simulated.inprocess import open_in_process
-from drivers.stand_file import load_stand
-from foundation.specimen import load_specimen
-from protocols.campaign import load_campaign
-from protocols.curve_predictor import CurvePredictor
-from protocols.limits import StandLimits
-from protocols.plan import Plan, make_plan
-from protocols.prediction import Predictor
-from recording.runfile import open_run
+from bufferstand.daq.as_run import AsRun, read_as_run
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.sensor_drift import Lag, SensorDrift
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.curve_predictor import CurvePredictor
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.prediction import Predictor
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of
 from tests.daq.test_start_band import PACE, PREDICTOR, run, sine

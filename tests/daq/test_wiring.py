@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.guards import Action
-from daq.wiring.facts import WiringGuard
-from daq.wiring.stretch import Stretch
-from daq.wiring.touch import Touch, doubt_of_touch
-from foundation.likeness import likeness
-from recording.runfile import open_run
+from bufferstand.daq.guards import Action
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.stretch import Stretch
+from bufferstand.daq.wiring.touch import Touch, doubt_of_touch
+from bufferstand.foundation.likeness import likeness
+from bufferstand.recording.runfile import open_run
 from tests.daq.miswiring import UNTOUCHED, Misread, run_miswired
 from tests.daq.stroke_bench import Case as StandCase
 from tests.daq.wiring_bench import Case, Signals, judge, signals_of

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from daq.guards import Action
-from daq.panel import GuardPanel
-from daq.scaling import ScaledBlock
-from daq.wiring.facts import WiringGuard
-from daq.wiring.leapt_force import leapt
-from daq.wiring.stretch import Floats, Stretch
-from drivers.interfaces import EndReason, MotionState
+from bufferstand.daq.guards import Action
+from bufferstand.daq.panel import GuardPanel
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.facts import WiringGuard
+from bufferstand.daq.wiring.leapt_force import leapt
+from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.drivers.interfaces import EndReason, MotionState
 from tests.daq.test_guard_table import STATUS, panel
 from tests.daq.wiring_bench import Case, signals_of
 

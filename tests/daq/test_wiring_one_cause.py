@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from daq.guards import Trip
-from daq.scaling import ScaledBlock
-from daq.wiring import WiringWatch
+from bufferstand.daq.guards import Trip
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring import WiringWatch
 from tests.daq.wiring_bench import Case, Signals, guard_of, judge, scaled, signals_of
 from tests.daq.wiring_kinds import WIRED
 

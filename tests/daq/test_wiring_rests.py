@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from daq.scaling import ScaledBlock
-from daq.wiring.forces import JUMPED
-from daq.wiring.parted import Jump
-from daq.wiring.rests import REST_S, Rests
-from daq.wiring.track import Track
-from daq.wiring.two_at_rest import APART_KN, APART_SHARE
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring.forces import JUMPED
+from bufferstand.daq.wiring.parted import Jump
+from bufferstand.daq.wiring.rests import REST_S, Rests
+from bufferstand.daq.wiring.track import Track
+from bufferstand.daq.wiring.two_at_rest import APART_KN, APART_SHARE
 from tests.daq.wiring_later import rough_alarms
 
 HZ, HELD_KN = 250.0, 80.0

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from daq.guards import Action, Trip
-from daq.wiring.doubt import Doubt
-from daq.wiring.facts import ForceCurve, WiringGuard
-from daq.wiring.stretch import Floats, Stretch
-from daq.wiring.tripped import tripped_by
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.wiring.doubt import Doubt
+from bufferstand.daq.wiring.facts import ForceCurve, WiringGuard
+from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring.tripped import tripped_by
 from tests.daq.wiring_bench import Case, judge, scaled, signals_of
 
 RATE_HZ, SECOND_BEHIND_S = 200.0, 0.02

@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from daq.folder import load_record
-from daq.kept_zero import ZERO_NAME, kept_zero
-from daq.metadata import CampaignFacts
-from daq.runner import CampaignOutcome, run_campaign
-from daq.touch_peak import met_peak_kN, turned_peak_kN
-from drivers.interfaces import EndReason, MotionState
-from drivers.simulated.commands import Fault
-from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.motions import Release as SimulatedRelease
-from evaluation.api import evaluate
-from evaluation.requirements.static import PRELOAD_FROM_MM, PRELOAD_TO_MM
-from foundation.zero import Zero
-from protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
-from recording.runfile import open_run
+from bufferstand.daq.folder import load_record
+from bufferstand.daq.kept_zero import ZERO_NAME, kept_zero
+from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.touch_peak import met_peak_kN, turned_peak_kN
+from bufferstand.drivers.interfaces import EndReason, MotionState
+from bufferstand.drivers.simulated.commands import Fault
+from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.motions import Release as SimulatedRelease
+from bufferstand.evaluation.api import evaluate
+from bufferstand.evaluation.requirements.static import PRELOAD_FROM_MM, PRELOAD_TO_MM
+from bufferstand.foundation.zero import Zero
+from bufferstand.protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign

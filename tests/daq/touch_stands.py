@@ -16,15 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from daq.runner import CampaignOutcome, run_campaign
-from drivers.simulated.inprocess import open_in_process
-from drivers.stand_file import load_stand
-from foundation.specimen import load_specimen
-from model.file import load_model
-from protocols.campaign import load_campaign
-from protocols.limits import StandLimits
-from protocols.plan import make_plan
-from protocols.prediction import ModelPredictor
+from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.model.file import load_model
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import make_plan
+from bufferstand.protocols.prediction import ModelPredictor
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import COARSE, facts_of
 

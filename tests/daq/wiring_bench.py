@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
-from daq.guards import Action, Trip
-from daq.scaling import ScaledBlock
-from daq.wiring import ForceCurve, WiringGuard, WiringWatch
-from model.file import load_model
-from model.prediction import predict_forces
-from model.spring import SpringModel
-from protocols.commanded import strokes_behind
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.daq.wiring import ForceCurve, WiringGuard, WiringWatch
+from bufferstand.model.file import load_model
+from bufferstand.model.prediction import predict_forces
+from bufferstand.model.spring import SpringModel
+from bufferstand.protocols.commanded import strokes_behind
 
 MODELS = Path(__file__).parents[2] / "sample_runs" / "models"
 Floats = np.ndarray

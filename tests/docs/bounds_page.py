@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from drivers.stand_file import StandFile
-from foundation.specimen import SpecimenFile
-from foundation.within import Key, numeric_keys
-from protocols.campaign import CampaignFile
-from protocols.guard_bounds import RELATIVE
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.specimen import SpecimenFile
+from bufferstand.foundation.within import Key, numeric_keys
+from bufferstand.protocols.campaign import CampaignFile
+from bufferstand.protocols.guard_bounds import RELATIVE
 
 HEAD = """\
 # Bounds of every number

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import click
 
-from cli.lazy import LazyGroup
-from cli.main import bufferstand
+from bufferstand.cli.lazy import LazyGroup
+from bufferstand.cli.main import bufferstand
 
 WIDTH = 110
 HEAD = """\

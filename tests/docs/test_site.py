@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.main import COMMANDS, SECTIONS
+from bufferstand.cli.main import COMMANDS, SECTIONS
 from tests.docs.bounds_page import page as bounds_page
 from tests.docs.commands_page import page
 

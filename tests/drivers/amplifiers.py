@@ -13,17 +13,17 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from drivers.amplifier_map import AmplifierMap, Register
-from drivers.interfaces import SampleBlock, Sensor, SensorFault
-from drivers.modbus_link import Table
-from drivers.simulated.amplifier_devices import WireDevice
-from drivers.simulated.device import Frames
-from drivers.simulated.modbus_amplifier import AmplifierBank
-from drivers.simulated.modbus_pdu import Responder
-from drivers.simulated.modbus_rtu import RtuStandServer
-from drivers.simulated.modbus_server import ModbusStandServer
-from drivers.simulated.serial_pty import AmplifierPty
-from drivers.stand_file import AmplifierSettings, load_stand
+from bufferstand.drivers.amplifier_map import AmplifierMap, Register
+from bufferstand.drivers.interfaces import SampleBlock, Sensor, SensorFault
+from bufferstand.drivers.modbus_link import Table
+from bufferstand.drivers.simulated.amplifier_devices import WireDevice
+from bufferstand.drivers.simulated.device import Frames
+from bufferstand.drivers.simulated.modbus_amplifier import AmplifierBank
+from bufferstand.drivers.simulated.modbus_pdu import Responder
+from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
+from bufferstand.drivers.simulated.serial_pty import AmplifierPty
+from bufferstand.drivers.stand_file import AmplifierSettings, load_stand
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump
 from tests.drivers.servers import loop_thread

@@ -10,10 +10,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from drivers.simulated.process import start_process
-from drivers.stand_file import with_endpoints
-from drivers.transcript import HEAD, Piece, read_transcript
-from drivers.transcript_tap import record_wires
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import with_endpoints
+from bufferstand.drivers.transcript import HEAD, Piece, read_transcript
+from bufferstand.drivers.transcript_tap import record_wires
 from tests.drivers.replay import FOLDER
 from tests.drivers.sessions import SESSIONS, WIRES, load
 

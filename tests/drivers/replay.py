@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from drivers.transcript import Piece, read_transcript
+from bufferstand.drivers.transcript import Piece, read_transcript
 
 FOLDER = Path(__file__).parent / "transcripts"
 PATIENCE_S = 10.0

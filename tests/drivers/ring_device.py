@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from drivers.profile import STATUS, Profile
-from drivers.registers import crc_of
+from bufferstand.drivers.profile import STATUS, Profile
+from bufferstand.drivers.registers import crc_of
 
 PERIOD_US = 1000
 

@@ -7,17 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from drivers.build_sensors import build_sensors
-from drivers.connect import build_controller
-from drivers.ds18b20 import Reading
-from drivers.ds2480b_bus import Ds2480bReader
-from drivers.interfaces import SampleBlock, SensorFault
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import TcpWire
-from drivers.register_controller import RegisterController
-from drivers.registers import decode_value
-from drivers.stand_file import StandFile, load_stand
-from foundation.clock import WallClock
+from bufferstand.drivers.build_sensors import build_sensors
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.ds18b20 import Reading
+from bufferstand.drivers.ds2480b_bus import Ds2480bReader
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import TcpWire
+from bufferstand.drivers.register_controller import RegisterController
+from bufferstand.drivers.registers import decode_value
+from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 
 W1 = 'kind = "w1"\nroot = "wires/w1/devices"\n'

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks import acquisition
-from drivers.simulated.process import start_process
-from drivers.stand_file import load_stand, with_endpoints
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import load_stand, with_endpoints
 
 
 @pytest.mark.long

@@ -9,11 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.aed import AedAmplifier, icr_of
-from drivers.aed_values import BinaryDecoder, continuous_decoder, decode_binary, parse_text, status_words
-from drivers.interfaces import DeviceFault
-from drivers.simulated.amplifier_devices import AedDevice
-from foundation.clock import WallClock
+from bufferstand.drivers.aed import AedAmplifier, icr_of
+from bufferstand.drivers.aed_values import (
+    BinaryDecoder,
+    continuous_decoder,
+    decode_binary,
+    parse_text,
+    status_words,
+)
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.simulated.amplifier_devices import AedDevice
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, FarEnd, amplifier_settings, until
 from tests.drivers.test_gsv2_frames import noisy
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from drivers.check import check_stand
-from drivers.check_rows import CheckRow, difference_row
-from drivers.check_verdict import Verdict
-from drivers.connect import build_sensors, open_stand
-from drivers.interfaces import DeviceFault
-from drivers.profile import Profile
-from drivers.stand_file import Endpoints, StandFile, load_stand, with_endpoints
-from foundation.clock import WallClock
+from bufferstand.drivers.check import check_stand
+from bufferstand.drivers.check_rows import CheckRow, difference_row
+from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.connect import build_sensors, open_stand
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.stand_file import Endpoints, StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice
 from tests.drivers.servers import RawServer, raw_server
@@ -60,8 +60,8 @@ def streaming(far: PtyAmplifier) -> Iterator[None]:
 
 @pytest.fixture
 def wires(profile: Profile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Wires]:
-    monkeypatch.setattr("drivers.check.ANSWER_WAIT_S", 0.5)
-    monkeypatch.setattr("drivers.check.SECOND_CHANCE_S", 0.2)
+    monkeypatch.setattr("bufferstand.drivers.check.ANSWER_WAIT_S", 0.5)
+    monkeypatch.setattr("bufferstand.drivers.check.SECOND_CHANCE_S", 0.2)
     for index, rom in enumerate(ROMS):
         put(tmp_path, rom, w1_text(scratchpad(336 + index)))
     device = RingDevice(profile)

@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.check import check_devices, check_stand
-from drivers.check_clock import drift_row, fit_drift
-from drivers.check_hints import controller_hint, port_hint
-from drivers.check_rows import CheckRow, rate_row
-from drivers.check_samples import Seen, sample_rate_row
-from drivers.check_verdict import Verdict
-from drivers.interfaces import DeviceFault, SampleBlock
-from drivers.modbus_wires import RtuWire
-from drivers.profile import Profile
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.process import start_process
-from drivers.stand_file import Endpoints, StandFile, load_stand, with_endpoints
-from foundation.clock import WallClock
+from bufferstand.drivers.check import check_devices, check_stand
+from bufferstand.drivers.check_clock import drift_row, fit_drift
+from bufferstand.drivers.check_hints import controller_hint, port_hint
+from bufferstand.drivers.check_rows import CheckRow, rate_row
+from bufferstand.drivers.check_samples import Seen, sample_rate_row
+from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
+from bufferstand.drivers.modbus_wires import RtuWire
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import Endpoints, StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice
 from tests.drivers.servers import raw_server
@@ -199,7 +199,7 @@ def test_a_wrong_baud_rate_is_found(monkeypatch: pytest.MonkeyPatch, profile: Pr
         def close(self) -> None:
             pass
 
-    monkeypatch.setattr("drivers.check_hints.ModbusLink", PlayedLink)
+    monkeypatch.setattr("bufferstand.drivers.check_hints.ModbusLink", PlayedLink)
     file = load_stand(SAMPLE_STAND)
     line = file.controller.model_copy(update={"host": "", "serial": "/dev/ttyUSB0"})
     fault = DeviceFault("controller at /dev/ttyUSB0: reading (FC3): no reply within 0.5 s, twice")

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from drivers.check import check_devices
-from drivers.check_rows import CheckRow
-from drivers.check_verdict import Verdict
-from drivers.profile import load_profile
-from drivers.ring_controller import RingController
-from drivers.simulated.faults import parse_fault
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.modbus_pdu import READ_HOLDING
-from drivers.simulated.virtual_link import Lost, VirtualLink, behind_a_wire
-from drivers.simulated.virtual_polling import polled_behind_a_wire
-from drivers.stand_file import load_stand
+from bufferstand.drivers.check import check_devices
+from bufferstand.drivers.check_rows import CheckRow
+from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.profile import load_profile
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.simulated.faults import parse_fault
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.modbus_pdu import READ_HOLDING
+from bufferstand.drivers.simulated.virtual_link import Lost, VirtualLink, behind_a_wire
+from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
+from bufferstand.drivers.stand_file import load_stand
 from tests.drivers.conftest import SAMPLE_STAND
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from drivers.connect import build_controller
-from drivers.polling_controller import PollingController
-from drivers.ring_controller import RingController
-from drivers.stand_file import Endpoints, load_stand, wires_from, with_endpoints
-from foundation.clock import WallClock
-from foundation.errors import BadInput
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.polling_controller import PollingController
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.stand_file import Endpoints, load_stand, wires_from, with_endpoints
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 
 TCP = 'host = "127.0.0.1"\nport = 15020'

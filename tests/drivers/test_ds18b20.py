@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.ds18b20 import (
+from bufferstand.drivers.ds18b20 import (
     FAULT_TEXTS,
     Reading,
     ReadingFault,

@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault, crc8, decode_scratchpad
-from drivers.ds2480b import Ds2480b, Presence, rom_bytes, rom_name
-from drivers.ds2480b_bus import Ds2480bBus, Ds2480bReader
-from drivers.interfaces import DeviceFault, SampleBlock
-from drivers.serial_line import Line
-from drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
-from drivers.simulated.onewire import OneWireBus, OneWireSensor
-from drivers.stand_file import TemperatureSettings
-from foundation.clock import WallClock
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault, crc8, decode_scratchpad
+from bufferstand.drivers.ds2480b import Ds2480b, Presence, rom_bytes, rom_name
+from bufferstand.drivers.ds2480b_bus import Ds2480bBus, Ds2480bReader
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
+from bufferstand.drivers.serial_line import Line
+from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
+from bufferstand.drivers.simulated.onewire import OneWireBus, OneWireSensor
+from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, until
 from tests.drivers.pump import Pump
 

@@ -15,16 +15,16 @@ from pathlib import Path
 
 import pytest
 
-from drivers.build_sensors import build_sensors
-from drivers.check import check_devices
-from drivers.connect import build_controller
-from drivers.interfaces import Controller, DeviceFault, Sensor, SensorFault
-from drivers.simulated.faults import FAULTS, ONCE, parse_fault, target_class
-from drivers.simulated.faults_control import ask
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.process import SimulatedStandProcess, start_process
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from foundation.clock import WallClock
+from bufferstand.drivers.build_sensors import build_sensors
+from bufferstand.drivers.check import check_devices
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.interfaces import Controller, DeviceFault, Sensor, SensorFault
+from bufferstand.drivers.simulated.faults import FAULTS, ONCE, parse_fault, target_class
+from bufferstand.drivers.simulated.faults_control import ask
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 
 DOCS = Path(__file__).parents[2] / "docs" / "simulated-stand.md"
@@ -151,11 +151,11 @@ def adapter_stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.host_stamps.RATE_WINDOW_S", 1.0)
-    monkeypatch.setattr("drivers.temperature_bus._LEAST_STALL_S", 1.0)
-    monkeypatch.setattr("drivers.temperature_bus._READ_WORST_S", 0.3)
-    monkeypatch.setattr("drivers.check.ANSWER_WAIT_S", 0.5)
-    monkeypatch.setattr("drivers.check_hints.UNITS", ())
+    monkeypatch.setattr("bufferstand.drivers.host_stamps.RATE_WINDOW_S", 1.0)
+    monkeypatch.setattr("bufferstand.drivers.temperature_bus._LEAST_STALL_S", 1.0)
+    monkeypatch.setattr("bufferstand.drivers.temperature_bus._READ_WORST_S", 0.3)
+    monkeypatch.setattr("bufferstand.drivers.check.ANSWER_WAIT_S", 0.5)
+    monkeypatch.setattr("bufferstand.drivers.check_hints.UNITS", ())
 
 
 def until_told(expected: str, listen: Callable[[], list[str]]) -> None:

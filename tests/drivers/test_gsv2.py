@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.gsv2 import Gsv2Amplifier, frequency_of, register_of
-from drivers.interfaces import DeviceFault
-from drivers.stand_file import AmplifierSettings, load_stand
-from foundation.clock import WallClock
+from bufferstand.drivers.gsv2 import Gsv2Amplifier, frequency_of, register_of
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.stand_file import AmplifierSettings, load_stand
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import PATIENCE_S, Collector, until
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.test_gsv2_frames import noisy, stream

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.gsv2_frames import Frame, FrameDecoder
+from bufferstand.drivers.gsv2_frames import Frame, FrameDecoder
 
 FEW = settings(max_examples=15)
 COUNTS = st.lists(st.integers(-(2**23), 2**23 - 1), min_size=12, max_size=60)

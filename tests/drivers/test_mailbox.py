@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from drivers.interfaces import SampleBlock, SensorFault
-from drivers.mailbox import Mailbox
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault
+from bufferstand.drivers.mailbox import Mailbox
 
 
 def block(first: int, samples: int, lost: int = 0) -> SampleBlock:

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.amplifier_map import SHIPPED_MAPS, AmplifierMap, load_amplifier_map
-from drivers.build_sensors import build_amplifier
-from drivers.interfaces import DeviceFault
-from drivers.modbus_amplifier import ModbusAmplifier
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import TcpWire
-from drivers.stand_file import AmplifierSettings, load_stand
-from drivers.transcript import read_transcript
-from drivers.transcript_tap import record_wires
-from foundation.clock import WallClock
-from foundation.errors import BadInput
+from bufferstand.drivers.amplifier_map import SHIPPED_MAPS, AmplifierMap, load_amplifier_map
+from bufferstand.drivers.build_sensors import build_amplifier
+from bufferstand.drivers.interfaces import DeviceFault
+from bufferstand.drivers.modbus_amplifier import ModbusAmplifier
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import TcpWire
+from bufferstand.drivers.stand_file import AmplifierSettings, load_stand
+from bufferstand.drivers.transcript import read_transcript
+from bufferstand.drivers.transcript_tap import record_wires
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.amplifiers import Collector, RegisterAmplifier, amplifier_settings, until
 
 MAP = load_amplifier_map("dms-float", Path())

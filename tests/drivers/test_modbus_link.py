@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from drivers.modbus_link import ModbusLink, ModbusRefusal
-from drivers.modbus_wires import TcpWire
-from drivers.profile import Profile
-from foundation.errors import DeviceFault, WireLost
+from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
+from bufferstand.drivers.modbus_wires import TcpWire
+from bufferstand.drivers.profile import Profile
+from bufferstand.foundation.errors import DeviceFault, WireLost
 from tests.drivers import servers
 from tests.drivers.ring_device import RingDevice
 from tests.drivers.servers import RawServer, raw_server

@@ -8,18 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from drivers.interfaces import CommandRejected, DeviceFault, NotInCharge
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import Client, RtuWire, TcpWire
-from drivers.profile import Profile
-from drivers.ring_controller import RingController
-from drivers.simulated.modbus_pdu import Responder
-from drivers.simulated.modbus_rtu import RtuStandServer
-from drivers.simulated.modbus_server import ModbusStandServer
-from drivers.simulated.register_bank import RegisterBank
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
-from foundation.errors import WireLost
+from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, NotInCharge
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import Client, RtuWire, TcpWire
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.simulated.modbus_pdu import Responder
+from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import WireLost
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice

@@ -13,17 +13,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.interfaces import DeviceFault, SampleBlock
-from drivers.modbus_link import ModbusLink, Table
-from drivers.modbus_wires import RtuWire, TcpWire, Wire
-from drivers.profile import Profile
-from drivers.registers import pack
-from drivers.ring_controller import RingController
-from drivers.simulated.modbus_pdu import Responder
-from drivers.simulated.modbus_rtu import RtuStandServer
-from drivers.simulated.modbus_server import ModbusStandServer
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
+from bufferstand.drivers.modbus_link import ModbusLink, Table
+from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.registers import pack
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.simulated.modbus_pdu import Responder
+from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.noisy import KINDS, Noise

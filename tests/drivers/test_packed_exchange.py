@@ -11,15 +11,15 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from drivers.interfaces import SampleBlock
-from drivers.modbus_link import ModbusLink, ModbusRefusal
-from drivers.modbus_wires import TcpWire
-from drivers.packed_exchange import Exchange
-from drivers.profile import Profile
-from drivers.ring_controller import AHEAD_S, BEHIND_BLOCKS, RingController
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
-from foundation.errors import DeviceFault
+from bufferstand.drivers.interfaces import SampleBlock
+from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
+from bufferstand.drivers.modbus_wires import TcpWire
+from bufferstand.drivers.packed_exchange import Exchange
+from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.ring_controller import AHEAD_S, BEHIND_BLOCKS, RingController
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers import servers
 from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND

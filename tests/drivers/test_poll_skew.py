@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.poll_skew import damping_error
-from model.file import load_model
-from model.simulation import band_history, force_history, lag_histories
+from bufferstand.drivers.poll_skew import damping_error
+from bufferstand.model.file import load_model
+from bufferstand.model.simulation import band_history, force_history, lag_histories
 from tests.drivers.conftest import SAMPLE_STAND
 
 MODELS = SAMPLE_STAND.parent / "models"

@@ -14,20 +14,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.bus_thread import BusThread
-from drivers.interfaces import DeviceFault, MotionState
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import TcpWire
-from drivers.poll_skew import PolledAt, SkewMeter
-from drivers.polling_controller import PollingController
-from drivers.profile import SHIPPED, load_profile
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.modbus_pdu import Responder
-from drivers.simulated.modbus_server import ModbusStandServer
-from drivers.simulated.register_bank import RegisterBank
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
-from foundation.errors import BadInput
+from bufferstand.drivers.bus_thread import BusThread
+from bufferstand.drivers.interfaces import DeviceFault, MotionState
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import TcpWire
+from bufferstand.drivers.poll_skew import PolledAt, SkewMeter
+from bufferstand.drivers.polling_controller import PollingController
+from bufferstand.drivers.profile import SHIPPED, load_profile
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.modbus_pdu import Responder
+from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.servers import loop_thread

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from drivers.profile import RING_REGISTERS, SHIPPED, Profile, load_profile
-from foundation.errors import BadInput
+from bufferstand.drivers.profile import RING_REGISTERS, SHIPPED, Profile, load_profile
+from bufferstand.foundation.errors import BadInput
 
 EXECUTE = 'name = "execute"\naddress = 84\ntype = "u16"\naccess = "rw"'
 RING = (SHIPPED / "ring.toml").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from drivers.registers import WORDS, Layout, Place, decode_value, encode_value
+from bufferstand.drivers.registers import WORDS, Layout, Place, decode_value, encode_value
 
 ORDERS = st.sampled_from(["big", "little"])
 VALUES = st.one_of(

@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers import modbus_link
-from drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState, NotInCharge
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import TcpWire
-from drivers.profile import Profile, load_profile
-from drivers.ring_controller import RingController
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
+from bufferstand.drivers import modbus_link
+from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState, NotInCharge
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import TcpWire
+from bufferstand.drivers.profile import Profile, load_profile
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
 from tests.drivers import servers
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.profiles import plain_ring

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.interfaces import SampleBlock
-from drivers.missed_cycles import parted
-from drivers.profile import load_profile
-from drivers.registers import pack
-from drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
+from bufferstand.drivers.interfaces import SampleBlock
+from bufferstand.drivers.missed_cycles import parted
+from bufferstand.drivers.profile import load_profile
+from bufferstand.drivers.registers import pack
+from bufferstand.drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
 from tests.drivers.profiles import plain_ring
 from tests.drivers.ring_device import PERIOD_US, RingDevice
 

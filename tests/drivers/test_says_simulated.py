@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.profile import SIMULATED_SIGN, Profile, load_profile
-from drivers.register_controller import RegisterController
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.modbus_pdu import EXCHANGE, WRITE_ONE, WRITE_SEVERAL
-from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.virtual_link import VirtualLink
-from drivers.stand_file import load_stand
+from bufferstand.drivers.profile import SIMULATED_SIGN, Profile, load_profile
+from bufferstand.drivers.register_controller import RegisterController
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, WRITE_ONE, WRITE_SEVERAL
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.simulated.virtual_link import VirtualLink
+from bufferstand.drivers.stand_file import load_stand
 from tests.daq.cases import SAMPLES
 from tests.drivers.profiles import changed_ring
 
@@ -60,5 +60,5 @@ def test_a_controller_that_refuses_the_register_or_holds_something_else_there_is
 
         monkeypatch.setattr(RegisterBank, "readable", property(without))
     else:
-        monkeypatch.setattr("drivers.simulated.register_bank.SIMULATED_SIGN", there)
+        monkeypatch.setattr("bufferstand.drivers.simulated.register_bank.SIMULATED_SIGN", there)
     assert asked(profile) == (False, [])

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.acquisition import Acquisition
-from daq.controller_guard import ControllerGuard
-from daq.panel import GuardPanel, GuardSet
-from drivers.connect import build_controller
-from drivers.interfaces import Stand
-from drivers.simulated.process import start_process
-from drivers.stand_file import load_stand, with_endpoints
-from foundation.clock import WallClock
+from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.interfaces import Stand
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
 from tests.daq.cases import ListRecorder
 from tests.drivers.profiles import RING_TEXT
 from tests.drivers.simulated.standing import STAND

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from drivers.profile import SHIPPED
-from drivers.stand_file import (
+from bufferstand.drivers.profile import SHIPPED
+from bufferstand.drivers.stand_file import (
     CONTROLLER_CHANNELS,
     Endpoints,
     Limits,
@@ -16,7 +16,7 @@ from drivers.stand_file import (
     wires_from,
     with_endpoints,
 )
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 
 SAMPLE = re.sub(

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from drivers.check import check_stand
-from drivers.simulated.process import start_process
-from drivers.stand_file import Endpoints, load_stand, with_endpoints
-from drivers.transcript import HEAD, Piece, read_transcript
-from drivers.transcript_tap import record_wires
-from foundation.clock import WallClock
-from foundation.errors import BadInput
+from bufferstand.drivers.check import check_stand
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import Endpoints, load_stand, with_endpoints
+from bufferstand.drivers.transcript import HEAD, Piece, read_transcript
+from bufferstand.drivers.transcript_tap import record_wires
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.replay import FOLDER, Replay, replayed_line, replayed_pieces, replayed_tcp
 from tests.drivers.sessions import CHANGES, SESSIONS, WIRES, load

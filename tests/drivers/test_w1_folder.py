@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault
-from drivers.stand_file import TemperatureSettings, load_stand
-from drivers.w1_folder import W1Bus, W1Sensor, read_sensor, roms_on_bus
-from foundation.clock import WallClock
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault
+from bufferstand.drivers.stand_file import TemperatureSettings, load_stand
+from bufferstand.drivers.w1_folder import W1Bus, W1Sensor, read_sensor, roms_on_bus
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.test_ds18b20 import scratchpad, w1_text

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.contact import FirstContact, find_first_contact
-from evaluation.record import Record, Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.contact import FirstContact, find_first_contact
+from bufferstand.evaluation.record import Record, Temperature, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import BUFFER, STARTED, STATED, Floats
 
 WIRE = ChannelUncertainty(linearity=0.05, zero=0.05, u_delay_s=2e-5)

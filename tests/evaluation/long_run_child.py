@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.load import load_run
-from evaluation.long_runs import Bounds
-from evaluation.results import Options
-from evaluation.run import evaluate_run
-from foundation.channel import Channel, ChannelUncertainty
-from recording.content import Segment
-from recording.layout import ENTRY, Widths, item_values, segment_rows, stream_columns
-from recording.runfile import fitting_heads, write_columns
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import Channel, ChannelUncertainty
+from bufferstand.recording.content import Segment
+from bufferstand.recording.layout import ENTRY, Widths, item_values, segment_rows, stream_columns
+from bufferstand.recording.runfile import fitting_heads, write_columns
 from tests.recording import samples
 from tests.recording.peak_memory import peak_MB
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from evaluation.record import Record, Temperature, make_record
-from evaluation.requirements.limit_set import LimitSet
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.record import Record, Temperature, make_record
+from bufferstand.evaluation.requirements.limit_set import LimitSet
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import BUFFER, STARTED, STATED, Floats
 
 Branch = Callable[[Floats], Floats]

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.across_runs import ChannelIdentity
-from evaluation.record import Record, Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.across_runs import ChannelIdentity
+from bufferstand.evaluation.record import Record, Temperature, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
 
 Floats = NDArray[np.float64]
 

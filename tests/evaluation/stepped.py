@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evaluation.record import Record, Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.kind import Kind
+from bufferstand.evaluation.record import Record, Temperature, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.kind import Kind
 from tests.evaluation.signals import STATED, Floats
 
 STORAGE, LOSS, MEAN_kN = 4.0, 0.6, 250.0

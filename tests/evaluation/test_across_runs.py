@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.across_runs import (
+from bufferstand.evaluation.across_runs import (
     Chain,
     ChannelIdentity,
     Figure,
@@ -25,13 +25,13 @@ from evaluation.across_runs import (
     identity_of,
     shared_of,
 )
-from evaluation.across_runs.runs import figure_of
-from evaluation.archive.kept import keep
-from evaluation.error_model import draw_errors
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.evaluation.across_runs.runs import figure_of
+from bufferstand.evaluation.archive.kept import keep
+from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse
 
 FORCE = ChannelUncertainty(accuracy_percent=0.5, reversibility_percent=0.75, zero=0.5, u_delay_s=2e-4)

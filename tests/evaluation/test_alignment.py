@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evaluation.alignment import advanced, area_rate_J_per_s, skew_sensitivity
-from evaluation.cycles import find_cycles
-from evaluation.record import Record, make_record
-from evaluation.results import RunFacts
-from evaluation.skew import SkewMeasurement, measure_skew
-from foundation.errors import BadInput
+from bufferstand.evaluation.alignment import advanced, area_rate_J_per_s, skew_sensitivity
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.evaluation.skew import SkewMeasurement, measure_skew
+from bufferstand.foundation.errors import BadInput
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 

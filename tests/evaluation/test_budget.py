@@ -11,13 +11,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from evaluation.budget import QUANTITIES
-from evaluation.budget_lines import Budget, budget_entry
-from evaluation.document import run_entry
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.budget import QUANTITIES
+from bufferstand.evaluation.budget_lines import Budget, budget_entry
+from bufferstand.evaluation.document import run_entry
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 FORCE = ChannelUncertainty(accuracy_percent=1.0, reversibility_percent=1.5, zero=1.0, u_delay_s=1e-4)

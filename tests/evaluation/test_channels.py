@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nptdms import ChannelObject, TdmsWriter
 
-from evaluation.channels.bring import bring, too_coarse, usable
-from evaluation.load import load_run
-from evaluation.long_runs import Bounds
-from evaluation.results import Options, RunEvaluation
-from evaluation.run import evaluate_run
-from foundation.errors import BadInput
-from recording.foreign.importing import import_file
-from recording.foreign.wanted import ImportOptions
+from bufferstand.evaluation.channels.bring import bring, too_coarse, usable
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.results import Options, RunEvaluation
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.importing import import_file
+from bufferstand.recording.foreign.wanted import ImportOptions
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 from tests.recording.foreign.test_instants import every, written
 

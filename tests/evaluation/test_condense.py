@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation import reversals
-from evaluation.condense import condensed_for
-from evaluation.cycles import find_cycles
-from evaluation.quantities import evaluate_cycle
-from evaluation.record import make_record
-from evaluation.results import Options, RunFacts
-from evaluation.reversals import find_reversals, sampling_of
-from evaluation.run import evaluate_run
-from foundation.kind import Kind
+from bufferstand.evaluation import reversals
+from bufferstand.evaluation.condense import condensed_for
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.quantities import evaluate_cycle
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.reversals import find_reversals, sampling_of
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.kind import Kind
 from tests.evaluation.signals import Ellipse
 from tests.evaluation.test_closed_forms import ABSORBED, STORED, branches
 

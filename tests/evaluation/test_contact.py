@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evaluation.channels.between import Between
-from evaluation.contact import beside, find_first_contact
-from evaluation.document import evaluate_file
-from evaluation.record import make_record
-from evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts, Verdict
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.channels.between import Between
+from bufferstand.evaluation.contact import beside, find_first_contact
+from bufferstand.evaluation.document import evaluate_file
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts, Verdict
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import StaticTest
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from protocols.commanded import Sine
-from recording.run import RunEvent
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.protocols.commanded import Sine
+from bufferstand.recording.run import RunEvent
 from tests.evaluation.signals import STATED, Floats
 from tests.evaluation.stepped import LOSS, STORAGE, MEAN_kN, record_of
 

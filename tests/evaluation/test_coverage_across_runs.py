@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from evaluation.across_runs.runs import figure_of
-from evaluation.differences import Value, difference
-from evaluation.record import Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from evaluation.thermal_comparison import compare_temperatures
-from evaluation.trends import find_trends
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.across_runs.runs import figure_of
+from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.record import Temperature, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.thermal_comparison import compare_temperatures
+from bufferstand.evaluation.trends import find_trends
+from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured
 from tests.evaluation.signals import CERTIFIED, Floats
 

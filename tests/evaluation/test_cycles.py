@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles
-from evaluation.motion import Cycle
-from evaluation.record import make_record
-from evaluation.spectra import fitted_harmonics
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.spectra import fitted_harmonics
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.requirements.decision import conformance_probability, decide, govern, run_verdict
-from evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.requirements.decision import conformance_probability, decide, govern, run_verdict
+from bufferstand.evaluation.results import RequirementResult, Verdict
 
 
 def result(verdict: Verdict, *, condition: bool = False, identity: str = "x") -> RequirementResult:

@@ -7,14 +7,14 @@ from typing import get_args
 
 import pytest
 
-from evaluation import cycles, quantities, thermometry, trends
-from evaluation.document import CYCLE_QUANTITIES
-from evaluation.requirements import static
-from evaluation.requirements.checklist import asked_items
-from evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
-from evaluation.requirements.readings import Readings
-from evaluation.results import Options
-from evaluation.turns.force_extremes import FORCE_WINDOW
+from bufferstand.evaluation import cycles, quantities, thermometry, trends
+from bufferstand.evaluation.document import CYCLE_QUANTITIES
+from bufferstand.evaluation.requirements import static
+from bufferstand.evaluation.requirements.checklist import asked_items
+from bufferstand.evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
+from bufferstand.evaluation.requirements.readings import Readings
+from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.turns.force_extremes import FORCE_WINDOW
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 EVALUATION = (DOCS / "evaluation.md").read_text(encoding="utf-8")

@@ -11,14 +11,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from evaluation.document import evaluation_document
-from evaluation.record import make_record
-from evaluation.requirements.limit_set import load_limit_set, shipped_limit_set
-from evaluation.results import RunFacts
-from evaluation.run import evaluate_run
-from evaluation.table import COLUMNS, cycle_table, write_table
-from foundation.errors import BadInput
-from recording.catalogue import run_files
+from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.requirements.limit_set import load_limit_set, shipped_limit_set
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.table import COLUMNS, cycle_table, write_table
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.catalogue import run_files
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 CYCLE_KEYS = {
@@ -115,7 +115,7 @@ def test_empty_table_has_its_columns() -> None:
 def test_table_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(BadInput, match=r"use .csv, .parquet or .xlsx"):
         write_table(DOCUMENT, tmp_path / "t.ods")
-    monkeypatch.setattr("evaluation.table.find_spec", lambda _: None)
+    monkeypatch.setattr("bufferstand.evaluation.table.find_spec", lambda _: None)
     with pytest.raises(BadInput, match="install it"):
         write_table(DOCUMENT, tmp_path / "t.parquet")
     with pytest.raises(BadInput, match="cannot be written"):

@@ -5,11 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.error_model import drum_periods_mm, mean_of_wires, stroke_term_slopes, stroke_terms
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.error_model import (
+    drum_periods_mm,
+    mean_of_wires,
+    stroke_term_slopes,
+    stroke_terms,
+)
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured
 
 TANGENT = "tangent_stiffness_kN_per_mm"

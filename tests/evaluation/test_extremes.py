@@ -10,24 +10,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.archive.comparison import compare_evaluations
-from evaluation.archive.evaluate import ArchiveEvaluation
-from evaluation.archive.facts import FIELDS, result_facts
-from evaluation.archive.identity import Settings, software
-from evaluation.archive.kept import keep
-from evaluation.archive.tables import runs_frame
-from evaluation.document import evaluation_document, run_entry
-from evaluation.error_model import draw_errors
-from evaluation.extremes import peaks_of, sample_extremes
-from evaluation.extremes.errors import Reading, channel_errors, rivals_of, stated
-from evaluation.extremes.peaks import NEAR, stands_alone
-from evaluation.load import load_run
-from evaluation.long_runs import Bounds
-from evaluation.record import Peak, Record, Temperature, make_record
-from evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
-from recording.query import parse_query
+from bufferstand.evaluation.archive.comparison import compare_evaluations
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
+from bufferstand.evaluation.archive.facts import FIELDS, result_facts
+from bufferstand.evaluation.archive.identity import Settings, software
+from bufferstand.evaluation.archive.kept import keep
+from bufferstand.evaluation.archive.tables import runs_frame
+from bufferstand.evaluation.document import evaluation_document, run_entry
+from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.extremes import peaks_of, sample_extremes
+from bufferstand.evaluation.extremes.errors import Reading, channel_errors, rivals_of, stated
+from bufferstand.evaluation.extremes.peaks import NEAR, stands_alone
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.record import Peak, Record, Temperature, make_record
+from bufferstand.evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.recording.query import parse_query
 from tests.evaluation.signals import STATED, Ellipse, Floats, StaticTest
 from tests.evaluation.test_load import csv_of
 

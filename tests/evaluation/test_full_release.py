@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from evaluation.record import make_record
-from evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import BUFFER, STARTED, StaticTest
 

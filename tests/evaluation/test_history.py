@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.archive.kept import keep
-from evaluation.document import evaluation_document, run_entry, what_runs_say_together
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.archive.kept import keep
+from bufferstand.evaluation.document import evaluation_document, run_entry, what_runs_say_together
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.closed_loops import measured
 from tests.evaluation.signals import BUFFER, CERTIFIED, STARTED, STATED, Ellipse, Floats, StaticTest
 from tests.evaluation.test_coverage_across_runs import Specimen

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.choices import DecisionRule
-from evaluation.document import run_entry
-from evaluation.record import make_record
-from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.choices import DecisionRule
+from bufferstand.evaluation.document import run_entry
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 
 

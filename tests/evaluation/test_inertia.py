@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evaluation.document import evaluation_document
-from evaluation.inertia import acceleration_mm_per_s2, acceleration_noise_mm_per_s2
-from evaluation.record import Record, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
-from foundation.errors import BadInput
+from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.inertia import acceleration_mm_per_s2, acceleration_noise_mm_per_s2
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.foundation.errors import BadInput
 from tests.evaluation.signals import Ellipse, StaticTest
 
 MASS_KG = 150.0

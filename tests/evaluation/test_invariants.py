@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.cycles import find_cycles
-from evaluation.quantities import evaluate_cycle
-from evaluation.record import make_record
-from evaluation.results import Quantities
-from foundation.units import to_inside
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.quantities import evaluate_cycle
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Quantities
+from bufferstand.foundation.units import to_inside
 from tests.evaluation.signals import Ellipse, Floats
 
 BASE = Ellipse().columns(1.0, 400.0, 3.4, noise=2e-4)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.requirements.decision import decide
-from evaluation.requirements.limit_set import (
+from bufferstand.evaluation.requirements.decision import decide
+from bufferstand.evaluation.requirements.limit_set import (
     FOLDER,
     LimitSet,
     find_limit_set,
@@ -19,10 +19,10 @@ from evaluation.requirements.limit_set import (
     shipped_limit_set,
     shipped_names,
 )
-from evaluation.requirements.readings import Readings
-from evaluation.results import Options, RunEvaluation
-from evaluation.run import evaluate_run
-from foundation.errors import BadInput
+from bufferstand.evaluation.requirements.readings import Readings
+from bufferstand.evaluation.results import Options, RunEvaluation
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.errors import BadInput
 from tests.evaluation.made_to_order import GOOD_CYCLE, MadeTest, bent, ids, table, usual
 from tests.evaluation.signals import BUFFER, Floats, StaticTest, later
 from tests.evaluation.test_impact import impact

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.document import evaluate_paths
-from evaluation.load import load_run, moving_mass_kg
-from evaluation.results import Options
-from foundation.channel import Calibration, Channel, ChannelUncertainty
-from foundation.errors import BadInput
-from recording.content import Anchor, Segment, StreamContent
-from recording.foreign.importing import import_file
-from recording.foreign.wanted import ImportOptions
-from recording.runfile import write_run
+from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.load import load_run, moving_mass_kg
+from bufferstand.evaluation.results import Options
+from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Anchor, Segment, StreamContent
+from bufferstand.recording.foreign.importing import import_file
+from bufferstand.recording.foreign.wanted import ImportOptions
+from bufferstand.recording.runfile import write_run
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 ELLIPSE = Ellipse()

@@ -14,18 +14,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.condense import block_means, block_starts
-from evaluation.defects import Cleaner
-from evaluation.load import load_run
-from evaluation.long_runs import Bounds
-from evaluation.record import Record, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.calibration import Calibration
-from foundation.channel import Channel, ChannelUncertainty
-from foundation.errors import BadInput
-from recording.content import Segment, StreamContent
-from recording.runfile import open_run, write_run
+from bufferstand.evaluation.condense import block_means, block_starts
+from bufferstand.evaluation.defects import Cleaner
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.calibration import Calibration
+from bufferstand.foundation.channel import Channel, ChannelUncertainty
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Segment, StreamContent
+from bufferstand.recording.runfile import open_run, write_run
 from tests.evaluation.long_run_child import ABSORBED_J
 from tests.evaluation.signals import Ellipse, Floats
 from tests.evaluation.test_load import ELLIPSE, RATE, csv_of, write

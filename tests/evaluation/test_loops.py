@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles
-from evaluation.loops import cut_loop
-from evaluation.quantities import absorbed_energy_J, stored_energy_J
-from evaluation.record import make_record
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.loops import cut_loop
+from bufferstand.evaluation.quantities import absorbed_energy_J, stored_energy_J
+from bufferstand.evaluation.record import make_record
 
 
 @pytest.mark.parametrize("samples", [40, 60, 101, 150, 199])

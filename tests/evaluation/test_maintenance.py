@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.requirements.checklist import asked_items
-from evaluation.requirements.inspection import Inspection, load_inspection
-from evaluation.requirements.limit_set import LimitSet, find_limit_set
-from evaluation.results import RunEvaluation
-from foundation.errors import BadInput
+from bufferstand.evaluation.requirements.checklist import asked_items
+from bufferstand.evaluation.requirements.inspection import Inspection, load_inspection
+from bufferstand.evaluation.requirements.limit_set import LimitSet, find_limit_set
+from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.foundation.errors import BadInput
 from tests.evaluation.made_to_order import GOOD_CYCLE, MadeTest
 from tests.evaluation.signals import BUFFER
 

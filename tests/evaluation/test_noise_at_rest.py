@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from evaluation.cycles import find_cycles
-from evaluation.history import history_of
-from evaluation.noise import Noise, record_noise
-from evaluation.record import Record, make_record
-from evaluation.results import CycleResult, Quantities, RunFacts
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.history import history_of
+from bufferstand.evaluation.noise import Noise, record_noise
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import CycleResult, Quantities, RunFacts
 
 STEP_S = 0.01
 NOISE_MM, NOISE_KN = 0.01, 1.0

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.document import evaluation_document
-from evaluation.record import Temperature, make_record
-from evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.record import Temperature, make_record
+from bufferstand.evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 REASONS = {

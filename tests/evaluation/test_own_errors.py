@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from evaluation.cycles import find_cycles
-from evaluation.error_model import draw_errors
-from evaluation.hum import Line
-from evaluation.noise import Noise
-from evaluation.own_errors import OwnErrors, own_errors
-from evaluation.quantities import evaluate_cycle
-from evaluation.record import Record, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from evaluation.uncertainty import CyclePropagation, cycle_draws
-from foundation.channel import Channel, ChannelUncertainty
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.hum import Line
+from bufferstand.evaluation.noise import Noise
+from bufferstand.evaluation.own_errors import OwnErrors, own_errors
+from bufferstand.evaluation.quantities import evaluate_cycle
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.uncertainty import CyclePropagation, cycle_draws
+from bufferstand.foundation.channel import Channel, ChannelUncertainty
 from tests.evaluation.closed_loops import Progressive, measured
 from tests.evaluation.disturbed import SURE_FORCE, SURE_WIRES
 from tests.evaluation.signals import Floats

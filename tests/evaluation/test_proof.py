@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.record import make_record
-from evaluation.requirements.inspection import Finding, Inspected, Inspection
-from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.requirements.inspection import Finding, Inspected, Inspection
+from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import evaluation.propagations
-from evaluation.cycles import find_cycles
-from evaluation.loops import LoopStack, cut_loop, cut_loops
-from evaluation.motion import Cycle
-from evaluation.propagations import Propagations
-from evaluation.record import Record, make_record
+from bufferstand.evaluation import propagations
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.loops import LoopStack, cut_loop, cut_loops
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.propagations import Propagations
+from bufferstand.evaluation.record import Record, make_record
 
 
 def _noisy(cycles: int = 30) -> Record:
@@ -47,7 +47,7 @@ def test_cycles_that_are_prepared_together_are_cut_once(monkeypatch: pytest.Monk
         cut.append(len(cycles))
         return cut_loops(record, cycles, *own, **named)
 
-    monkeypatch.setattr(evaluation.propagations, "cut_loops", counted)
+    monkeypatch.setattr(propagations, "cut_loops", counted)
     prepared = Propagations(record, find_cycles(record))
     prepared.prepare(prepared)
     assert len(prepared) >= 5

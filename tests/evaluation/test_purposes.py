@@ -13,20 +13,20 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cli.commands import evaluate, import_, report
-from evaluation.archive.cache import Cache
-from evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
-from evaluation.archive.identity import Settings, software
-from evaluation.archive.local import Local
-from evaluation.archive.tables import document, runs_frame
-from evaluation.conformity import Candidate, candidate_of, decide_purposes, standing_of
-from evaluation.document import assemble, run_entry
-from evaluation.report.reading import Given, read_source
-from evaluation.report.reevaluation import changes_of
-from evaluation.results import Options
-from foundation.errors import BadInput
-from recording import cachefile
-from recording.foreign.importing import import_file
+from bufferstand.cli.commands import evaluate, import_, report
+from bufferstand.evaluation.archive.cache import Cache
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
+from bufferstand.evaluation.archive.identity import Settings, software
+from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.tables import document, runs_frame
+from bufferstand.evaluation.conformity import Candidate, candidate_of, decide_purposes, standing_of
+from bufferstand.evaluation.document import assemble, run_entry
+from bufferstand.evaluation.report.reading import Given, read_source
+from bufferstand.evaluation.report.reevaluation import changes_of
+from bufferstand.evaluation.results import Options
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording import cachefile
+from bufferstand.recording.foreign.importing import import_file
 from tests.evaluation.signals import STARTED, StaticTest, later
 
 BASE = Candidate(
@@ -264,7 +264,7 @@ def test_a_warm_single_stroke_leaves_the_statement_as_it_is(
     }
     assert document["conformity"][0]["by"] == "option"
 
-    monkeypatch.setattr("evaluation.report.writing.pdf_available", lambda: False)
+    monkeypatch.setattr("bufferstand.evaluation.report.writing.pdf_available", lambda: False)
     runner.invoke(report.command, [str(runs), "--out", str(tmp_path)], catch_exceptions=False)
     html = (tmp_path / "runs-report.html").read_text()
     statement = html[html.index('id="conformity"') : html.index('id="requirements"')]

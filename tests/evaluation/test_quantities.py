@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles
-from evaluation.loops import cut_loop
-from evaluation.quantities import consistency_warnings, evaluate_cycle, stored_energy_J
-from evaluation.record import make_record
-from evaluation.results import CycleResult
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.loops import cut_loop
+from bufferstand.evaluation.quantities import consistency_warnings, evaluate_cycle, stored_energy_J
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import CycleResult
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 

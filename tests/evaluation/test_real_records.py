@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.record import Record, make_record
-from evaluation.results import RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.units import to_inside
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.units import to_inside
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 FILES = ("friction_damper_1Hz.csv", "friction_damper_0.5Hz.csv")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.defects import describe
-from evaluation.record import make_record
-from foundation.errors import BadInput
+from bufferstand.evaluation.defects import describe
+from bufferstand.evaluation.record import make_record
+from bufferstand.foundation.errors import BadInput
 
 TIME = np.arange(100) * 0.01
 STROKE = np.sin(TIME)

@@ -12,12 +12,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles
-from evaluation.error_model import draw_errors
-from evaluation.noise import Noise
-from evaluation.record import make_record
-from evaluation.uncertainty import CyclePropagation, cycle_draws, force_draws, slope_draws
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.noise import Noise
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.uncertainty import CyclePropagation, cycle_draws, force_draws, slope_draws
+from bufferstand.foundation.channel import ChannelUncertainty
 
 NAMES = ("W_s", "W_a", "D", "F(25)", "F(60)", "F(100)", "K_t")
 AT_STATED_STROKE = "K(50)"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.results import RunEvaluation, Verdict
+from bufferstand.evaluation.results import RunEvaluation, Verdict
 from tests.evaluation.made_to_order import GOOD_CYCLE, MadeTest, bent, ids, measured, table, usual
 from tests.evaluation.signals import BUFFER, later
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.settings import simulation_settings
-from drivers.stand_file import load_stand
-from evaluation.cycles import find_cycles
-from evaluation.record import Record, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import ChannelUncertainty
+from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.settings import simulation_settings
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import ChannelUncertainty
 from tests.clean_stand import IMPERFECTIONS, SAMPLE_STAND
 from tests.drivers.simulated.standing import FrictionSpring, device, stand_file
 from tests.evaluation.signals import Floats, StaticTest

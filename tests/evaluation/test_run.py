@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evaluation.record import Record, make_record
-from evaluation.results import Options, Quantities, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options, Quantities, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 ELLIPSE = Ellipse()

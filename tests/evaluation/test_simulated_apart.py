@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from evaluation.document import evaluation_document
-from evaluation.results import RunEvaluation
-from evaluation.trends import find_trends
+from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.evaluation.trends import find_trends
 from tests.evaluation.test_trends import SWEEP
 
 

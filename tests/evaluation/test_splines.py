@@ -12,15 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from evaluation import splines
-from evaluation.splines import moved
+from bufferstand.evaluation import splines
+from bufferstand.evaluation.splines import moved
 
 ROOT = Path(__file__).resolve().parents[2]
 EVALUATE = """
 import sys
 from pathlib import Path
-from evaluation.document import evaluate_file
-from evaluation.results import Options
+from bufferstand.evaluation.document import evaluate_file
+from bufferstand.evaluation.results import Options
 assert evaluate_file(Path(sys.argv[1]), Options(draws=0)).cycles
 print(*sorted(name for name in sys.modules if name.split('.')[0] in ('scipy', 'pandas')))
 """

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
-from evaluation.smoothing import moving_slopes, polynomials, smoothed
-from evaluation.splines import splines
+from bufferstand.evaluation.smoothing import moving_slopes, polynomials, smoothed
+from bufferstand.evaluation.splines import splines
 
 COUNT = np.array([40, 23, 31])
 RANDOM = np.random.default_rng(7)

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evaluation.requirements.limit_set import shipped_limit_set
-from evaluation.results import RequirementResult, RunEvaluation, Verdict
+from bufferstand.evaluation.requirements.limit_set import shipped_limit_set
+from bufferstand.evaluation.results import RequirementResult, RunEvaluation, Verdict
 from tests.evaluation.signals import BUFFER, StaticTest, later
 
 GOOD = StaticTest()
@@ -99,9 +99,9 @@ def test_one_requirement_fails(name: str) -> None:
 
 def shaped(run_test: StaticTest, points: list[tuple[float, float]]) -> RunEvaluation:
     """Evaluate a test whose loading branch goes through given points."""
-    from evaluation.record import make_record
-    from evaluation.results import Options
-    from evaluation.run import evaluate_run
+    from bufferstand.evaluation.record import make_record
+    from bufferstand.evaluation.results import Options
+    from bufferstand.evaluation.run import evaluate_run
 
     time, stroke, force = replace(run_test, noise_mm=0.0, noise_kN=0.0).columns()
     old = 15.0 + 2.0 * stroke + 3.8e-6 * stroke**4
@@ -321,8 +321,8 @@ def test_other_limits() -> None:
         update={"energy": limits.energy.model_copy(update={"stored_min_J": 30000.0})}
     )
     assert stricter.sha256 != limits.sha256
-    from evaluation.results import Options
-    from evaluation.run import evaluate_run
+    from bufferstand.evaluation.results import Options
+    from bufferstand.evaluation.run import evaluate_run
 
     run = evaluate_run(GOOD.record(), GOOD.facts(), Options(draws=100), stricter)
     assert verdicts(run, "stored-energy") == ["fail"] * 3

@@ -8,8 +8,8 @@ import openpyxl
 import pandas as pd
 import pytest
 
-from evaluation.table import EXCEL_CHARACTERS, write_frames
-from foundation.errors import BadInput
+from bufferstand.evaluation.table import EXCEL_CHARACTERS, write_frames
+from bufferstand.foundation.errors import BadInput
 
 TEXTS = ["=1+1", "a\x01b", "y" * (EXCEL_CHARACTERS + 5), None, "−Ω\n"]
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evaluation.across_runs import ChannelIdentity
-from evaluation.document import evaluation_document
-from evaluation.record import Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from evaluation.thermal_comparison import TemperatureComparison, compare_temperatures
-from model.file import load_model
-from model.simulation import simulate
+from bufferstand.evaluation.across_runs import ChannelIdentity
+from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.record import Temperature, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.thermal_comparison import TemperatureComparison, compare_temperatures
+from bufferstand.model.file import load_model
+from bufferstand.model.simulation import simulate
 from tests.evaluation.signals import CERTIFIED, STATED, Ellipse
 
 MODELS = Path(__file__).resolve().parents[2] / "sample_runs" / "models"

@@ -11,11 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.record import Temperature
-from evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from evaluation.results import Options, RequirementResult, RunEvaluation
-from evaluation.run import evaluate_run
-from evaluation.thermometry import READING_INTERVAL_S, covers, longest_hole, readings_of, temperatures_of
+from bufferstand.evaluation.record import Temperature
+from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
+from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.thermometry import (
+    READING_INTERVAL_S,
+    covers,
+    longest_hole,
+    readings_of,
+    temperatures_of,
+)
 from tests.evaluation.signals import Floats, StaticTest
 
 

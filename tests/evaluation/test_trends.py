@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evaluation.record import Temperature, make_record
-from evaluation.results import Measured, Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from evaluation.trends import find_trends
+from bufferstand.evaluation.record import Temperature, make_record
+from bufferstand.evaluation.results import Measured, Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.trends import find_trends
 from tests.evaluation.signals import CERTIFIED, STATED, Ellipse
 
 

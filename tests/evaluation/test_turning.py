@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles
-from evaluation.motion import TurningPoint
-from evaluation.record import make_record
-from evaluation.reversals import noise_sigma
-from evaluation.turn_fits import points_of, smooth_fits
-from evaluation.turn_sides import Reversals, TurnKind
-from evaluation.turning import fit_turning_points
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.motion import TurningPoint
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.reversals import noise_sigma
+from bufferstand.evaluation.turn_fits import points_of, smooth_fits
+from bufferstand.evaluation.turn_sides import Reversals, TurnKind
+from bufferstand.evaluation.turning import fit_turning_points
 from tests.evaluation.signals import Floats
 
 TIME = np.arange(0.0, 2.0, 0.001)

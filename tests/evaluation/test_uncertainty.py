@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles
-from evaluation.error_model import draw_errors, mean_of_wires, missing_facts
-from evaluation.noise import Noise, record_noise
-from evaluation.record import make_record
-from evaluation.results import Options, RunFacts
-from evaluation.run import evaluate_run
-from evaluation.uncertainty import (
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.error_model import draw_errors, mean_of_wires, missing_facts
+from bufferstand.evaluation.noise import Noise, record_noise
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.uncertainty import (
     CyclePropagation,
     cycle_draws,
     expanded,
@@ -19,7 +19,7 @@ from evaluation.uncertainty import (
     slope_draws,
     turn_errors,
 )
-from foundation.channel import ChannelUncertainty
+from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 

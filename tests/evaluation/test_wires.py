@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evaluation.channels.signals import Signals
-from evaluation.document import evaluation_document
-from evaluation.load import load_run
-from evaluation.plausibility import Look
-from evaluation.record import Record, make_record
-from evaluation.results import RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from evaluation.wiring.strokes import strokes_and_piston
-from foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.channels.signals import Signals
+from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.plausibility import Look
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.wiring.strokes import strokes_and_piston
+from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse, Floats
 from tests.evaluation.test_load import write
 

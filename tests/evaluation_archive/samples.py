@@ -10,10 +10,10 @@ from pathlib import Path
 import h5py
 import pytest
 
-from evaluation.archive.evaluate import ArchiveEvaluation
-from evaluation.archive.identity import Settings
-from evaluation.archive.tables import cycles_frame, document, runs_frame
-from evaluation.results import Options
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
+from bufferstand.evaluation.archive.identity import Settings
+from bufferstand.evaluation.archive.tables import cycles_frame, document, runs_frame
+from bufferstand.evaluation.results import Options
 from tests.evaluation_report.make_runs import Made, write_campaign
 from tests.recording.samples import flipped
 

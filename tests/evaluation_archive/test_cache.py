@@ -13,16 +13,16 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.archive import cache as cache_room
-from evaluation.archive.cache import FILE_NAME, Cache
-from evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
-from evaluation.archive.identity import Settings, software
-from evaluation.archive.kept import Wanted
-from evaluation.archive.local import Local
-from evaluation.archive.work import File, Outcome
-from recording import cachefile
-from recording.cachefile import CacheFile
-from recording.index import indexed_runs
+from bufferstand.evaluation.archive import cache as cache_room
+from bufferstand.evaluation.archive.cache import FILE_NAME, Cache
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
+from bufferstand.evaluation.archive.identity import Settings, software
+from bufferstand.evaluation.archive.kept import Wanted
+from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.work import File, Outcome
+from bufferstand.recording import cachefile
+from bufferstand.recording.cachefile import CacheFile
+from bufferstand.recording.index import indexed_runs
 from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged
 
 DAMAGE = {
@@ -264,10 +264,10 @@ def test_deleted_or_forbidden_meanwhile(runs: list[Path], tmp_path: Path) -> Non
 _WRITER = """
 import sys
 from pathlib import Path
-from evaluation.archive.cache import Cache
-from evaluation.archive.evaluate import evaluate_archive
-from evaluation.archive.identity import software
-from evaluation.archive.local import Local
+from bufferstand.evaluation.archive.cache import Cache
+from bufferstand.evaluation.archive.evaluate import evaluate_archive
+from bufferstand.evaluation.archive.identity import software
+from bufferstand.evaluation.archive.local import Local
 from tests.evaluation_archive.samples import SETTINGS
 runs = sorted(Path(sys.argv[1]).rglob("*.h5"))
 for _ in range(int(sys.argv[3])):

@@ -11,15 +11,15 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.archive.cache import Cache
-from evaluation.archive.cluster import Cluster, _quiet
-from evaluation.archive.evaluate import Progress, evaluate_archive
-from evaluation.archive.identity import software
-from evaluation.archive.local import DIED, Local
-from evaluation.archive.tables import cycles_frame, write_tables
-from evaluation.archive.work import File, OtherFile, evaluate_batch, mark_of
-from foundation.errors import BadInput, DeviceFault
-from recording.runfile import read_metadata
+from bufferstand.evaluation.archive.cache import Cache
+from bufferstand.evaluation.archive.cluster import Cluster, _quiet
+from bufferstand.evaluation.archive.evaluate import Progress, evaluate_archive
+from bufferstand.evaluation.archive.identity import software
+from bufferstand.evaluation.archive.local import DIED, Local
+from bufferstand.evaluation.archive.tables import cycles_frame, write_tables
+from bufferstand.evaluation.archive.work import File, OtherFile, evaluate_batch, mark_of
+from bufferstand.foundation.errors import BadInput, DeviceFault
+from bufferstand.recording.runfile import read_metadata
 from tests.evaluation_archive.dask_cluster import ROOT, DaskCluster, dask_cluster, free_port
 from tests.evaluation_archive.samples import (
     SETTINGS,
@@ -166,7 +166,7 @@ def test_a_worker_that_sees_another_archive(
             shutil.copyfile(run, tmp_path / place / f"{name}.h5")
             aged(tmp_path / place / f"{name}.h5")
     monkeypatch.chdir(tmp_path / "mine")
-    monkeypatch.setattr("recording.cachefile.SETTLED_S", -1e6)
+    monkeypatch.setattr("bufferstand.recording.cachefile.SETTLED_S", -1e6)
     files = [HERE / "a.h5", HERE / "b.h5"]
     cache = Cache(tmp_path / "cache", SETTINGS.sha256, software().sha256)
     with dask_cluster(tmp_path, 0) as cluster:

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from evaluation.archive.comparison import Comparison, compare_evaluations, load_evaluation
-from evaluation.document import SCHEMA
-from foundation.errors import BadInput
+from bufferstand.evaluation.archive.comparison import Comparison, compare_evaluations, load_evaluation
+from bufferstand.evaluation.document import SCHEMA
+from bufferstand.foundation.errors import BadInput
 
 
 def entry(

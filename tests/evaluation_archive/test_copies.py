@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from cli.main import main
-from evaluation.archive.evaluate import evaluate_archive
-from evaluation.archive.facts import results_by_path
-from evaluation.archive.local import Local
-from evaluation.archive.tables import document, runs_frame
-from evaluation.copies import SHOWN, Recording, each_once
-from evaluation.document import evaluate_paths
+from bufferstand.cli.main import main
+from bufferstand.evaluation.archive.evaluate import evaluate_archive
+from bufferstand.evaluation.archive.facts import results_by_path
+from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.tables import document, runs_frame
+from bufferstand.evaluation.copies import SHOWN, Recording, each_once
+from bufferstand.evaluation.document import evaluate_paths
 from tests.evaluation_archive.samples import SETTINGS, archive
 
 BEGUN = datetime(2026, 3, 5, 9, tzinfo=UTC)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.archive.cache import FILE_NAME
+from bufferstand.evaluation.archive.cache import FILE_NAME
 from tests.evaluation_archive.samples import LONG_S, archive, let_slow_wait, until
 from tests.evaluation_report.make_runs import Made, write_campaign
 
@@ -28,7 +28,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     started: list[subprocess.Popen[str]] = []
 
     def start(*arguments: str | Path) -> subprocess.Popen[str]:
-        command = [sys.executable, "-P", "-m", "cli", *map(str, arguments)]
+        command = [sys.executable, "-P", "-m", "bufferstand", *map(str, arguments)]
         started.append(
             subprocess.Popen(
                 command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True

@@ -11,12 +11,19 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from evaluation.archive.evaluate import Progress, evaluate_archive
-from evaluation.archive.identity import software
-from evaluation.archive.local import DIED, Local
-from evaluation.archive.tables import cycles_frame, write_document, write_tables
-from evaluation.archive.work import MOST_BYTES, MOST_FILES, File, OtherSoftware, batches, evaluate_batch
-from evaluation.document import evaluate_paths
+from bufferstand.evaluation.archive.evaluate import Progress, evaluate_archive
+from bufferstand.evaluation.archive.identity import software
+from bufferstand.evaluation.archive.local import DIED, Local
+from bufferstand.evaluation.archive.tables import cycles_frame, write_document, write_tables
+from bufferstand.evaluation.archive.work import (
+    MOST_BYTES,
+    MOST_FILES,
+    File,
+    OtherSoftware,
+    batches,
+    evaluate_batch,
+)
+from bufferstand.evaluation.document import evaluate_paths
 from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged, let_poison_kill
 
 
@@ -70,7 +77,7 @@ def test_a_long_document_is_written_run_by_run(tmp_path: Path, monkeypatch: pyte
     evaluation = evaluate_archive(archive(tmp_path)[:3], SETTINGS, Local(1))
     texts = []
     for most in (20, 2):
-        monkeypatch.setattr("evaluation.archive.tables.PRETTY_RUNS", most)
+        monkeypatch.setattr("bufferstand.evaluation.archive.tables.PRETTY_RUNS", most)
         with (tmp_path / "e.json").open("w") as stream:
             write_document(evaluation, stream)
         texts.append((tmp_path / "e.json").read_text())

@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cli.commands.runs import command
-from evaluation.archive.cache import Cache
-from evaluation.archive.evaluate import evaluate_archive
-from evaluation.archive.identity import software
-from evaluation.archive.local import Local
-from evaluation.archive.sources import find_runs
-from evaluation.archive.tables import write_document, write_tables
-from foundation.names import readable
-from recording import cachefile
+from bufferstand.cli.commands.runs import command
+from bufferstand.evaluation.archive.cache import Cache
+from bufferstand.evaluation.archive.evaluate import evaluate_archive
+from bufferstand.evaluation.archive.identity import software
+from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.sources import find_runs
+from bufferstand.evaluation.archive.tables import write_document, write_tables
+from bufferstand.foundation.names import readable
+from bufferstand.recording import cachefile
 from tests.evaluation_archive.samples import SETTINGS, archive
 
 

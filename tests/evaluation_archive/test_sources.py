@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.archive.sources import find_runs
-from foundation.errors import BadInput
+from bufferstand.evaluation.archive.sources import find_runs
+from bufferstand.foundation.errors import BadInput
 
 
 @pytest.fixture

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.figures.paint import draw
-from evaluation.report.build import build_content
-from evaluation.report.content import Content
-from evaluation.report.html import render_html
-from evaluation.report.pdf import render_pdf
-from evaluation.report.reading import read_source
-from evaluation.report.source import Source
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.html import render_html
+from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.reading import read_source
+from bufferstand.evaluation.report.source import Source
 from tests.evaluation_report.make_runs import hand_made_document, write_campaign
 
 

@@ -17,14 +17,14 @@ import pypdfium2
 from numpy.typing import NDArray
 from PIL import Image
 
-from evaluation.figures.paint import draw
-from evaluation.report.build import build_content
-from evaluation.report.build_comparison import build_comparison
-from evaluation.report.content import Content
-from evaluation.report.fields import ReportFields
-from evaluation.report.pdf import render_pdf
-from evaluation.report.reading import Given, read_source
-from evaluation.report.sides import side_by_side
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.build_comparison import build_comparison
+from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.fields import ReportFields
+from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.reading import Given, read_source
+from bufferstand.evaluation.report.sides import side_by_side
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 
 Grey = NDArray[np.float64]

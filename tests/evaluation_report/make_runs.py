@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from foundation.channel import Calibration, Channel, ChannelUncertainty
-from recording.content import Anchor, Event, StreamContent
-from recording.runfile import write_run
+from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.recording.content import Anchor, Event, StreamContent
+from bufferstand.recording.runfile import write_run
 
 START = datetime(2026, 3, 5, 9, 0, tzinfo=UTC)
 FORCE_KN_PER_COUNT = 1e-3

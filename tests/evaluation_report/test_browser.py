@@ -12,10 +12,10 @@ import numpy as np
 import pypdfium2
 import pytest
 
-from evaluation.figures.paint import draw
-from evaluation.report.build import build_content
-from evaluation.report.html import render_html
-from evaluation.report.source import Source
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.html import render_html
+from bufferstand.evaluation.report.source import Source
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_checklist import flat
 from tests.monitor.browser import chromium

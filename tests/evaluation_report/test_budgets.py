@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import pytest
 
-from evaluation.document import run_entry
-from evaluation.figures.paint import draw
-from evaluation.report.budgets import budgets_section
-from evaluation.report.build import build_content
-from evaluation.report.content import Section, Table
-from evaluation.report.html import render_html
-from evaluation.report.pdf import render_pdf
-from evaluation.report.source import Source
-from evaluation.results import RunEvaluation
+from bufferstand.evaluation.document import run_entry
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.report.budgets import budgets_section
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content import Section, Table
+from bufferstand.evaluation.report.html import render_html
+from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.results import RunEvaluation
 from tests.evaluation.signals import StaticTest
 from tests.evaluation_report.conftest import Made
 

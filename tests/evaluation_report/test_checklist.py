@@ -12,15 +12,15 @@ from pathlib import Path
 import pypdfium2
 import pytest
 
-from evaluation.budget_lines import budget_entry
-from evaluation.figures.paint import draw
-from evaluation.report.build import build_content
-from evaluation.report.content import Content
-from evaluation.report.fields import ReportFields
-from evaluation.report.html import render_html
-from evaluation.report.pdf import render_pdf
-from evaluation.report.source import Source
-from evaluation.requirements.limit_set import shipped_limit_set
+from bufferstand.evaluation.budget_lines import budget_entry
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.fields import ReportFields
+from bufferstand.evaluation.report.html import render_html
+from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.requirements.limit_set import shipped_limit_set
 from tests.evaluation.signals import StaticTest
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_content import FILLED

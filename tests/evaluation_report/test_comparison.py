@@ -12,15 +12,15 @@ from typing import Any
 
 import pytest
 
-from evaluation.report.build import build_content
-from evaluation.report.build_comparison import build_comparison
-from evaluation.report.content import Content, Table
-from evaluation.report.fields import ReportFields, read_fields
-from evaluation.report.reading import Given, read_source
-from evaluation.report.sides import Sides, conditions_of, side_by_side
-from evaluation.report.source import Source
-from evaluation.report.writing import write_comparison
-from foundation.errors import BadInput
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.build_comparison import build_comparison
+from bufferstand.evaluation.report.content import Content, Table
+from bufferstand.evaluation.report.fields import ReportFields, read_fields
+from bufferstand.evaluation.report.reading import Given, read_source
+from bufferstand.evaluation.report.sides import Sides, conditions_of, side_by_side
+from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.writing import write_comparison
+from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.layout import MODEL, RUNS
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
@@ -123,7 +123,7 @@ def test_steps_that_do_not_meet_are_said_to_be_none(folders: tuple[Path, Path, P
 IN_ANOTHER_PROCESS = """
 import sys
 from pathlib import Path
-from evaluation.report.writing import write_comparison
+from bufferstand.evaluation.report.writing import write_comparison
 write_comparison([Path(sys.argv[1]), Path(sys.argv[2])], Path(sys.argv[3]))
 """
 

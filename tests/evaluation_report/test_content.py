@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from daq.force_row import ForceTurns, force_row
-from evaluation.report.build import build_content
-from evaluation.report.closing import deviations_section
-from evaluation.report.content import DASH, Cell, Column, Content, Table, VerdictLine
-from evaluation.report.fields import ReportFields
-from evaluation.report.source import ReportRun, Source, runs_text
-from evaluation.report.verdicts import is_condition, name_of, verdict_cell, verdict_line, worst
-from protocols.steps import ForceCycles
+from bufferstand.daq.force_row import ForceTurns, force_row
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.closing import deviations_section
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Content, Table, VerdictLine
+from bufferstand.evaluation.report.fields import ReportFields
+from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.verdicts import is_condition, name_of, verdict_cell, verdict_line, worst
+from bufferstand.protocols.steps import ForceCycles
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, requirement
 

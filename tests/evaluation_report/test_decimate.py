@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.figures.decimate import kept_samples, with_breaks
+from bufferstand.evaluation.figures.decimate import kept_samples, with_breaks
 
 
 @given(st.integers(9, 4000), st.integers(8, 1500), st.integers(0, 2**32 - 1))

@@ -6,12 +6,18 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from evaluation.figures import style
-from evaluation.figures.loops import Loop, amplitude_loops, dynamic_loops, frequency_loops, static_loops
-from evaluation.figures.paint import draw
-from evaluation.figures.plot import Plot, Window
-from evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot, time_unit
-from evaluation.figures.trends import TrendSeries, damping_trend, stiffness_trend
+from bufferstand.evaluation.figures import style
+from bufferstand.evaluation.figures.loops import (
+    Loop,
+    amplitude_loops,
+    dynamic_loops,
+    frequency_loops,
+    static_loops,
+)
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.figures.plot import Plot, Window
+from bufferstand.evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot, time_unit
+from bufferstand.evaluation.figures.trends import TrendSeries, damping_trend, stiffness_trend
 from tests.evaluation_report.conftest import Made
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any, cast
 
-from evaluation.report.identification import _not_guarded
-from evaluation.report.source import Source
+from bufferstand.evaluation.report.identification import _not_guarded
+from bufferstand.evaluation.report.source import Source
 
 
 def source(*runs: tuple[int, list[str] | None]) -> Source:

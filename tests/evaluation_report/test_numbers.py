@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.report import numbers
-from evaluation.report.content import DASH
-from foundation.durations import duration_text
+from bufferstand.evaluation.report import numbers
+from bufferstand.evaluation.report.content import DASH
+from bufferstand.foundation.durations import duration_text
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from evaluation.figures import style
-from evaluation.figures.plot import Curve, Plot
-from evaluation.report.content import Content
+from bufferstand.evaluation.figures import style
+from bufferstand.evaluation.figures.plot import Curve, Plot
+from bufferstand.evaluation.report.content import Content
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.layout import contents
 

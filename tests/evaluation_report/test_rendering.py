@@ -12,11 +12,11 @@ from typing import Any
 import pypdfium2
 import pytest
 
-from evaluation.report.build import build_content
-from evaluation.report.content import Content
-from evaluation.report.html import render_html
-from evaluation.report.pdf import render_pdf
-from foundation.errors import BadInput
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.html import render_html
+from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_content import FILLED, strings
 
@@ -190,7 +190,9 @@ def test_a_report_that_lacks_nothing_is_no_draft(report: Made) -> None:
 
 
 def test_a_warning_of_the_typesetter_is_a_failure(report: Made, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("evaluation.report.pdf._OPTIONS", {"ignore_system_fonts": True, "font_paths": []})
+    monkeypatch.setattr(
+        "bufferstand.evaluation.report.pdf._OPTIONS", {"ignore_system_fonts": True, "font_paths": []}
+    )
     with pytest.raises(RuntimeError, match="typst warned: unknown font family: dejavu sans"):
         render_pdf(report.content, report.figures)
 

@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 
-from evaluation.report.content import Section, Sheet, Texts
-from evaluation.report.fields import read_fields
-from evaluation.report.reading import Given, read_source
-from evaluation.report.source import Source
-from evaluation.report.validated import software_section
-from evaluation.validation import shipped_sets, validate
-from foundation.errors import BadInput
+from bufferstand.evaluation.report.content import Section, Sheet, Texts
+from bufferstand.evaluation.report.fields import read_fields
+from bufferstand.evaluation.report.reading import Given, read_source
+from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.validated import software_section
+from bufferstand.evaluation.validation import shipped_sets, validate
+from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
 
 

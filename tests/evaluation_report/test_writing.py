@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.report import fields
-from evaluation.report.build import build_content
-from evaluation.report.reading import Given, read_source
-from evaluation.report.verdicts import name_of
-from evaluation.report.writing import write_report
-from evaluation.results import Options
-from foundation.canonical import file_hash
-from foundation.errors import BadInput
-from recording.catalogue import run_files
+from bufferstand.evaluation.report import fields
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.reading import Given, read_source
+from bufferstand.evaluation.report.verdicts import name_of
+from bufferstand.evaluation.report.writing import write_report
+from bufferstand.evaluation.results import Options
+from bufferstand.foundation.canonical import file_hash
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.catalogue import run_files
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 from tests.evaluation_report.make_runs import Made as MadeRun
@@ -28,8 +28,8 @@ FEW = (PAPER_LIKE[0], PAPER_LIKE[3])
 IN_ANOTHER_PROCESS = """
 import sys
 from pathlib import Path
-from evaluation.report.verdicts import name_of
-from evaluation.report.writing import write_report
+from bufferstand.evaluation.report.verdicts import name_of
+from bufferstand.evaluation.report.writing import write_report
 from tests.evaluation_report.make_runs import hand_made_document
 from tests.evaluation_report.test_writing import FEW
 write_report(Path(sys.argv[1]), Path(sys.argv[2]), document=hand_made_document(FEW))

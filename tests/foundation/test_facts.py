@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.canonical import canonical_json, content_hash, file_hash
-from foundation.channel import Calibration, Channel
-from foundation.clock import WallClock
-from foundation.errors import BadInput
-from foundation.specimen import load_specimen
-from foundation.units import FACTORS, INSIDE_UNIT, conversion, to_inside
+from bufferstand.foundation.canonical import canonical_json, content_hash, file_hash
+from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.foundation.units import FACTORS, INSIDE_UNIT, conversion, to_inside
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.force_speed import ForceSpeed, curve_problem
+from bufferstand.foundation.force_speed import ForceSpeed, curve_problem
 
 STALL_KN, FREE_MM_PER_S = 700.0, 800.0
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from foundation.line_socket import connected, exchange, short_address
+from bufferstand.foundation.line_socket import connected, exchange, short_address
 
 
 @contextmanager

@@ -10,8 +10,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-from foundation.errors import BadInput
-from foundation.output import check_outputs, replaced_whole
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.output import check_outputs, replaced_whole
 
 
 def write_half(path: Path, error: Exception) -> None:

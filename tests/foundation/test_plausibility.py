@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from foundation.channel import Calibration, Channel, Plausibility
-from foundation.plausibility import Watch
+from bufferstand.foundation.channel import Calibration, Channel, Plausibility
+from bufferstand.foundation.plausibility import Watch
 
 WIRE = Channel(
     name="stroke_1",

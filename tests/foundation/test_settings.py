@@ -9,8 +9,8 @@ from typing import Literal
 import pytest
 from pydantic import Field
 
-from foundation.errors import BadInput
-from foundation.settings import Day, Moment, Numbers, Settings, load_settings, parse_settings
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Day, Moment, Numbers, Settings, load_settings, parse_settings
 
 
 class Wheel(Settings):

@@ -8,9 +8,9 @@ from typing import Self
 import pytest
 from pydantic import Field, model_validator
 
-from foundation.errors import BadInput
-from foundation.settings import Settings, load_settings
-from foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Settings, load_settings
+from bufferstand.foundation.wrong_key import WrongKeyError
 
 
 class Wire(Settings):

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from foundation.channel import Calibration, Channel, ChannelUncertainty
-from foundation.zero import ChannelZero, Zero, rounded_up
+from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.zero import ChannelZero, Zero, rounded_up
 
 WIRE = Channel(
     name="stroke_1",

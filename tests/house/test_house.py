@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from recording.runfile import read_metadata
+from bufferstand.recording.runfile import read_metadata
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = {".py", ".md", ".toml", ".lock", ".txt", ".html", ".typ", ".css", ".json", ".yml", ""}
@@ -51,12 +51,15 @@ def test_sample_runs_stay_small() -> None:
     assert total < 5_000_000
 
 
-def test_every_package_is_in_the_wheel_and_in_the_layers() -> None:
+def test_every_room_is_in_the_package_and_in_the_layers() -> None:
     project = (ROOT / "pyproject.toml").read_text()
-    rooms = {path.parent.name for path in ROOT.glob("*/py.typed")}
+    rooms = {path.name for path in (ROOT / "bufferstand").iterdir() if path.is_symlink()}
     assert rooms == {"cli", "daq", "drivers", "evaluation", "foundation", "model", "protocols", "recording"}
+    layers = project.partition("layers = [")[2].partition("]")[0]
     for room in rooms:
-        assert project.count(f'"{room}"') >= 3, f"{room}: wheel, mypy, import-linter"
+        assert (ROOT / "bufferstand" / room).readlink() == Path("..") / room
+        assert f"bufferstand.{room}" in layers, f"{room}: import-linter"
+        assert f'"{room}".msg' in project, f"{room}: the bare name is forbidden (ruff)"
 
 
 def test_sample_runs_name_no_folder_of_the_machine_they_were_made_on() -> None:

@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from evaluation.api import ImportOptions, evaluate, import_record
+from bufferstand.evaluation.api import ImportOptions, evaluate, import_record
 
 from . import world
 from .judge import judge

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.api import ImportOptions, evaluate, import_record
+from bufferstand.evaluation.api import ImportOptions, evaluate, import_record
 
 from . import world
 from .applied import Applied

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 def bufferstand(*words: str | Path, timeout_s: float = 900.0) -> subprocess.CompletedProcess[str]:
     """Run the command as a process of its own."""
     return subprocess.run(
-        [sys.executable, "-P", "-m", "cli", *map(str, words)],
+        [sys.executable, "-P", "-m", "bufferstand", *map(str, words)],
         capture_output=True,
         text=True,
         timeout=timeout_s,

@@ -115,7 +115,18 @@ def test_no_uncertainty_is_said(runs: list[Path]) -> None:
 
 def test_a_bar_on_a_terminal_only(runs: list[Path]) -> None:
     ours, its = pty.openpty()
-    command = [sys.executable, "-P", "-m", "cli", "evaluate", *map(str, runs), "--draws", "0", "--jobs", "1"]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "bufferstand",
+        "evaluate",
+        *map(str, runs),
+        "--draws",
+        "0",
+        "--jobs",
+        "1",
+    ]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=its, env={**os.environ, "TERM": "xterm"}
     ) as process:

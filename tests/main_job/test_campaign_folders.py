@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from recording.runfile import open_run
+from bufferstand.recording.runfile import open_run
 from tests.clean_stand import clean_stand_text
 from tests.main_job.conftest import bufferstand
 
@@ -57,7 +57,7 @@ def served(lab: Path) -> Iterator[None]:
         "--endpoints",
         str(endpoints),
     ]
-    process = subprocess.Popen([sys.executable, "-P", "-m", "cli", *words], stdout=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, "-P", "-m", "bufferstand", *words], stdout=subprocess.DEVNULL)
     try:
         while not endpoints.exists():
             assert process.poll() is None
@@ -72,7 +72,7 @@ def run_until_second_step(campaign: Path, out: Path) -> tuple[int, str]:
     """Start it, press Ctrl-C in its second step; return how it ended and what it said."""
     words = ["run", str(campaign), "--out", str(out), "--yes-move", SPECIMEN]
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "cli", *words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        [sys.executable, "-P", "-m", "bufferstand", *words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     while process.poll() is None and not list((out / "runs").glob("002-*")):

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.transcript import read_transcript
+from bufferstand.drivers.transcript import read_transcript
 from tests.clean_stand import clean_stand_text
 from tests.main_job.conftest import bufferstand
 
@@ -128,7 +128,7 @@ def in_terminal(width: int, *arguments: str) -> tuple[int, str]:
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 50, width, 0, 0))
     environment = {key: value for key, value in os.environ.items() if key not in {"COLUMNS", "NO_COLOR"}}
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "cli", *arguments],
+        [sys.executable, "-P", "-m", "bufferstand", *arguments],
         stdin=slave,
         stdout=slave,
         stderr=slave,

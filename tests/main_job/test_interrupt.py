@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from recording.runfile import open_run
-from recording.verify import verify
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.verify import verify
 
 
 def start_demo(folder: Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "cli", "demo", "--out", str(folder)],
+        [sys.executable, "-P", "-m", "bufferstand", "demo", "--out", str(folder)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

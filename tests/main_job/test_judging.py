@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from cli.commands import evaluate, report
-from evaluation.requirements.limit_set import SHIPPED, load_limit_set
-from foundation.errors import BadInput
+from bufferstand.cli.commands import evaluate, report
+from bufferstand.evaluation.requirements.limit_set import SHIPPED, load_limit_set
+from bufferstand.foundation.errors import BadInput
 
 RUN = Path(__file__).resolve().parents[2] / "sample_runs" / "runs" / "001-static-5mm_s.h5"
 INSPECTION = """
@@ -42,7 +42,7 @@ def write_set(folder: Path) -> Path:
 
 
 def run_report(folder: Path, monkeypatch: pytest.MonkeyPatch, *words: str | Path) -> tuple[Result, str]:
-    monkeypatch.setattr("evaluation.report.writing.pdf_available", lambda: False)
+    monkeypatch.setattr("bufferstand.evaluation.report.writing.pdf_available", lambda: False)
     done = CliRunner().invoke(
         report.command, [str(RUN), "--out", str(folder), *map(str, words)], catch_exceptions=False
     )

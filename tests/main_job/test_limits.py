@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.requirements.checklist import asked_items
-from evaluation.requirements.inspection import load_inspection
-from evaluation.requirements.limit_set import FOLDER, find_limit_set
+from bufferstand.evaluation.requirements.checklist import asked_items
+from bufferstand.evaluation.requirements.inspection import load_inspection
+from bufferstand.evaluation.requirements.limit_set import FOLDER, find_limit_set
 from tests.main_job.conftest import bufferstand
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from model.file import load_model
+from bufferstand.model.file import load_model
 from tests.main_job.conftest import bufferstand
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"

@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 import serial
 
-from cli.arming import user_name
-from daq.kept_zero import stored_path, stored_zero
+from bufferstand.cli.arming import user_name
+from bufferstand.daq.kept_zero import stored_path, stored_zero
 from tests.clean_stand import clean_stand_text
 from tests.main_job.conftest import bufferstand
 
@@ -37,7 +37,9 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     path, ends = folder / "stand.toml", folder / "endpoints.json"
     path.write_text(text + OFF, encoding="utf-8")
     words = ["simulate-stand", str(path), "--port", "0", "--endpoints", str(ends), "--wait-for-reader"]
-    process = subprocess.Popen([sys.executable, "-P", "-m", "cli", *words], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "bufferstand", *words], stdout=subprocess.PIPE, text=True
+    )
     assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("serving"):
@@ -114,7 +116,7 @@ def test_a_tare_is_stored_and_one_that_hides_a_fault_is_not(stand: Path, tmp_pat
 def test_what_moves_asks_and_is_refused_without_an_answer(stand: Path) -> None:
     for words in (("zero",), ("jog", "--by", "0.5")):
         done = subprocess.run(
-            [sys.executable, "-P", "-m", "cli", "stand", words[0], str(stand), *words[1:]],
+            [sys.executable, "-P", "-m", "bufferstand", "stand", words[0], str(stand), *words[1:]],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -184,7 +186,7 @@ class Held:
         self.pid, self.descriptor = pty.fork()
         if self.pid == 0:  # pragma: no cover - another program from here on
             os.chdir(ROOT)
-            command = [sys.executable, "-P", "-m", "cli", *words]
+            command = [sys.executable, "-P", "-m", "bufferstand", *words]
             os.execvpe(command[0], command, {**os.environ, "PYTHONPATH": str(ROOT)})
         self.text = ""
         self.status: int | None = None

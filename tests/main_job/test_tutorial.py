@@ -20,7 +20,7 @@ def typed(line: str, folder: Path, last_status: int) -> subprocess.CompletedProc
     program, *words = shlex.split(line)
     assert program == "bufferstand", line
     return subprocess.run(
-        [sys.executable, "-P", "-m", "cli", *words],
+        [sys.executable, "-P", "-m", "bufferstand", *words],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -8,9 +8,9 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from model.curves import Curves
-from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.curves import Curves
+from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 
 def reference_curves(transition_length_mm: float = 6.0, points_mm: float = 2.5) -> Curves:

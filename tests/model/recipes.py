@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from model.curves import Curves
-from model.file import save_model
-from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+from bufferstand.model.curves import Curves
+from bufferstand.model.file import save_model
+from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 FOLDER = Path(__file__).parents[2] / "sample_runs" / "models"
 

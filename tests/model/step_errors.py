@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.paper import simulate_paper, slope
-from model.simulation import simulate
-from model.stepper import SpringStepper
+from bufferstand.model.paper import simulate_paper, slope
+from bufferstand.model.simulation import simulate
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import path, reference_curves, spring
 
 STEPS_MM = (0.05, 0.2, 1.0, 2.0, 8.0, 16.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from foundation.errors import BadInput
-from model.curves import Curves
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.curves import Curves
 from tests.model.cases import parallel_curves, reference_curves, valid_curves
 
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from model.file import load_model, save_model
-from model.spring import HeatBalance, TemperatureLaw, ViscousBranch
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.file import load_model, save_model
+from bufferstand.model.spring import HeatBalance, TemperatureLaw, ViscousBranch
 from tests.model.cases import spring, valid_curves
 from tests.model.recipes import FOLDER, category_a
 

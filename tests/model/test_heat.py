@@ -8,12 +8,12 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from model.curves import Curves
-from model.paper import simulate_paper
-from model.prediction import heat_step
-from model.simulation import simulate
-from model.spring import HeatBalance, TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper
+from bufferstand.model.curves import Curves
+from bufferstand.model.paper import simulate_paper
+from bufferstand.model.prediction import heat_step
+from bufferstand.model.simulation import simulate
+from bufferstand.model.spring import HeatBalance, TemperatureLaw, ViscousBranch
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import path, reference_curves, sine, spring, turning_points, valid_curves
 from tests.model.recipes import category_a, draw_hook
 

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from model.curves import Curves
-from model.simulation import band_history, simulate
-from model.spring import HeatBalance, TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper
+from bufferstand.model.curves import Curves
+from bufferstand.model.simulation import band_history, simulate
+from bufferstand.model.spring import HeatBalance, TemperatureLaw, ViscousBranch
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import parallel_curves, path, reference_curves, spring, turning_points, valid_curves
 
 

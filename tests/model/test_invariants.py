@@ -13,13 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from foundation.errors import BadInput
-from model.curves import Curves
-from model.fleet import SpringFleet
-from model.paper import simulate_paper
-from model.simulation import band_history, simulate
-from model.spring import HeatBalance, TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.curves import Curves
+from bufferstand.model.fleet import SpringFleet
+from bufferstand.model.paper import simulate_paper
+from bufferstand.model.simulation import band_history, simulate
+from bufferstand.model.spring import HeatBalance, TemperatureLaw, ViscousBranch
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import path, spring, turning_points, valid_curves
 from tests.model.recipes import category_a, draw_hook
 from tests.model.step_errors import step_error

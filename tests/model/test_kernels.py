@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from model import kernels
-from model.compiled import simulate_compiled
-from model.fleet import SpringFleet, factors_of, law_of, rest_of
-from model.isothermal import isothermal_force
-from model.kernels import READ, STATE_SIZE, drive
-from model.simulation import band_history, simulate
-from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper
+from bufferstand.model import kernels
+from bufferstand.model.compiled import simulate_compiled
+from bufferstand.model.fleet import SpringFleet, factors_of, law_of, rest_of
+from bufferstand.model.isothermal import isothermal_force
+from bufferstand.model.kernels import READ, STATE_SIZE, drive
+from bufferstand.model.simulation import band_history, simulate
+from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import path, spring, turning_points, valid_curves
 from tests.model.recipes import category_a, draw_hook
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from model.curves import Curves
-from model.paper import simulate_paper, slope
-from model.simulation import simulate
-from model.spring import HeatBalance, TemperatureLaw
+from bufferstand.model.curves import Curves
+from bufferstand.model.paper import simulate_paper, slope
+from bufferstand.model.simulation import simulate
+from bufferstand.model.spring import HeatBalance, TemperatureLaw
 from tests.model import step_errors
 from tests.model.cases import parallel_curves, path, reference_curves, spring
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.prediction import heat_step, predict_harmonic, predict_static
-from model.simulation import simulate
-from model.spring import HeatBalance
+from bufferstand.model.prediction import heat_step, predict_harmonic, predict_static
+from bufferstand.model.simulation import simulate
+from bufferstand.model.spring import HeatBalance
 from tests.model.cases import parallel_curves, path, sine, spring
 from tests.model.recipes import category_a
 

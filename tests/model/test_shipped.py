@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from model.file import load_model
-from model.prediction import predict_harmonic, predict_static
-from model.simulation import simulate
-from model.spring import HeatBalance
+from bufferstand.model.file import load_model
+from bufferstand.model.prediction import predict_harmonic, predict_static
+from bufferstand.model.simulation import simulate
+from bufferstand.model.spring import HeatBalance
 from tests.model.cases import sine
 from tests.model.recipes import (
     CATEGORY_A_LOSS,

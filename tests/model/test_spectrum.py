@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from model.file import load_model, save_model
-from model.prediction import predict_harmonic
-from model.simulation import band_history, force_history, lag_histories, simulate
-from model.spring import SPECTRUM_TAU_S, HeatBalance, TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper
+from bufferstand.model.file import load_model, save_model
+from bufferstand.model.prediction import predict_harmonic
+from bufferstand.model.simulation import band_history, force_history, lag_histories, simulate
+from bufferstand.model.spring import SPECTRUM_TAU_S, HeatBalance, TemperatureLaw, ViscousBranch
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import path, sine, spring, turning_points, valid_curves
 from tests.model.recipes import FOLDER, category_a
 from tests.model.test_viscous import elastic_curves

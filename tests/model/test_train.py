@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bufferstand.model import kernels
+from bufferstand.model.energy import stored_energy
+from bufferstand.model.simulation import band_history, lag_histories, simulate
+from bufferstand.model.spring import HeatBalance, TemperatureLaw, ViscousBranch
 from examples.train_impact import Scene, facts, main, run_impact
-from model import kernels
-from model.energy import stored_energy
-from model.simulation import band_history, lag_histories, simulate
-from model.spring import HeatBalance, TemperatureLaw, ViscousBranch
 from tests.model.cases import path, spring
 from tests.model.recipes import category_a, draw_hook
 

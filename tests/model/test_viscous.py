@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.curves import Curves
-from model.simulation import lag_history, simulate
-from model.spring import TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper
+from bufferstand.model.curves import Curves
+from bufferstand.model.simulation import lag_history, simulate
+from bufferstand.model.spring import TemperatureLaw, ViscousBranch
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import path, spring, turning_points, valid_curves
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from model.file import load_model
-from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
-from model.stepper import SpringStepper
+from bufferstand.model.file import load_model
+from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+from bufferstand.model.stepper import SpringStepper
 from tests.model.cases import reference_curves, spring
 
 FOLDER = Path(__file__).parents[2] / "sample_runs" / "models"

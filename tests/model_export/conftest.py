@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from model.export.fmu import export_fmu
-from model.export.options import FmuOptions
+from bufferstand.model.export.fmu import export_fmu
+from bufferstand.model.export.options import FmuOptions
 from tests.model_export.cases import springs, unpack
 
 

@@ -12,7 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from model.export.build import (
+from bufferstand.model.export.build import (
     ARITHMETIC,
     BINARIES,
     COMPILERS,
@@ -22,8 +22,8 @@ from model.export.build import (
     compiler,
     digests,
 )
-from model.export.fmu import LIBRARIES, SOURCES
-from model.spring import SPECTRUM_TAU_S
+from bufferstand.model.export.fmu import LIBRARIES, SOURCES
+from bufferstand.model.spring import SPECTRUM_TAU_S
 from tests.model_export.cases import springs, stepped, wandering
 from tests.model_export.host import CO_SIMULATION, Host
 

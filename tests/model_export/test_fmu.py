@@ -10,12 +10,12 @@ import pytest
 from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 
-from foundation.errors import BadInput
-from model.export.fmu import export_fmu
-from model.export.losses import FMU
-from model.export.options import FmuOptions
-from model.file import load_model
-from model.simulation import simulate
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.export.fmu import export_fmu
+from bufferstand.model.export.losses import FMU
+from bufferstand.model.export.options import FmuOptions
+from bufferstand.model.file import load_model
+from bufferstand.model.simulation import simulate
 from tests.model_export.cases import springs
 
 OUTPUTS = ["temperature_C", "sensor_temperature_C", "heat_J", "work_J", "band"]

@@ -8,8 +8,8 @@ import shutil
 import numpy as np
 import pytest
 
-from model.simulation import force_history, simulate
-from model.stepper import SpringStepper
+from bufferstand.model.simulation import force_history, simulate
+from bufferstand.model.stepper import SpringStepper
 from tests.model_export.cases import springs, stepped, wandering
 from tests.model_export.host import (
     CO_SIMULATION,

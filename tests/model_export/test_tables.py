@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cli.commands.model_export import command
-from foundation.errors import BadInput
-from model.export.build import ARITHMETIC, WARNINGS
-from model.export.c_source import export_c
-from model.export.losses import C_SOURCE, FANCHER, FMU, TABLES
-from model.export.tables import default_temperatures, export_tables, slow_table
-from model.simulation import band_history, force_history
-from model.spring import ViscousBranch
+from bufferstand.cli.commands.model_export import command
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.export.build import ARITHMETIC, WARNINGS
+from bufferstand.model.export.c_source import export_c
+from bufferstand.model.export.losses import C_SOURCE, FANCHER, FMU, TABLES
+from bufferstand.model.export.tables import default_temperatures, export_tables, slow_table
+from bufferstand.model.simulation import band_history, force_history
+from bufferstand.model.spring import ViscousBranch
 from tests.model.cases import parallel_curves, path, spring
 from tests.model_export.cases import BUFFER, HOOK, springs, stepped
 

@@ -6,8 +6,8 @@ import socket
 
 import pytest
 
-from daq.monitor.access import MOST_SESSIONS, Access, Tokens, is_loopback, new_tokens
-from daq.monitor.actions import who_asks
+from bufferstand.daq.monitor.access import MOST_SESSIONS, Access, Tokens, is_loopback, new_tokens
+from bufferstand.daq.monitor.actions import who_asks
 
 HERE = Access(Tokens("", "control", free_view=True), loopback=True)
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from recording.runfile import open_run
+from bufferstand.recording.runfile import open_run
 from tests.monitor.browser import chromium
 from tests.monitor.served import TOKENS, Page, Running, running, served, until
 
@@ -317,7 +317,7 @@ def stop_by_click(browser: Any, folder: Path) -> tuple[float, float]:
     campaign, out = folder / "campaign.toml", folder / "out"
     campaign.write_text(ONE_SLOW_CYCLE, encoding="utf-8")
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "cli", "run", str(campaign), "--out", str(out),
+        [sys.executable, "-P", "-m", "bufferstand", "run", str(campaign), "--out", str(out),
          "--simulate", "--monitor", "127.0.0.1:0"],
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip

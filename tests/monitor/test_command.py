@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from cli.main import bufferstand
-from daq.monitor.results import describe
-from foundation.errors import BadInput
+from bufferstand.cli.main import bufferstand
+from bufferstand.daq.monitor.results import describe
+from bufferstand.foundation.errors import BadInput
 from tests.daq.test_runner import Case
 from tests.monitor.served import HACK, Page, hear
 
@@ -36,7 +36,7 @@ def test_a_finished_campaign_shows_its_runs_and_ctrl_c_ends_the_page(tmp_path: P
     case = Case(tmp_path)
     assert case.run().status == "complete"
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "cli", "monitor", str(case.out), "--address", "127.0.0.1:0"],
+        [sys.executable, "-P", "-m", "bufferstand", "monitor", str(case.out), "--address", "127.0.0.1:0"],
         stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from daq.monitor.follower import Follower
-from daq.monitor.publisher import LIVE_NAME
-from daq.monitor.view import Cursor, View
+from bufferstand.daq.monitor.follower import Follower
+from bufferstand.daq.monitor.publisher import LIVE_NAME
+from bufferstand.daq.monitor.view import Cursor, View
 
 END = {"end": {"status": "stopped", "reason": "by the operator"}, "progress": {"phase": "done"}}
 

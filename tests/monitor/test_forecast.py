@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from daq.monitor.forecast import Stretch, foresee, heat_balance_of, slope, stretches
-from model.file import load_model
-from model.spring import HeatBalance
+from bufferstand.daq.monitor.forecast import Stretch, foresee, heat_balance_of, slope, stretches
+from bufferstand.model.file import load_model
+from bufferstand.model.spring import HeatBalance
 from tests.daq.cases import SAMPLES
 from tests.daq.run_in_process import sample_plan
 

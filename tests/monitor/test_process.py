@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosedOK
 
-from daq.monitor.access import new_tokens
-from daq.monitor.process import Address, bind, demand_libraries, links, parse_address
-from foundation.errors import BadInput
-from recording.runfile import open_run
+from bufferstand.daq.monitor.access import new_tokens
+from bufferstand.daq.monitor.process import Address, bind, demand_libraries, links, parse_address
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import HARMONIC
 from tests.daq.test_runner import Case
 from tests.monitor.served import TOKENS, hear, running, served, until

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from daq.monitor.app import MOST_PAGES
-from daq.notes import read_notes
-from recording.runfile import open_run
+from bufferstand.daq.monitor.app import MOST_PAGES
+from bufferstand.daq.notes import read_notes
+from bufferstand.recording.runfile import open_run
 from tests.monitor.served import HACK, TOKENS, Page, Running, hear, running, served, until
 
 

@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from daq.monitor.publisher import LISTENERS, LIVE_NAME, Publisher, publishing
-from daq.monitor.rows import MOST_ROWS, RowBuffer
-from daq.scaling import ScaledBlock
+from bufferstand.daq.monitor.publisher import LISTENERS, LIVE_NAME, Publisher, publishing
+from bufferstand.daq.monitor.rows import MOST_ROWS, RowBuffer
+from bufferstand.daq.scaling import ScaledBlock
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.test_runner import Case
 
@@ -217,7 +217,7 @@ def test_the_end_reaches_a_listener_that_is_behind(tmp_path: Path) -> None:
 
 
 def test_a_listener_that_hangs_keeps_the_end_only_so_long(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr("daq.monitor.publisher.LAST_WORD_S", 0.2)
+    monkeypatch.setattr("bufferstand.daq.monitor.publisher.LAST_WORD_S", 0.2)
     said: list[str] = []
     with publishing(tmp_path, said.append) as publisher:
         tell, wires = telling(publisher), [listener(tmp_path) for _ in range(LISTENERS)]

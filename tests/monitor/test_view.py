@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.monitor.app import CONTENT_TYPES, static_files
-from daq.monitor.margins import Recent, margins, top_speed
-from daq.monitor.tail import JournalTail, newest_journal
-from daq.monitor.view import KEPT_PACKETS, Cursor, View
-from recording.runfile import open_run
+from bufferstand.daq.monitor.app import CONTENT_TYPES, static_files
+from bufferstand.daq.monitor.margins import Recent, margins, top_speed
+from bufferstand.daq.monitor.tail import JournalTail, newest_journal
+from bufferstand.daq.monitor.view import KEPT_PACKETS, Cursor, View
+from bufferstand.recording.runfile import open_run
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.test_runner import Case
 

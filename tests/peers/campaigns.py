@@ -47,7 +47,7 @@ def write_campaign(folder: Path, cycles: int = 5, *, touch: bool = True) -> Path
 
 def command(*words: str | Path) -> list[str]:
     """Give the words that start a command of bufferstand."""
-    return [sys.executable, "-P", "-m", "cli", *map(str, words)]
+    return [sys.executable, "-P", "-m", "bufferstand", *map(str, words)]
 
 
 def bufferstand(*words: str | Path, timeout_s: float = 300.0) -> subprocess.CompletedProcess[str]:

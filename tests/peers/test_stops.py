@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from drivers.connect import build_controller
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
 from tests.peers.controllers import Case, controller
 
 Program = Callable[[str], Path]

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from protocols.commanded import Sine, stroke_sine
-from protocols.prediction import (
+from bufferstand.protocols.commanded import Sine, stroke_sine
+from bufferstand.protocols.prediction import (
     Floats,
     HarmonicCycle,
     Predictor,

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from foundation.settings import Settings
-from protocols.campaign import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.settings import Settings
+from bufferstand.protocols.campaign import (
     CampaignFacts,
     Conditions,
     CoolDownStep,
@@ -23,7 +23,7 @@ from protocols.campaign import (
     SweepStep,
     load_campaign,
 )
-from protocols.kinds import (
+from bufferstand.protocols.kinds import (
     ConditioningStep,
     ForceCyclesStep,
     InnerLoopsStep,
@@ -33,9 +33,9 @@ from protocols.kinds import (
     UntilSteady,
     WarmUpStep,
 )
-from protocols.kinds.strokes import StrokeSettings
-from protocols.limits import TestLimits
-from protocols.stroke_table import StrokeTable
+from bufferstand.protocols.kinds.strokes import StrokeSettings
+from bufferstand.protocols.limits import TestLimits
+from bufferstand.protocols.stroke_table import StrokeTable
 from tests.protocols.conftest import HEAD, Load, harmonic
 
 

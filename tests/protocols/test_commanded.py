@@ -10,10 +10,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from model.file import load_model
-from protocols.commanded import Sine, piston_mm, piston_sine, stroke_behind, stroke_sine, strokes_behind
-from protocols.first_cycle import first_cycle
-from protocols.prediction import ModelPredictor
+from bufferstand.model.file import load_model
+from bufferstand.protocols.commanded import (
+    Sine,
+    piston_mm,
+    piston_sine,
+    stroke_behind,
+    stroke_sine,
+    strokes_behind,
+)
+from bufferstand.protocols.first_cycle import first_cycle
+from bufferstand.protocols.prediction import ModelPredictor
 
 MODEL = Path(__file__).parents[2] / "sample_runs/models/category-a-elastomer.toml"
 

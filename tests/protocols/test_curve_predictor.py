@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from foundation.catalogue import Catalogue
-from foundation.errors import BadInput
-from foundation.specimen import load_specimen
-from model.file import load_model
-from model.simulation import simulate
-from protocols.curve_predictor import CurvePredictor, NothingKnown, curve_of_stroke
-from protocols.plan import Plan, make_plan
-from protocols.prediction import Temperatures
+from bufferstand.foundation.catalogue import Catalogue
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.model.file import load_model
+from bufferstand.model.simulation import simulate
+from bufferstand.protocols.curve_predictor import CurvePredictor, NothingKnown, curve_of_stroke
+from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.prediction import Temperatures
 from tests.protocols.conftest import SPECIMEN, STAND, Load, harmonic
 
 MODEL = Path(__file__).parents[2] / "sample_runs/models/category-a-elastomer.toml"

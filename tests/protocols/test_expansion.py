@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocols.campaign import HarmonicStep, MotionSettings, SweepStep
-from protocols.expansion import expand, expand_sweep, motions_of
-from protocols.limits import TestLimits, envelope
-from protocols.steps import (
+from bufferstand.protocols.campaign import HarmonicStep, MotionSettings, SweepStep
+from bufferstand.protocols.expansion import expand, expand_sweep, motions_of
+from bufferstand.protocols.limits import TestLimits, envelope
+from bufferstand.protocols.steps import (
     Harmonic,
     Hold,
     RampTo,

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from foundation.errors import BadInput
-from model.file import load_model
-from protocols.force_turns import force_turns
-from protocols.limits import StandLimits
-from protocols.prediction import ModelPredictor
-from protocols.steps import ForceCycles, Hold, Release, motions_after
-from protocols.stroke_history import stroke_over_time
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.file import load_model
+from bufferstand.protocols.force_turns import force_turns
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.steps import ForceCycles, Hold, Release, motions_after
+from bufferstand.protocols.stroke_history import stroke_over_time
 from tests.daq.cases import SAMPLES
 from tests.protocols.conftest import MakePlan
 from tests.protocols.spring import ClosedFormSpring

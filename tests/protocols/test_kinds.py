@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from protocols.admissible import Judge
-from protocols.campaign import MotionSettings
-from protocols.expansion import motions_of
-from protocols.kinds import InnerLoopsStep, MotionStep
-from protocols.limits import TestLimits, envelope
-from protocols.steps import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.admissible import Judge
+from bufferstand.protocols.campaign import MotionSettings
+from bufferstand.protocols.expansion import motions_of
+from bufferstand.protocols.kinds import InnerLoopsStep, MotionStep
+from bufferstand.protocols.limits import TestLimits, envelope
+from bufferstand.protocols.steps import (
     Harmonic,
     Hold,
     PlannedStep,

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from protocols.learning import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.learning import (
     HeatScale,
     LearnedPredictor,
     Observation,
@@ -18,8 +18,8 @@ from protocols.learning import (
     expected_end_C,
     learn_heating,
 )
-from protocols.plan import make_plan
-from protocols.prediction import Temperatures
+from bufferstand.protocols.plan import make_plan
+from bufferstand.protocols.prediction import Temperatures
 from tests.protocols.conftest import SPECIMEN, STAND, Load, harmonic
 from tests.protocols.spring import ClosedFormSpring
 from tests.protocols.test_plan import LaggingSpring

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from foundation.specimen import Specimen
-from protocols.admissible import BELOW_ZERO, Judge
-from protocols.campaign import HarmonicStep, HoldStep, StaticStep
-from protocols.limits import StandLimits, TestLimits, envelope
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.admissible import BELOW_ZERO, Judge
+from bufferstand.protocols.campaign import HarmonicStep, HoldStep, StaticStep
+from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

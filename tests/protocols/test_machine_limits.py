@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from foundation.force_speed import ForceSpeed
-from protocols.commanded import Sine
-from protocols.first_cycle import first_cycle, peak_force
-from protocols.limits import StandLimits
-from protocols.plan import HEADER, Plan
-from protocols.steps import Harmonic
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.force_speed import ForceSpeed
+from bufferstand.protocols.commanded import Sine
+from bufferstand.protocols.first_cycle import first_cycle, peak_force
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import HEADER, Plan
+from bufferstand.protocols.steps import Harmonic
 from tests.protocols.conftest import STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

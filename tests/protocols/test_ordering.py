@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from protocols.coarse import CoarsePredictor
-from protocols.limits import TestLimits, envelope
-from protocols.ordering import Course, Job, soonest
-from protocols.plan import Plan
-from protocols.prediction import Temperatures
-from protocols.steps import Harmonic, Motion, PlannedStep, RampTo, Release, WaitUntilCool
-from protocols.thermal import Surroundings
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.coarse import CoarsePredictor
+from bufferstand.protocols.limits import TestLimits, envelope
+from bufferstand.protocols.ordering import Course, Job, soonest
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.prediction import Temperatures
+from bufferstand.protocols.steps import Harmonic, Motion, PlannedStep, RampTo, Release, WaitUntilCool
+from bufferstand.protocols.thermal import Surroundings
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 from tests.protocols.test_samples import plan_of

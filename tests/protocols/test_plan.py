@@ -11,17 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.durations import duration_text
-from foundation.errors import BadInput
-from model.spring import HeatBalance
-from protocols import thermal
-from protocols.campaign import HarmonicStep, MotionSettings
-from protocols.expansion import motions_of
-from protocols.limits import StandLimits, TestLimits, envelope
-from protocols.plan import HEADER, DataRate
-from protocols.prediction import StaticCycle, Temperatures, sensor_after
-from protocols.steps import Harmonic, Hold, PlannedStep
-from protocols.thermal import FADE_SHARE, Surroundings, Walk, Walker, cooling_time_s
+from bufferstand.foundation.durations import duration_text
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.spring import HeatBalance
+from bufferstand.protocols import thermal
+from bufferstand.protocols.campaign import HarmonicStep, MotionSettings
+from bufferstand.protocols.expansion import motions_of
+from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
+from bufferstand.protocols.plan import HEADER, DataRate
+from bufferstand.protocols.prediction import StaticCycle, Temperatures, sensor_after
+from bufferstand.protocols.steps import Harmonic, Hold, PlannedStep
+from bufferstand.protocols.thermal import FADE_SHARE, Surroundings, Walk, Walker, cooling_time_s
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

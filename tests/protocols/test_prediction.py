@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from model.prediction import heat_step
-from model.spring import HeatBalance
-from protocols.prediction import Temperatures, sensor_after
+from bufferstand.model.prediction import heat_step
+from bufferstand.model.spring import HeatBalance
+from bufferstand.protocols.prediction import Temperatures, sensor_after
 
 
 def solved(

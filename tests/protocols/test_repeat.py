@@ -6,9 +6,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from protocols.expansion import expand
-from protocols.kinds import HarmonicStep, RepeatStep
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.expansion import expand
+from bufferstand.protocols.kinds import HarmonicStep, RepeatStep
 from tests.protocols.conftest import Load, MakePlan, harmonic
 
 REPEAT = '[[step]]\nkind = "repeat"\ntimes = {times}\n{more}\n'

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foundation.specimen import load_specimen
-from model.file import load_model
-from model.simulation import simulate
-from protocols.campaign import load_campaign
-from protocols.first_cycle import peak_force
-from protocols.limits import StandLimits
-from protocols.plan import Plan, make_plan
-from protocols.prediction import ModelPredictor
-from protocols.steps import Harmonic, PlannedStep, StaticCycles
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.model.file import load_model
+from bufferstand.model.simulation import simulate
+from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.first_cycle import peak_force
+from bufferstand.protocols.limits import StandLimits
+from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.steps import Harmonic, PlannedStep, StaticCycles
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 CAMPAIGNS = ("demo.toml", "paper.toml", "fig9.toml", "en15551.toml")

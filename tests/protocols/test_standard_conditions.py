@@ -7,11 +7,11 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from foundation.specimen import Specimen
-from protocols.plan import Plan
-from protocols.standard_conditions import missed_conditions
-from protocols.steps import Harmonic
-from protocols.stroke_history import POINTS_PER_CYCLE, stroke_over_time
+from bufferstand.foundation.specimen import Specimen
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.standard_conditions import missed_conditions
+from bufferstand.protocols.steps import Harmonic
+from bufferstand.protocols.stroke_history import POINTS_PER_CYCLE, stroke_over_time
 from tests.protocols.conftest import SPECIMEN, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from protocols.limits import TestLimits, envelope
-from protocols.prediction import Temperatures
-from protocols.steps import StartBand
-from protocols.stroke_history import stroke_over_time
-from protocols.thermal import Surroundings, Walker
+from bufferstand.foundation.errors import BadInput
+from bufferstand.protocols.limits import TestLimits, envelope
+from bufferstand.protocols.prediction import Temperatures
+from bufferstand.protocols.steps import StartBand
+from bufferstand.protocols.stroke_history import stroke_over_time
+from bufferstand.protocols.thermal import Surroundings, Walker
 from tests.protocols.conftest import SPECIMEN, STAND, Load, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from model.file import load_model
-from protocols.curve_predictor import CurvePredictor
-from protocols.plan import HEADER, make_plan
-from protocols.prediction import ModelPredictor
-from protocols.steps import Harmonic, Hold, StaticCycles, Warmth
-from protocols.stroke_history import stroke_over_time
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.file import load_model
+from bufferstand.protocols.curve_predictor import CurvePredictor
+from bufferstand.protocols.plan import HEADER, make_plan
+from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.steps import Harmonic, Hold, StaticCycles, Warmth
+from bufferstand.protocols.stroke_history import stroke_over_time
 from tests.daq.cases import SAMPLES
 from tests.protocols.conftest import SPECIMEN, STAND, Load, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring

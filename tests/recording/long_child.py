@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from recording.journal import DataRecord, EndRecord
-from recording.seal import seal
-from recording.segments import SegmentedJournal
-from recording.verify import verify
+from bufferstand.recording.journal import DataRecord, EndRecord
+from bufferstand.recording.seal import seal
+from bufferstand.recording.segments import SegmentedJournal
+from bufferstand.recording.verify import verify
 from tests.recording import samples
 from tests.recording.peak_memory import peak_MB
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from foundation.channel import Calibration, Channel
-from recording.content import Anchor, Event, Segment, StreamContent
-from recording.journal import Record, Stop
-from recording.segments import ChainReader
+from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.recording.content import Anchor, Event, Segment, StreamContent
+from bufferstand.recording.journal import Record, Stop
+from bufferstand.recording.segments import ChainReader
 
 FORCE_KN_PER_COUNT = 2.0**-20 * 100.0
 STROKE_MM_PER_COUNT = 500.0 / 65536.0

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cli.commands.verify import command as verify_command
-from foundation.errors import BadInput
-from recording.content import MAIN_STREAM, Anchor, Event
-from recording.journal import DataRecord
-from recording.runfile import open_run
-from recording.seal import DAMAGED_SUFFIX, seal
-from recording.segments import SegmentedJournal, later_segments
-from recording.verify import verify, verify_journal
-from recording.writer import RunRecorder
+from bufferstand.cli.commands.verify import command as verify_command
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import MAIN_STREAM, Anchor, Event
+from bufferstand.recording.journal import DataRecord
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.seal import DAMAGED_SUFFIX, seal
+from bufferstand.recording.segments import SegmentedJournal, later_segments
+from bufferstand.recording.verify import verify, verify_journal
+from bufferstand.recording.writer import RunRecorder
 
 from . import samples
 

@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 import pytest
 
-from recording.runfile import FORMAT, FORMAT_VERSION, open_run, write_run
-from recording.writer import PROMISED_S, QUEUE_BLOCKS
+from bufferstand.recording.runfile import FORMAT, FORMAT_VERSION, open_run, write_run
+from bufferstand.recording.writer import PROMISED_S, QUEUE_BLOCKS
 
 from . import samples
 

@@ -16,11 +16,11 @@ import h5py
 import numpy as np
 import pytest
 
-from evaluation.document import evaluate_paths
-from evaluation.results import Options
-from recording.metadata import FORMAT_VERSION
-from recording.runfile import open_run
-from recording.verify import verify
+from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.results import Options
+from bufferstand.recording.metadata import FORMAT_VERSION
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.verify import verify
 
 FROZEN = Path(__file__).parent / "frozen"
 FILES = sorted(FROZEN.rglob("*.h5"))

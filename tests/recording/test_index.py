@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from foundation.errors import BadInput
-from recording import cachefile, index
-from recording.catalogue import list_runs
-from recording.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
-from recording.query import parse_query
-from recording.runfile import write_run
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording import cachefile, index
+from bufferstand.recording.catalogue import list_runs
+from bufferstand.recording.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
+from bufferstand.recording.query import parse_query
+from bufferstand.recording.runfile import write_run
 from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
 
 from . import samples

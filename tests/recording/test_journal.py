@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from foundation.errors import BadInput
-from recording.content import Anchor, Event
-from recording.journal import (
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import Anchor, Event
+from bufferstand.recording.journal import (
     FRAME,
     DataRecord,
     EndRecord,

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from recording.query import Field, parse_query
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.query import Field, parse_query
 
 FIELDS = {
     "kind": Field("kind", "text"),

@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.canonical import canonical_json, content_hash
-from foundation.channel import Calibration, Channel
-from foundation.errors import BadInput
-from recording.clockmap import ClockMap
-from recording.content import Segment, StreamContent, add_segment, gaps_of
-from recording.runfile import open_run, read_metadata, write_run
+from bufferstand.foundation.canonical import canonical_json, content_hash
+from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.clockmap import ClockMap
+from bufferstand.recording.content import Segment, StreamContent, add_segment, gaps_of
+from bufferstand.recording.runfile import open_run, read_metadata, write_run
 
 from . import samples
 

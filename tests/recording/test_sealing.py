@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recording.durable import Pwrite
-from recording.layout import Column, TreeWriter, user_block
-from recording.outline import outline, values_of
-from recording.runfile import fitting_heads, open_run
-from recording.seal import seal
-from recording.tree_file import TreeFile
-from recording.verify import verify
-from recording.writer import RunRecorder
+from bufferstand.recording.durable import Pwrite
+from bufferstand.recording.layout import Column, TreeWriter, user_block
+from bufferstand.recording.outline import outline, values_of
+from bufferstand.recording.runfile import fitting_heads, open_run
+from bufferstand.recording.seal import seal
+from bufferstand.recording.tree_file import TreeFile
+from bufferstand.recording.verify import verify
+from bufferstand.recording.writer import RunRecorder
 
 from . import samples
 from .test_writer import ROOT, check_rows, record

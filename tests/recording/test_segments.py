@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from foundation.errors import BadInput
-from recording.journal import DataRecord, EndRecord, Record, Stop
-from recording.journal_file import JournalFile
-from recording.runfile import open_run
-from recording.seal import DAMAGED_SUFFIX, seal, seal_orphans
-from recording.segments import ChainReader, SegmentedJournal, later_segments, segment_path
-from recording.writer import RunRecorder
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.journal import DataRecord, EndRecord, Record, Stop
+from bufferstand.recording.journal_file import JournalFile
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.seal import DAMAGED_SUFFIX, seal, seal_orphans
+from bufferstand.recording.segments import ChainReader, SegmentedJournal, later_segments, segment_path
+from bufferstand.recording.writer import RunRecorder
 
 from . import samples
 from .test_writer import check_rows, record

@@ -9,12 +9,12 @@ from pathlib import Path
 import h5py
 import pytest
 
-from foundation.errors import BadInput
-from recording import apart
-from recording.catalogue import list_runs
-from recording.content import Segment, StreamContent
-from recording.runfile import open_run, write_run
-from recording.verify import verify
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording import apart
+from bufferstand.recording.catalogue import list_runs
+from bufferstand.recording.content import Segment, StreamContent
+from bufferstand.recording.runfile import open_run, write_run
+from bufferstand.recording.verify import verify
 
 from . import samples
 
@@ -129,7 +129,7 @@ def test_a_file_whose_reading_crashes_is_refused(tmp_path: Path, monkeypatch: py
     path = written(tmp_path / "run-1.h5")
     samples.flipped(path, 8 * path.stat().st_size - 1)
     site = tmp_path / "sitecustomize.py"
-    only_there = "import os, sys\nif 'recording.apart' in sys.orig_argv: "
+    only_there = "import os, sys\nif 'bufferstand.recording.apart' in sys.orig_argv: "
     site.write_text(f"{only_there}os.kill(os.getpid(), 11)\n")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(BadInput, match=r"damaged: HDF5 crashes on it \(SIGSEGV\)"):

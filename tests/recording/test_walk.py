@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from foundation.errors import BadInput
-from recording.catalogue import list_runs, run_files, unsealed
-from recording.walk import files_below, is_there, matching
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.catalogue import list_runs, run_files, unsealed
+from bufferstand.recording.walk import files_below, is_there, matching
 from tests.recording.unprivileged import unprivileged
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs" / "runs"

@@ -15,14 +15,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foundation.errors import BadInput
-from recording.content import RecordingFault
-from recording.journal import DataRecord, JournalReader
-from recording.journal_file import JournalFile
-from recording.runfile import open_run
-from recording.seal import is_in_use, seal, seal_orphans
-from recording.verify import verify
-from recording.writer import RunRecorder
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.content import RecordingFault
+from bufferstand.recording.journal import DataRecord, JournalReader
+from bufferstand.recording.journal_file import JournalFile
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.seal import is_in_use, seal, seal_orphans
+from bufferstand.recording.verify import verify
+from bufferstand.recording.writer import RunRecorder
 
 from . import samples
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.validation import load_sets, shipped_sets
-from evaluation.validation.standard_sets import RECORD, TRUTH
-from foundation.errors import BadInput
+from bufferstand.evaluation.validation import load_sets, shipped_sets
+from bufferstand.evaluation.validation.standard_sets import RECORD, TRUTH
+from bufferstand.foundation.errors import BadInput
 from tests.validation.making.every import every_set
 from tests.validation.making.standard_set import StandardSet
 

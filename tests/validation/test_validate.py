@@ -12,8 +12,8 @@ import pypdfium2
 import pytest
 from click.testing import CliRunner
 
-from cli.commands.validate import command
-from evaluation.validation import (
+from bufferstand.cli.commands.validate import command
+from bufferstand.evaluation.validation import (
     Validation,
     evaluate_set,
     judge_results,
@@ -21,7 +21,7 @@ from evaluation.validation import (
     shipped_sets,
     validate,
 )
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 SETS = {one.id: one for one in shipped_sets()}
 MOMENT = datetime(2026, 3, 5, 14, 2, 11, tzinfo=UTC)
@@ -88,7 +88,7 @@ def test_a_value_that_is_not_as_agreed_ends_with_2_and_is_named(elastic: Path, t
 
 def test_what_is_missing_is_not_as_agreed(elastic: Path) -> None:
     with_truth(elastic, what="no_such_figure_J")
-    from evaluation.validation import load_sets
+    from bufferstand.evaluation.validation import load_sets
 
     result = evaluate_set(load_sets(elastic)[0])
     assert [check.found for check in result.missed] == [None]
@@ -96,7 +96,7 @@ def test_what_is_missing_is_not_as_agreed(elastic: Path) -> None:
 
 
 def test_a_record_that_is_refused_is_a_result(elastic: Path) -> None:
-    from evaluation.validation import load_sets
+    from bufferstand.evaluation.validation import load_sets
 
     (elastic / "elastic" / "record.csv").write_text("nothing,of,use\n1,2,3\n", encoding="utf-8")
     result = evaluate_set(load_sets(elastic)[0])

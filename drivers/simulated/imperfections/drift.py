@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.simulated.settings import SimulationSettings
+from bufferstand.drivers.simulated.settings import SimulationSettings
 
 FloatArray = NDArray[np.float64]
 

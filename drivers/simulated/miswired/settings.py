@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from foundation.settings import Settings
+from bufferstand.foundation.settings import Settings
 
 SLOWEST_S = 60.0
 """Longest delay that a signal can be given [s]: so much of it is kept."""

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.simulated.miswired.settings import MiswiredForce, MiswiredSignal, MiswiredStroke
-from drivers.simulated.sensors import Delay
+from bufferstand.drivers.simulated.miswired.settings import MiswiredForce, MiswiredSignal, MiswiredStroke
+from bufferstand.drivers.simulated.sensors import Delay
 
 FloatArray = NDArray[np.float64]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.simulated.faults import nearest
-from drivers.simulated.miswired.settings import Miswired, MiswiredForce, MiswiredStroke
-from drivers.simulated.miswired.signal import WrongForce, WrongSignal
-from drivers.simulated.miswired.thermometer import WrongPlace
-from drivers.simulated.sensors import Converters
-from drivers.stand_file import SensorSettings, StandFile
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.faults import nearest
+from bufferstand.drivers.simulated.miswired.settings import Miswired, MiswiredForce, MiswiredStroke
+from bufferstand.drivers.simulated.miswired.signal import WrongForce, WrongSignal
+from bufferstand.drivers.simulated.miswired.thermometer import WrongPlace
+from bufferstand.drivers.simulated.sensors import Converters
+from bufferstand.drivers.stand_file import SensorSettings, StandFile
+from bufferstand.foundation.errors import BadInput
 
 FloatArray = NDArray[np.float64]
 

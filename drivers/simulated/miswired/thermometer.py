@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drivers.simulated.miswired.settings import MiswiredThermometer
+from bufferstand.drivers.simulated.miswired.settings import MiswiredThermometer
 
 
 class WrongPlace:

@@ -9,17 +9,17 @@ from typing import Protocol
 
 import numpy as np
 
-from drivers.aed import AedAmplifier
-from drivers.amplifier_map import load_amplifier_map
-from drivers.build_sensors import build_amplifier
-from drivers.gsv2 import Gsv2Amplifier
-from drivers.interfaces import Sensor
-from drivers.simulated.amplifier_devices import AedDevice, Gsv2Device
-from drivers.simulated.amplifier_form import FULL_SCALE
-from drivers.simulated.device import Frames
-from drivers.simulated.inprocess import open_in_process
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
+from bufferstand.drivers.aed import AedAmplifier
+from bufferstand.drivers.amplifier_map import load_amplifier_map
+from bufferstand.drivers.build_sensors import build_amplifier
+from bufferstand.drivers.gsv2 import Gsv2Amplifier
+from bufferstand.drivers.interfaces import Sensor
+from bufferstand.drivers.simulated.amplifier_devices import AedDevice, Gsv2Device
+from bufferstand.drivers.simulated.amplifier_form import FULL_SCALE
+from bufferstand.drivers.simulated.device import Frames
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import FarEnd, RegisterAmplifier, amplifier_settings
 from tests.drivers.conftest import SAMPLE_STAND
 

@@ -14,11 +14,11 @@ from typing import Any, TextIO
 
 import pytest
 
-from cli.arming import Movement, check_given
-from cli.movement import stand_text
-from drivers.interfaces import Controller
-from drivers.stand_file import Limits, StandFile
-from foundation.errors import BadInput
+from bufferstand.cli.arming import Movement, check_given
+from bufferstand.cli.movement import stand_text
+from bufferstand.drivers.interfaces import Controller
+from bufferstand.drivers.stand_file import Limits, StandFile
+from bufferstand.foundation.errors import BadInput
 
 FEED_S = 0.2
 """While the operator thinks, a holding actuator wants its watchdog fed [s]."""

@@ -11,12 +11,12 @@ from typing import cast
 
 import numpy as np
 
-from drivers.connect import build_controller
-from drivers.interfaces import Controller, ControllerStatus, MotionState, SampleBlock
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.process import start_process
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from foundation.clock import Clock, WallClock
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState, SampleBlock
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import Clock, WallClock
 from tests.clean_stand import clean_stand_text
 from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
 

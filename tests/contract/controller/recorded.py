@@ -10,9 +10,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-from drivers.simulated.inprocess import open_in_process
-from drivers.stand_file import StandFile
-from foundation.clock import Clock
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.clock import Clock
 from tests.contract.controller import backends
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from drivers.interfaces import Controller
-from foundation.errors import CommandRejected
+from bufferstand.drivers.interfaces import Controller
+from bufferstand.foundation.errors import CommandRejected
 from tests.contract.controller import backends
 from tests.contract.controller.announced import Announced, Bounds, OutOfBounds, confirmed_at
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.interfaces import (
+from bufferstand.drivers.interfaces import (
     CommandRejected,
     Controller,
     DeviceFault,

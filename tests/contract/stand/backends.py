@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.build_sensors import build_sensors
-from drivers.connect import build_controller
-from drivers.interfaces import Controller, Sensor
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.process import start_process
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from foundation.clock import Clock, WallClock
+from bufferstand.drivers.build_sensors import build_sensors
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.interfaces import Controller, Sensor
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import Clock, WallClock
 from tests.clean_stand import clean_stand_text
 
 SAMPLES = Path(__file__).parents[3] / "sample_runs"

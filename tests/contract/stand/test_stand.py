@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.check import check_devices
-from drivers.check_verdict import Verdict
-from drivers.interfaces import MotionState, SampleBlock, SensorFault, Stand
-from drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.check import check_devices
+from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.interfaces import MotionState, SampleBlock, SensorFault, Stand
+from bufferstand.drivers.stand_file import StandFile, load_stand
 from tests.contract.stand import backends
 from tests.contract.stand.backends import BACKENDS, Bench
 

@@ -12,20 +12,20 @@ from pathlib import Path
 
 import pytest
 
-from cli.simulation import STARVED_S
-from daq.driving import Halt
-from daq.manual import ManualLimits, ManualStand, by_hand
-from daq.signals import StopRequest
-from daq.zero_limits import ZeroLimits
-from daq.zeroing import Zeroing
-from drivers.connect import build_controller, build_sensors
-from drivers.interfaces import MotionState, Stand
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.process import start_process
-from drivers.simulated.stand_clock import StandClock
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from foundation.clock import Clock
-from protocols.zero_table import ZeroTable
+from bufferstand.cli.simulation import STARVED_S
+from bufferstand.daq.driving import Halt
+from bufferstand.daq.manual import ManualLimits, ManualStand, by_hand
+from bufferstand.daq.signals import StopRequest
+from bufferstand.daq.zero_limits import ZeroLimits
+from bufferstand.daq.zeroing import Zeroing
+from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.drivers.interfaces import MotionState, Stand
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.simulated.stand_clock import StandClock
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import Clock
+from bufferstand.protocols.zero_table import ZeroTable
 from tests.contract.stand.backends import STANDS, write_stand
 
 WIRES_MM = (1.5, 1.2)

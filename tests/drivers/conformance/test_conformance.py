@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.interfaces import CommandRejected, DeviceFault, MotionState, SampleBlock
-from drivers.modbus_link import ModbusLink
-from drivers.modbus_wires import RtuWire, TcpWire, Wire
-from drivers.polling_controller import PollingController
-from drivers.profile import Profile, load_profile
-from drivers.ring_controller import RingController
-from drivers.simulated.process import start_process
-from drivers.stand_file import load_stand
-from foundation.clock import WallClock
+from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, MotionState, SampleBlock
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
+from bufferstand.drivers.polling_controller import PollingController
+from bufferstand.drivers.profile import Profile, load_profile
+from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.clock import WallClock
 from tests.drivers import noisy
 from tests.drivers.conformance import peers
 from tests.drivers.conftest import SAMPLE_STAND

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.settings import simulation_settings
-from drivers.simulated.truth import Truth
-from drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.settings import simulation_settings
+from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.stand_file import StandFile, load_stand
 
 STAND = """
 [stand]

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers import cia402
-from drivers.interfaces import EndReason, MotionState
-from drivers.simulated.commands import Code, Command, Fault, Reject
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.motions import Harmonic, Hold
+from bufferstand.drivers import cia402
+from bufferstand.drivers.interfaces import EndReason, MotionState
+from bufferstand.drivers.simulated.commands import Code, Command, Fault, Reject
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.motions import Harmonic, Hold
 from tests.drivers.simulated.standing import FrictionSpring, HandClock, LinearSpring, device
 
 ON = 0x000F

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.settings import simulation_settings
-from drivers.simulated.truth import COLUMNS, read_truth
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.settings import simulation_settings
+from bufferstand.drivers.simulated.truth import COLUMNS, read_truth
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import STAND, FrictionSpring, LinearSpring, device, stand_file
 
 

@@ -10,15 +10,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.interfaces import DeviceFault, SampleBlock, SensorFault
-from drivers.simulated.faults import FAULTS, FRAME_KINDS, FaultSchedule, ScheduledFault, parse_fault
-from drivers.simulated.faults_control import ask
-from drivers.simulated.faults_file import load_faults
-from drivers.simulated.faults_wire import FrameTrouble
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.process import start_process
-from drivers.stand_file import load_stand
-from foundation.errors import BadInput
+from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault
+from bufferstand.drivers.simulated.faults import (
+    FAULTS,
+    FRAME_KINDS,
+    FaultSchedule,
+    ScheduledFault,
+    parse_fault,
+)
+from bufferstand.drivers.simulated.faults_control import ask
+from bufferstand.drivers.simulated.faults_file import load_faults
+from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.process import start_process
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 
 FILE = """

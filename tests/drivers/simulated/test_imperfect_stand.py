@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.settings import SimulationSettings, simulation_settings
-from drivers.stand_file import load_stand
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.settings import SimulationSettings, simulation_settings
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.errors import BadInput
 from tests.clean_stand import IMPERFECTIONS, SAMPLE_STAND, clean_stand_text
 from tests.drivers.simulated.standing import STAND, FrictionSpring, device, stand_file
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.imperfections.drift import Drift
-from drivers.simulated.imperfections.latency import LEAST_WAIT_S, Latency, Way
-from drivers.simulated.imperfections.missed import NEVER, MissedCycles
-from drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.imperfections.drift import Drift
+from bufferstand.drivers.simulated.imperfections.latency import LEAST_WAIT_S, Latency, Way
+from bufferstand.drivers.simulated.imperfections.missed import NEVER, MissedCycles
+from bufferstand.drivers.simulated.inprocess import open_in_process
 from tests.drivers.simulated.standing import STAND, FrictionSpring, LinearSpring, device, stand_file
 
 HOUR_S = 3600.0

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.interfaces import (
+from bufferstand.drivers.interfaces import (
     CommandRejected,
     Controller,
     DeviceFault,
@@ -17,9 +17,9 @@ from drivers.interfaces import (
     Sensor,
     SensorFault,
 )
-from drivers.simulated.faults import ScheduledFault
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.virtual_clock import VirtualClock
 from tests.drivers.simulated.standing import STAND, FrictionSpring, stand_file
 
 

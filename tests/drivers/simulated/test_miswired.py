@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.simulated.build import make_device
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.miswired.settings import (
+from bufferstand.drivers.simulated.build import make_device
+from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.miswired.settings import (
     Miswired,
     MiswiredForce,
     MiswiredSignal,
     MiswiredStroke,
     MiswiredThermometer,
 )
-from drivers.simulated.miswired.signal import WrongForce, WrongSignal
-from drivers.simulated.settings import simulation_settings
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.miswired.signal import WrongForce, WrongSignal
+from bufferstand.drivers.simulated.settings import simulation_settings
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import STAND, HandClock, LinearSpring, device, stand_file
 
 QUIET: dict[str, Any] = {

@@ -16,13 +16,13 @@ import pytest
 from pymodbus.client import ModbusTcpClient
 from pyModbusTCP.client import ModbusClient
 
-from drivers.profile import Profile, load_profile
-from drivers.simulated.commands import Fault, Reject
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.modbus_pdu import Responder
-from drivers.simulated.modbus_server import ModbusStandServer
-from drivers.simulated.register_bank import RegisterBank
-from foundation.errors import BadInput
+from bufferstand.drivers.profile import Profile, load_profile
+from bufferstand.drivers.simulated.commands import Fault, Reject
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.modbus_pdu import Responder
+from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import device
 
 RING = load_profile("ring")

@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.amplifier_map import SHIPPED_MAPS, load_amplifier_map
-from drivers.build_sensors import build_amplifier
-from drivers.interfaces import SampleBlock
-from drivers.simulated.faults import parse_fault
-from drivers.simulated.faults_control import ask
-from drivers.simulated.inprocess import open_in_process
-from drivers.simulated.modbus_amplifier import AmplifierBank
-from drivers.simulated.process import SimulatedStandProcess, start_process
-from drivers.simulated.server import Options, serve
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from foundation.clock import WallClock
-from foundation.errors import BadInput
+from bufferstand.drivers.amplifier_map import SHIPPED_MAPS, load_amplifier_map
+from bufferstand.drivers.build_sensors import build_amplifier
+from bufferstand.drivers.interfaces import SampleBlock
+from bufferstand.drivers.simulated.faults import parse_fault
+from bufferstand.drivers.simulated.faults_control import ask
+from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.modbus_amplifier import AmplifierBank
+from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
+from bufferstand.drivers.simulated.server import Options, serve
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import BadInput
 from tests.contract.stand.backends import GSV2, MODBUS_RTU, MODBUS_TCP, write_stand
 from tests.drivers.amplifiers import Collector, for_16_bits, until
 

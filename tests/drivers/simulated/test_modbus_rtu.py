@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 from pymodbus.framer.rtu import FramerRTU
 
-from drivers.profile import load_profile
-from drivers.simulated.modbus_pdu import Responder
-from drivers.simulated.modbus_rtu import SILENCE_S, RtuStandServer
-from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.writer import HELD_S, Writer
-from foundation.errors import BadInput
+from bufferstand.drivers.profile import load_profile
+from bufferstand.drivers.simulated.modbus_pdu import Responder
+from bufferstand.drivers.simulated.modbus_rtu import SILENCE_S, RtuStandServer
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.simulated.writer import HELD_S, Writer
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.servers import loop_thread
 from tests.drivers.simulated.standing import HandClock, device
 

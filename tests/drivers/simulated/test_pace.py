@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.profile import load_profile
-from drivers.simulated.pace import AHEAD, PATIENCE_S, READING_S, Pace
-from drivers.simulated.register_bank import RegisterBank
-from drivers.simulated.ring import SampleRing
-from drivers.simulated.server import CATCH_UP, Options, StandServer
+from bufferstand.drivers.profile import load_profile
+from bufferstand.drivers.simulated.pace import AHEAD, PATIENCE_S, READING_S, Pace
+from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.simulated.ring import SampleRing
+from bufferstand.drivers.simulated.server import CATCH_UP, Options, StandServer
 from tests.drivers.simulated.standing import device, stand_file
 
 PERIOD_S = 0.001

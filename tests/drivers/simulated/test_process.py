@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.connect import open_stand
-from drivers.interfaces import EndReason, SampleBlock, Stand
-from drivers.simulated.process import SimulatedStandProcess, start_process
-from drivers.simulated.server import Options, serve
-from drivers.simulated.truth import read_truth
-from drivers.stand_file import with_endpoints
-from foundation.clock import WallClock
-from foundation.errors import BadInput
+from bufferstand.drivers.connect import open_stand
+from bufferstand.drivers.interfaces import EndReason, SampleBlock, Stand
+from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
+from bufferstand.drivers.simulated.server import Options, serve
+from bufferstand.drivers.simulated.truth import read_truth
+from bufferstand.drivers.stand_file import with_endpoints
+from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import STAND, stand_file
 
 MODEL = Path(__file__).parents[3] / "sample_runs/models/category-a-elastomer.toml"

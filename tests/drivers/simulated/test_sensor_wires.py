@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from drivers.build_sensors import build_sensors
-from drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault
-from drivers.simulated.build import make_device
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.inprocess_sensors import reading_fault
-from drivers.simulated.sensor_wires import SensorWires
-from drivers.simulated.w1_tree import W1Tree
-from drivers.stand_file import StandFile, load_stand, with_endpoints
-from drivers.w1_folder import FolderReader, read_sensor
-from foundation.clock import WallClock
+from bufferstand.drivers.build_sensors import build_sensors
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault
+from bufferstand.drivers.simulated.build import make_device
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.inprocess_sensors import reading_fault
+from bufferstand.drivers.simulated.sensor_wires import SensorWires
+from bufferstand.drivers.simulated.w1_tree import W1Tree
+from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.w1_folder import FolderReader, read_sensor
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, until
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.simulated.ring import SampleRing
-from drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
-from foundation.calibration import Divider
-from foundation.channel import Calibration, Channel
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.ring import SampleRing
+from bufferstand.drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
+from bufferstand.foundation.calibration import Divider
+from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.errors import BadInput
 
 
 def channel(zero: float = 0.0, slope: float = 0.01, *more: float) -> Channel:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from drivers.simulated import stand_clock
-from drivers.simulated.pace import CREDIT_S
-from drivers.simulated.stand_clock import DEAD_S, LEAST, ShownTime, StandClock
-from foundation.errors import DeviceFault
+from bufferstand.drivers.simulated import stand_clock
+from bufferstand.drivers.simulated.pace import CREDIT_S
+from bufferstand.drivers.simulated.stand_clock import DEAD_S, LEAST, ShownTime, StandClock
+from bufferstand.foundation.errors import DeviceFault
 
 
 class Wall:

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.build import make_device
-from foundation.errors import BadInput
+from bufferstand.drivers.simulated.build import make_device
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import STAND, stand_file
 
 MODEL = Path(__file__).parents[3] / "sample_runs/models/category-a-elastomer.toml"

@@ -9,17 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from drivers.simulated.server import Options, StandServer
-from drivers.simulated.waiting import NAME, WaitingSign, is_waiting
-from drivers.stand_file import Endpoints, StandFile, with_endpoints
-from foundation.clock import WallClock
+from bufferstand.drivers.simulated.server import Options, StandServer
+from bufferstand.drivers.simulated.waiting import NAME, WaitingSign, is_waiting
+from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
+from bufferstand.foundation.clock import WallClock
 from tests.drivers.simulated.standing import stand_file
 
 MODEL = Path(__file__).parents[3] / "sample_runs/models/category-a-elastomer.toml"
 ADDRESS = "127.0.0.1:15021"
 KILLED = """
 import os, pathlib, sys
-from drivers.simulated.waiting import WaitingSign
+from bufferstand.drivers.simulated.waiting import WaitingSign
 sign = WaitingSign(pathlib.Path(sys.argv[1]), sys.argv[2])
 os.kill(os.getpid(), 9)
 """

@@ -18,13 +18,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.ds18b20 import Reading, ReadingFault, crc8, decode_w1_slave
-from drivers.gsv2_frames import FrameDecoder
-from drivers.simulated.device import Frames
-from drivers.simulated.faults import ScheduledFault, parse_fault
-from drivers.simulated.serial_pty import BUFFER, AmplifierPty, encode_frames
-from drivers.simulated.w1_tree import W1Tree, millidegrees, scratchpad, slave_text
-from foundation.errors import BadInput
+from bufferstand.drivers.ds18b20 import Reading, ReadingFault, crc8, decode_w1_slave
+from bufferstand.drivers.gsv2_frames import FrameDecoder
+from bufferstand.drivers.simulated.device import Frames
+from bufferstand.drivers.simulated.faults import ScheduledFault, parse_fault
+from bufferstand.drivers.simulated.serial_pty import BUFFER, AmplifierPty, encode_frames
+from bufferstand.drivers.simulated.w1_tree import W1Tree, millidegrees, scratchpad, slave_text
+from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import device
 
 # --- GSV-2 --------------------------------------------------------------------------------------------

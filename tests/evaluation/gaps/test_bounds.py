@@ -12,11 +12,11 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from evaluation.gaps.bounds import MOST_ENERGY, MOST_STROKE
-from evaluation.gaps.found import Found, found_in
-from evaluation.inertia import MovingMass
-from evaluation.record import make_record
-from evaluation.results import CycleResult
+from bufferstand.evaluation.gaps.bounds import MOST_ENERGY, MOST_STROKE
+from bufferstand.evaluation.gaps.found import Found, found_in
+from bufferstand.evaluation.inertia import MovingMass
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import CycleResult
 from tests.evaluation.signals import Floats
 
 Shape = Literal["sine", "triangle", "dwell"]

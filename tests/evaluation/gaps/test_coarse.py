@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.gaps.coarse import SMOOTH_SHARE, halves_bound, no_less_than_usual
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.gaps.coarse import SMOOTH_SHARE, halves_bound, no_less_than_usual
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.made_to_order import MadeTest, OneCycle
 from tests.evaluation.signals import BUFFER, STARTED, STATED
 

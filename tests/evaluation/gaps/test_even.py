@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.gaps.even import even_stamps
-from evaluation.record import make_record
-from evaluation.results import Options, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.gaps.even import even_stamps
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 
 RATE_HZ, SAMPLES = 200.0, 3000

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.gaps.bridge import bridged
-from evaluation.gaps.clock import understand
-from evaluation.gaps.events import EventChanges, event_changes, silent_beyond_beat
-from evaluation.gaps.steps import unusual_steps
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.gaps.bridge import bridged
+from bufferstand.evaluation.gaps.clock import understand
+from bufferstand.evaluation.gaps.events import EventChanges, event_changes, silent_beyond_beat
+from bufferstand.evaluation.gaps.steps import unusual_steps
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, Floats, StaticTest
 
 FACTS = RunFacts("r", "harmonic", **STATED)  # type: ignore[arg-type]

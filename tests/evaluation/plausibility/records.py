@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import evaluation.plausibility as room
-from evaluation.plausibility import Finding
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+import bufferstand.evaluation.plausibility as room
+from bufferstand.evaluation.plausibility import Finding
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 Floats = NDArray[np.float64]

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.channels.bring import as_taken
-from evaluation.channels.signals import Signals
-from evaluation.plausibility.channels import Channels
-from evaluation.plausibility.codes import without_codes
-from evaluation.plausibility.leaps import largest_leaps
-from evaluation.plausibility.lone import lone_rows
-from evaluation.plausibility.look import Look
-from evaluation.plausibility.samples import Samples
-from evaluation.record import make_record
-from evaluation.results import RunFacts
-from evaluation.wires import check_wires
-from evaluation.wiring.strokes import strokes_and_piston
+from bufferstand.evaluation.channels.bring import as_taken
+from bufferstand.evaluation.channels.signals import Signals
+from bufferstand.evaluation.plausibility.channels import Channels
+from bufferstand.evaluation.plausibility.codes import without_codes
+from bufferstand.evaluation.plausibility.leaps import largest_leaps
+from bufferstand.evaluation.plausibility.lone import lone_rows
+from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import RunFacts
+from bufferstand.evaluation.wires import check_wires
+from bufferstand.evaluation.wiring.strokes import strokes_and_piston
 from tests.evaluation.plausibility.records import Floats, of_kind, static
 
 

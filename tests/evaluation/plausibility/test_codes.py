@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from evaluation.plausibility.channels import Channels
-from evaluation.plausibility.codes import without_codes
-from evaluation.plausibility.samples import Samples
-from evaluation.record import make_record
+from bufferstand.evaluation.plausibility.channels import Channels
+from bufferstand.evaluation.plausibility.codes import without_codes
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import make_record
 from tests.evaluation.plausibility.records import Change, Floats, of_kind, static
 
 

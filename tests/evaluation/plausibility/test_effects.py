@@ -7,10 +7,10 @@ from typing import get_args
 
 import pytest
 
-from evaluation.document import evaluation_document, run_entry
-from evaluation.plausibility.finding import Finding, FindingKind
-from evaluation.plausibility.reads import BOTH, ROWS, Spoiled, figure_from, read_from
-from evaluation.results import Quantities, RequirementResult, RunEvaluation
+from bufferstand.evaluation.document import evaluation_document, run_entry
+from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.plausibility.reads import BOTH, ROWS, Spoiled, figure_from, read_from
+from bufferstand.evaluation.results import Quantities, RequirementResult, RunEvaluation
 from tests.evaluation.plausibility.records import STRETCH, found, harmonic, of_kind, static
 from tests.evaluation.test_impact import impact
 from tests.evaluation.test_nulls import unexplained

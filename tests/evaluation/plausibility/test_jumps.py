@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from evaluation.plausibility.reads import read_from
-from evaluation.record import Temperature, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.plausibility.reads import read_from
+from bufferstand.evaluation.record import Temperature, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 from tests.evaluation.signals import STATED, StaticTest
 from tests.evaluation.stepped import Block, columns

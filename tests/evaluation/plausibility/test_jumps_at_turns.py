@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.plausibility.force_jumps import _is_contact
-from evaluation.plausibility.leaps import Leap
-from evaluation.plausibility.passes import Pass, Way
-from evaluation.plausibility.samples import Samples
-from evaluation.record import make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.plausibility.force_jumps import _is_contact
+from bufferstand.evaluation.plausibility.leaps import Leap
+from bufferstand.evaluation.plausibility.passes import Pass, Way
+from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, of_kind, static
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.plausibility.passes import Pass, beyond_others
-from evaluation.record import make_record
-from evaluation.results import Options, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.plausibility.passes import Pass, beyond_others
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 

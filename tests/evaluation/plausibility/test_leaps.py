@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.plausibility import leaps
-from evaluation.plausibility.leaps import largest_leaps, may_leap
-from evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.plausibility import leaps
+from bufferstand.evaluation.plausibility.leaps import largest_leaps, may_leap
+from bufferstand.evaluation.plausibility.samples import Samples
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from evaluation.record import make_record
-from evaluation.results import Options, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 from tests.evaluation.signals import STATED
 from tests.evaluation.stepped import Block, columns

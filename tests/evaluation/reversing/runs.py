@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.simulated.commands import Code, Command
-from drivers.simulated.device import SimulatedDevice
-from drivers.simulated.settings import model_path, simulation_settings
-from drivers.simulated.truth import Truth
-from drivers.stand_file import load_stand
-from evaluation.record import Record, make_record
-from evaluation.results import Options, RunEvaluation, RunFacts
-from evaluation.run import evaluate_run
-from foundation.channel import Channel
-from foundation.kind import Kind
-from model.file import load_model
-from model.stepper import SpringStepper
+from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.settings import model_path, simulation_settings
+from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.stand_file import load_stand
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.run import evaluate_run
+from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.kind import Kind
+from bufferstand.model.file import load_model
+from bufferstand.model.stepper import SpringStepper
 from tests.clean_stand import SAMPLE_STAND
 from tests.evaluation.signals import Floats
 

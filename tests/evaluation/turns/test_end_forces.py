@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evaluation.cycles import find_cycles
-from evaluation.load import load_run
-from evaluation.loops import cut_loop
-from evaluation.quantities import absorbed_energy_J, evaluate_cycle, stored_energy_J
-from evaluation.record import Record, make_record
-from evaluation.results import Options
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.loops import cut_loop
+from bufferstand.evaluation.quantities import absorbed_energy_J, evaluate_cycle, stored_energy_J
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import Floats
 
 SAMPLES = Path(__file__).resolve().parents[3] / "sample_runs" / "runs"

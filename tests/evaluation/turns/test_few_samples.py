@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evaluation.record import Record, make_record
-from evaluation.results import Options, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 
 

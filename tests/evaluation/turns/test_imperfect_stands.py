@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from evaluation.results import Options, RunFacts
-from evaluation.run import evaluate_run
+from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.turns.imperfect_stands import (
     CHECKED,
     DISTURBANCES,

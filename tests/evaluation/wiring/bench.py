@@ -17,21 +17,21 @@ from typing import Any
 
 import numpy as np
 
-from daq.limits import guards_for
-from daq.metadata import run_document
-from daq.reached import Reached
-from drivers.interfaces import EndReason, SampleBlock
-from drivers.simulated.inprocess import InProcessStand, open_in_process
-from drivers.simulated.miswired.settings import Miswired
-from drivers.simulated.miswired.signal import WrongSignal
-from drivers.stand_file import StandFile
-from evaluation.document import evaluate_file
-from evaluation.results import Options, RunEvaluation
-from foundation.channel import Channel
-from protocols.plan import Plan
-from protocols.steps.motions import Harmonic, Hold, RampTo, Release, StaticCycles
-from recording.content import Anchor, Event, StreamContent
-from recording.runfile import write_run
+from bufferstand.daq.limits import guards_for
+from bufferstand.daq.metadata import run_document
+from bufferstand.daq.reached import Reached
+from bufferstand.drivers.interfaces import EndReason, SampleBlock
+from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.miswired.settings import Miswired
+from bufferstand.drivers.simulated.miswired.signal import WrongSignal
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.evaluation.document import evaluate_file
+from bufferstand.evaluation.results import Options, RunEvaluation
+from bufferstand.foundation.channel import Channel
+from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.steps.motions import Harmonic, Hold, RampTo, Release, StaticCycles
+from bufferstand.recording.content import Anchor, Event, StreamContent
+from bufferstand.recording.runfile import write_run
 from tests.daq.run_in_process import facts_of, sample_plan
 
 SAMPLES = Path(__file__).parents[3] / "sample_runs"

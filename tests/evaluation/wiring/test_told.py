@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from daq.guards import Action, Trip
-from evaluation.document import evaluate_file, evaluation_document
-from evaluation.report.closing import deviations_section
-from evaluation.report.reading import read_source
-from evaluation.results import Options
-from recording.content import Event
+from bufferstand.daq.guards import Action, Trip
+from bufferstand.evaluation.document import evaluate_file, evaluation_document
+from bufferstand.evaluation.report.closing import deviations_section
+from bufferstand.evaluation.report.reading import read_source
+from bufferstand.evaluation.results import Options
+from bufferstand.recording.content import Event
 from tests.evaluation.wiring.bench import SINE, Recorded, evaluated, recorded
 
 WIRING = Event(

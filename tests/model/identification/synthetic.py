@@ -7,15 +7,15 @@ from functools import cache
 
 import numpy as np
 
-from model.curves import Curves
-from model.identification.drive import Drive, Reduction, join, reduce_run
-from model.identification.fitting import Solution, solve
-from model.identification.identify import experiment_of
-from model.identification.parameters import Frame
-from model.identification.problem import Problem
-from model.identification.starting import start_vector
-from model.simulation import simulate
-from model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
+from bufferstand.model.curves import Curves
+from bufferstand.model.identification.drive import Drive, Reduction, join, reduce_run
+from bufferstand.model.identification.fitting import Solution, solve
+from bufferstand.model.identification.identify import experiment_of
+from bufferstand.model.identification.parameters import Frame
+from bufferstand.model.identification.problem import Problem
+from bufferstand.model.identification.starting import start_vector
+from bufferstand.model.simulation import simulate
+from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 FINER = 5
 RATE_Hz = 400.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from model.identification.fitting import COVERAGE, Estimate, estimates
-from model.identification.laws import LAWS
+from bufferstand.model.identification.fitting import COVERAGE, Estimate, estimates
+from bufferstand.model.identification.laws import LAWS
 from tests.model.identification.synthetic import fitted, measured, true_values, truth
 
 LOG = {law.name for law in LAWS if law.kind == "log"}

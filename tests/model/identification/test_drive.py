@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from foundation.errors import BadInput
-from model.identification.drive import find_turns, join, noise_of, reduce_run
-from model.identification.response import BandStage, LagStage, answer, relax
-from model.measured_curves import measured_curves
-from model.simulation import simulate
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.identification.drive import find_turns, join, noise_of, reduce_run
+from bufferstand.model.identification.response import BandStage, LagStage, answer, relax
+from bufferstand.model.measured_curves import measured_curves
+from bufferstand.model.simulation import simulate
 from tests.model.recipes import category_a, draw_hook
 
 RATE_Hz = 1000.0

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foundation.errors import BadInput
-from model.identification.identify import Settings, identify
-from model.identification.missing_runs import missing_runs, needed
-from protocols.campaign import load_campaign
+from bufferstand.foundation.errors import BadInput
+from bufferstand.model.identification.identify import Settings, identify
+from bufferstand.model.identification.missing_runs import missing_runs, needed
+from bufferstand.protocols.campaign import load_campaign
 from tests.model.identification.synthetic import (
     FINER,
     RATE_Hz,

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from foundation.errors import BadInput
-from recording.foreign.importing import import_file
-from recording.foreign.wanted import ImportOptions
-from recording.run import Run
-from recording.runfile import open_run
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.importing import import_file
+from bufferstand.recording.foreign.wanted import ImportOptions
+from bufferstand.recording.run import Run
+from bufferstand.recording.runfile import open_run
 
 
 def read(path: Path, **options: Any) -> tuple[Run, tuple[str, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from recording.foreign import textblocks
+from bufferstand.recording.foreign import textblocks
 
 
 @pytest.fixture(params=["whole", "small blocks"])

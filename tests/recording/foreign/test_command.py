@@ -12,7 +12,7 @@ from . import makers
 
 def bufferstand(folder: Path, *words: str, piped: str | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-P", "-m", "cli", "import", *words],
+        [sys.executable, "-P", "-m", "bufferstand", "import", *words],
         capture_output=True,
         text=True,
         timeout=300,

@@ -13,9 +13,9 @@ import pytest
 from asammdf import MDF, Signal
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
-from foundation.errors import BadInput
-from recording.foreign.importing import import_file
-from recording.foreign.wanted import ImportOptions
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.importing import import_file
+from bufferstand.recording.foreign.wanted import ImportOptions
 
 from . import makers
 from .attempts import mapping, read, refused

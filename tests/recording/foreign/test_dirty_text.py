@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput
 
 from .attempts import read, refused
 from .texts import HEADER, lines, values, write

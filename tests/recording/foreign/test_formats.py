@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.document import evaluate_paths
-from recording.foreign.importing import import_file
-from recording.foreign.wanted import ImportOptions
-from recording.runfile import open_run
-from recording.verify import verify
+from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.recording.foreign.importing import import_file
+from bufferstand.recording.foreign.wanted import ImportOptions
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.verify import verify
 
 from . import makers
 

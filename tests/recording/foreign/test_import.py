@@ -11,15 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from foundation.errors import BadInput
-from recording.foreign.columns import split_header
-from recording.foreign.delimited import DelimitedRecord
-from recording.foreign.importing import import_file
-from recording.foreign.stamps import examine
-from recording.foreign.wanted import ImportOptions
-from recording.run import Run
-from recording.runfile import open_run
-from recording.verify import verify
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.columns import split_header
+from bufferstand.recording.foreign.delimited import DelimitedRecord
+from bufferstand.recording.foreign.importing import import_file
+from bufferstand.recording.foreign.stamps import examine
+from bufferstand.recording.foreign.wanted import ImportOptions
+from bufferstand.recording.run import Run
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.verify import verify
 
 SHARED = Path(__file__).parents[4] / "shared" / "data"
 

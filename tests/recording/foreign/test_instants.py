@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recording.foreign.instants import (
+from bufferstand.recording.foreign.instants import (
     doubled_rows,
     has_own_instants,
     shared_stamps,
     spread_stamps,
 )
-from recording.foreign.stamps import examine
+from bufferstand.recording.foreign.stamps import examine
 
 from .attempts import read
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evaluation.document import evaluate_paths
-from evaluation.results import Options
-from foundation.errors import BadInput
-from recording.foreign.importing import Imported, import_file
-from recording.foreign.mapping import load_mapping
-from recording.foreign.wanted import ImportOptions
-from recording.runfile import open_run
+from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.results import Options
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.importing import Imported, import_file
+from bufferstand.recording.foreign.mapping import load_mapping
+from bufferstand.recording.foreign.wanted import ImportOptions
+from bufferstand.recording.runfile import open_run
 
 from . import makers
 

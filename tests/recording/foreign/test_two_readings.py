@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foundation.errors import BadInput
-from recording.foreign.splitting import text_rows
-from recording.foreign.thousands import SignWitness
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.splitting import text_rows
+from bufferstand.recording.foreign.thousands import SignWitness
 
 from .attempts import read, refused
 from .texts import HEADER, lines, values, write
