@@ -112,7 +112,7 @@ def _code_hash() -> str:
     """Return the hash of the source and the shipped limit sets, whatever version they call themselves."""
     digest = hashlib.sha256()
     for room in ROOMS:
-        spec = find_spec(room)
+        spec = find_spec(f"bufferstand.{room}")
         assert spec is not None
         assert spec.origin is not None
         folder = Path(spec.origin).parent

@@ -14,7 +14,7 @@ from bufferstand.cli.gone import is_closed_terminal, nobody_reads, say
 from bufferstand.foundation.errors import ExitStatus
 
 SHOWS_TWICE = """
-import sys, click, cli.main as main
+import sys, click, bufferstand.cli.main as main
 @click.command()
 def shows() -> None:
     click.echo("one")

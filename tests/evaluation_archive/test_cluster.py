@@ -127,9 +127,9 @@ def test_a_scheduler_that_is_restarted(runs: list[Path], tmp_path: Path) -> None
 def other_code(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a copy of the code that differs in one line of the evaluation."""
     folder = tmp_path_factory.mktemp("other-code")
-    for room in ("evaluation", "recording", "foundation", "model"):
-        shutil.copytree(ROOT / room, folder / room, ignore=shutil.ignore_patterns("__pycache__"))
-    with (folder / "evaluation" / "cycles.py").open("a") as file:
+    package = folder / "bufferstand"
+    shutil.copytree(ROOT / "bufferstand", package, ignore=shutil.ignore_patterns("__pycache__"))
+    with (package / "evaluation" / "cycles.py").open("a") as file:
         file.write("# another version\n")
     return folder
 

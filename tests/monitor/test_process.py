@@ -84,7 +84,7 @@ def test_it_ends_with_the_campaign_and_says_so_to_its_pages(tmp_path: Path) -> N
 
 def test_it_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     program = (
-        "import os, sys, time; from pathlib import Path; from daq.monitor.process import *\n"
+        "import os, sys, time; from pathlib import Path; from bufferstand.daq.monitor.process import *\n"
         f"with web_process(Path({str(tmp_path)!r}), Address(port=0), lambda line: None) as web:\n"
         "    print(web.pid, flush=True); time.sleep(600)\n"
     )

@@ -25,7 +25,8 @@ LOOK_S = 0.02
 def main() -> None:
     # The rooms are walked, not named one by one: what they hold inside is none of this test's business.
     for room in ROOMS:
-        found = pkgutil.walk_packages(importlib.import_module(room).__path__, f"{room}.")
+        package = importlib.import_module(f"bufferstand.{room}")
+        found = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
         for module in (module.name for module in found):
             if not module.endswith("__main__"):
                 importlib.import_module(module)
