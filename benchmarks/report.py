@@ -125,7 +125,7 @@ def main() -> None:
             sys.executable,
             "-P",
             "-m",
-            "cli",
+            "bufferstand",
             "evaluate",
             str(folder),
             "--no-cache",

@@ -16,6 +16,7 @@ from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import RunFacts
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.identification.drive import Drive, join
+from bufferstand.model.identification.identify import Settings
 from bufferstand.recording.catalogue import list_runs
 
 LONGEST_GAP_S = 3600.0
@@ -97,6 +98,16 @@ def _same_specimen(runs: Sequence[MeasuredRun]) -> None:
             f"these runs are of different specimens: {', '.join(names)}",
             remedy="a model is identified from the runs of one specimen",
         )
+
+
+def settings_of(runs: Sequence[MeasuredRun], name: str | None = None) -> Settings:
+    """Return the settings of an identification from these runs: name, sense and origin of the model."""
+    specimen = runs[0].facts.specimen
+    return Settings(
+        name=name or str(specimen.get("id") or "identified spring"),
+        sense="extension" if specimen.get("kind") == "draw-gear" else "compression",
+        origin=f"Identified from {len(runs)} runs: {', '.join(run.path.stem for run in runs)}.",
+    )
 
 
 def sittings(runs: Sequence[MeasuredRun], *, chain: bool = False) -> list[Drive]:

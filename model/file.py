@@ -104,7 +104,7 @@ class ModelFile(Settings):
     viscous: ViscousTable = ViscousTable()
 
 
-def load_model(path: Path) -> SpringModel:
+def load_model(path: str | Path) -> SpringModel:
     """Read a model file.
 
     Raises
@@ -113,6 +113,7 @@ def load_model(path: Path) -> SpringModel:
         If the file cannot be read, breaks the schema, or holds curves or parameters that contradict
         themselves; the message names the file, the key and, for curves, the stroke.
     """
+    path = Path(path)
     content = load_settings(path, ModelFile)
     law = content.temperature
     try:
@@ -132,7 +133,7 @@ def load_model(path: Path) -> SpringModel:
         raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
 
 
-def save_model(model: SpringModel, path: Path) -> None:
+def save_model(model: SpringModel, path: str | Path) -> None:
     """Write a model file; reading it again gives an equal model.
 
     Raises
@@ -160,7 +161,7 @@ def save_model(model: SpringModel, path: Path) -> None:
         if values.get("spectrum_per_decade") == 0.0:
             del values["spectrum_per_decade"]  # no spectrum: a file that older versions read, too
         lines += [f"[{name}]", *(f"{key} = {_toml(v)}" for key, v in values.items() if v is not None), ""]
-    write_text(path, "\n".join(lines[:-1]) + "\n")
+    write_text(Path(path), "\n".join(lines[:-1]) + "\n")
 
 
 def _toml(value: object) -> str:

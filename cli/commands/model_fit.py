@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -82,27 +83,24 @@ def command(
     Prints every parameter with its 95 % interval, how well the model follows the runs (also cycles that it
     was not fitted to), and which parameters the runs do not tell, and why.
     """
-    from bufferstand.cli.model_runs import read_runs, sittings
+    from bufferstand.cli.model_runs import read_runs, settings_of, sittings
     from bufferstand.cli.model_view import show_identification
     from bufferstand.model.file import save_model
-    from bufferstand.model.identification.identify import Settings, identify
+    from bufferstand.model.identification.identify import identify
     from bufferstand.model.identification.missing_runs import missing_runs, needed
 
     if out.suffix.lower() != ".toml":
         raise BadInput("a model file ends with .toml", file="--out", remedy=f"write {out.stem}.toml")
     runs = read_runs(paths, ambient_C)
     drives = sittings(runs, chain=in_a_row)
-    facts = runs[0].facts
     found = identify(
         drives,
-        Settings(
+        replace(
+            settings_of(runs, name),
             knots=knots,
             reference_C=reference_C,
             without=without,
             hold_out=not no_validation,
-            name=name or str(facts.specimen.get("id") or "identified spring"),
-            sense="extension" if facts.specimen.get("kind") == "draw-gear" else "compression",
-            origin=f"Identified from {len(runs)} runs: {', '.join(run.path.stem for run in runs)}.",
         ),
     )
     save_model(found.model, out)

@@ -36,15 +36,6 @@ def test_the_page_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert result.failed == 0
 
 
-def test_what_the_page_lists_is_what_there_is() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    functions = [name for name in api.__all__ if name[0].islower()]
-    listed = re.findall(r"^\| `(\w+)\(", text, re.MULTILINE)
-    assert sorted(listed) == sorted(functions)
-    for name in functions:
-        assert getattr(api, name).__doc__
-
-
 def test_channels_are_the_series_of_the_run() -> None:
     run = api.open_run(RUN)
     frame = api.channels(RUN)

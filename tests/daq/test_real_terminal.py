@@ -99,7 +99,7 @@ def test_without_a_terminal_it_is_a_plain_log(tmp_path: Path) -> None:
         sys.executable,
         "-P",
         "-m",
-        "cli",
+        "bufferstand",
         "run",
         str(path),
         "--out",

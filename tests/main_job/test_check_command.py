@@ -41,7 +41,7 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
             sys.executable,
             "-P",
             "-m",
-            "cli",
+            "bufferstand",
             "simulate-stand",
             str(path),
             "--port",

@@ -153,7 +153,9 @@ def test_what_a_fleet_cannot_do_is_refused():
 
 def test_nothing_imports_numba_unasked():
     """It takes half a second and 190 MB: only who asks for the compiled kernel pays."""
-    code = "import sys, bufferstand.model.fleet, bufferstand.model.prediction; sys.exit('numba' in sys.modules)"
+    code = (
+        "import sys, bufferstand.model.fleet, bufferstand.model.prediction; sys.exit('numba' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-P", "-c", code], check=False).returncode == 0
 
 

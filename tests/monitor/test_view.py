@@ -183,7 +183,7 @@ def test_the_files_of_the_page_are_in_the_wheel() -> None:
     from hatchling.builders.wheel import WheelBuilder
 
     shipped = {file.distribution_path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
-    assert {f"daq/monitor/static/{name}" for name in CONTENT_TYPES} <= shipped
+    assert {f"bufferstand/daq/monitor/static/{name}" for name in CONTENT_TYPES} <= shipped
 
 
 def test_the_page_names_no_other_address_and_sets_no_markup() -> None:

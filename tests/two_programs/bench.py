@@ -92,7 +92,7 @@ class Bench:
         path.write_text(head + "".join(steps), encoding="utf-8")
         return path
 
-    def start(self, label: str, *words: str | Path, module: str = "cli") -> Program:
+    def start(self, label: str, *words: str | Path, module: str = "bufferstand") -> Program:
         """Start a command on this stand."""
         log = self.folder / f"{len(self.programs)}-{label.replace(' ', '-')}.txt"
         program = self.launcher.start(label, log, *words, module=module)

@@ -110,7 +110,7 @@ class Launcher:
         self._reader = threading.Thread(target=self._read, name="launcher", daemon=True)
         self._reader.start()
 
-    def start(self, label: str, log: Path, *words: str | Path, module: str = "cli") -> Program:
+    def start(self, label: str, log: Path, *words: str | Path, module: str = "bufferstand") -> Program:
         """Start ``bufferstand`` with these words (or another module); what it says goes into the log."""
         assert self._process.stdin is not None
         with self._lock:

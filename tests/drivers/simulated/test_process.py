@@ -165,7 +165,8 @@ def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
     """The starter is killed: its end of the pipe closes, and the stand goes by itself."""
     file = stand_file(tmp_path)
     script = (
-        "import sys, time; from pathlib import Path; from bufferstand.drivers.simulated.process import start_process\n"
+        "import sys, time; from pathlib import Path\n"
+        "from bufferstand.drivers.simulated.process import start_process\n"
         "stand = start_process(Path(sys.argv[1]), directory=Path(sys.argv[2]), model=Path(sys.argv[3]))\n"
         "print(stand.pid, flush=True); time.sleep(600)\n"
     )
