@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import click
@@ -72,6 +73,32 @@ def going_on_simulated(
             remedy="resume without it",
         )
     return False, 1.0
+
+
+def demand_begun_anew(record: CampaignRecord, out: Path, *, simulate: bool) -> None:
+    """Say that a start which recorded nothing is begun anew; refuse a folder that holds a campaign.
+
+    Raises
+    ------
+    BadInput
+        If something was recorded, or as :func:`demand_same_kind`.
+    """
+    if not record.recorded_nothing(out):
+        over, total = sum(step.over for step in record.steps), len(record.steps)
+        whole = f"write its report (bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))})"
+        next_is = f"go on with it (bufferstand resume {quote(str(out))})" if over < total else whole
+        raise BadInput(
+            f"this folder holds a campaign already ({over} of {total} steps complete)",
+            file=out,
+            remedy=f"{next_is}, or choose another folder",
+        )
+    demand_same_kind(record, out, simulate=simulate)
+    why = f": {record.reason}" if record.reason else ""
+    click.echo(
+        f"the start before recorded nothing ({record.status}{why}): "
+        "it begins anew with the files as they are now",
+        err=True,
+    )
 
 
 def demand_same_kind(record: CampaignRecord, folder: Path, *, simulate: bool) -> None:

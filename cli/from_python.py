@@ -5,22 +5,22 @@ The package's door hands these on (``import bufferstand as bs``, docs/python-api
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from bufferstand.cli.as_begun import demand_begun_anew
 from bufferstand.cli.campaigns import prepare
 from bufferstand.cli.model_runs import read_runs, settings_of, sittings
 from bufferstand.cli.running import consent_to_move, perform
 from bufferstand.daq.folder import load_record
 from bufferstand.daq.runner import CampaignOutcome
+from bufferstand.evaluation.api import Paths, paths_of
 from bufferstand.evaluation.archive.comparison import Comparison, compare_evaluations, load_evaluation
 from bufferstand.evaluation.report import writing
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.identification.identify import Identification, identify
 from bufferstand.protocols.plan import Plan
-
-Paths = str | Path | Sequence[str | Path]
 
 
 def write_report(paths: Paths, out: str | Path) -> list[Path]:
@@ -43,11 +43,10 @@ def write_report(paths: Paths, out: str | Path) -> list[Path]:
     BadInput
         If there is no run, or one cannot be evaluated.
     """
-    formats = ["html", "pdf"] if writing.pdf_available() else ["html"]
-    sources = _paths(paths)
+    sources = _some(paths)
     if len(sources) > 1:
-        return writing.write_comparison(sources, Path(out), formats=formats)
-    return writing.write_report(sources[0], Path(out), formats=formats)
+        return writing.write_comparison(sources, Path(out), formats=writing.formats_here())
+    return writing.write_report(sources[0], Path(out), formats=writing.formats_here())
 
 
 def compare(
@@ -92,7 +91,7 @@ def fit_model(paths: Paths, *, ambient_C: float | None = None, name: str | None 
     BadInput
         If the runs are of several specimens, or do not tell a spring.
     """
-    runs = read_runs(_paths(paths), ambient_C)
+    runs = read_runs(_some(paths), ambient_C)
     return identify(sittings(runs), settings_of(runs, name))
 
 
@@ -122,7 +121,7 @@ def run_campaign(
     campaign : path
         The campaign file.
     out : path
-        Folder of the campaign; it must not hold one.
+        Folder of the campaign; it must not hold one that has recorded something.
     simulate : bool
         On a simulated stand that is started for it.
     speed : float
@@ -142,12 +141,8 @@ def run_campaign(
     """
     prepared = prepare(Path(campaign))
     folder = Path(out)
-    if load_record(folder) is not None:
-        raise BadInput(
-            "this folder holds a campaign already",
-            file=folder,
-            remedy="go on with it by “bufferstand resume”, or choose another folder",
-        )
+    if (record := load_record(folder)) is not None:
+        demand_begun_anew(record, folder, simulate=simulate)
     if not simulate and yes_move is None:
         raise BadInput(
             "a real stand moves only once the specimen's id was given",
@@ -157,8 +152,8 @@ def run_campaign(
     return perform(prepared, folder, simulate=simulate, speed=speed, consent=consent)
 
 
-def _paths(paths: Paths) -> list[Path]:
-    found = [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]
+def _some(paths: Paths) -> list[Path]:
+    found = paths_of(paths)
     if not found:
         raise BadInput("no run was given", remedy="give run files or folders")
     return found

@@ -83,7 +83,7 @@ def runs(paths: Paths) -> pd.DataFrame:
     BadInput
         If a path does not exist, or a folder holds no run file.
     """
-    rows = [asdict(facts_of(path)) for path in run_files(_paths(paths))]
+    rows = [asdict(facts_of(path)) for path in run_files(paths_of(paths))]
     table = pd.DataFrame(rows)
     return table.assign(path=table["path"].map(str))
 
@@ -135,7 +135,7 @@ def evaluate(
         If a run cannot be evaluated, ``conformity`` names none of them, or so few draws tell no uncertainty.
     """
     options = Options(decision_rule=decision_rule, draws=check_draws(draws))
-    return evaluate_paths(_paths(paths), options, conformity=conformity)
+    return evaluate_paths(paths_of(paths), options, conformity=conformity)
 
 
 def cycles(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
@@ -347,5 +347,6 @@ def import_record(path: str | Path, out: str | Path, options: ImportOptions | No
     return import_file(Path(path), Path(out), options)
 
 
-def _paths(paths: Paths) -> list[Path]:
+def paths_of(paths: Paths) -> list[Path]:
+    """Return one path or several as a list."""
     return [Path(paths)] if isinstance(paths, str | Path) else [Path(path) for path in paths]

@@ -51,7 +51,7 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     from bufferstand.cli.running import perform
     from bufferstand.daq.folder import load_record
     from bufferstand.evaluation.document import evaluate_paths
-    from bufferstand.evaluation.report.writing import pdf_available, write_report
+    from bufferstand.evaluation.report.writing import formats_here, write_report
 
     folder = out or Path("demo-output") / f"{datetime.now().astimezone():%Y-%m-%dT%H-%M-%S}"
     if load_record(folder) is not None:
@@ -72,8 +72,7 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     click.echo("Evaluating and writing the report ...", err=True)
     document = evaluate_paths([folder / "runs"])
     write_json(document, str(folder / "evaluation.json"))
-    formats = ["html", "pdf"] if pdf_available() else ["html"]
-    files = write_report(folder, folder / "report", formats=formats, document=document)
+    files = write_report(folder, folder / "report", formats=formats_here(), document=document)
     show_evaluation(document, warnings=False)
     click.echo(f"\nrun files    {folder / 'runs'}")
     click.echo(f"evaluation   {folder / 'evaluation.json'}")

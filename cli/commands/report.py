@@ -56,9 +56,9 @@ def command(
     from bufferstand.evaluation.archive.comparison import load_evaluation
     from bufferstand.evaluation.report.fields import read_fields
     from bufferstand.evaluation.report.reading import Given
-    from bufferstand.evaluation.report.writing import pdf_available, write_comparison, write_report
+    from bufferstand.evaluation.report.writing import formats_here, write_comparison, write_report
 
-    formats = ["html", "pdf"] if pdf_available() else ["html"]
+    formats = formats_here()
     if "pdf" not in formats:
         warn("no PDF: typst is not installed; pip install 'bufferstand[pdf]' adds it")
     given = Given(

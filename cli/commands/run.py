@@ -11,7 +11,6 @@ import click
 from bufferstand.cli.arming import yes_move_option
 from bufferstand.cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, monitor_option, out_option
 from bufferstand.cli.untouched import nothing_moved
-from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
     from bufferstand.daq.folder import CampaignRecord
@@ -55,6 +54,7 @@ def command(
     when a limit or the operator stopped it, 4 on a fault of a device.
     """
     with nothing_moved():
+        from bufferstand.cli.as_begun import demand_begun_anew
         from bufferstand.cli.campaigns import prepare
         from bufferstand.cli.running import consent_to_move, perform
         from bufferstand.daq.folder import load_record
@@ -62,32 +62,10 @@ def command(
         prepared = prepare(campaign)
         record = load_record(out)
         if record is not None:
-            _check_begun_anew(record, out, simulate=simulate)
+            demand_begun_anew(record, out, simulate=simulate)
         consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
     outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent)
     return finish(outcome, out)
-
-
-def _check_begun_anew(record: CampaignRecord, out: Path, *, simulate: bool) -> None:
-    """Say that a start which recorded nothing is begun anew; refuse a folder that holds a campaign."""
-    from bufferstand.cli.as_begun import demand_same_kind
-
-    if not record.recorded_nothing(out):
-        over, total = sum(step.over for step in record.steps), len(record.steps)
-        whole = f"write its report (bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))})"
-        next_is = f"go on with it (bufferstand resume {quote(str(out))})" if over < total else whole
-        raise BadInput(
-            f"this folder holds a campaign already ({over} of {total} steps complete)",
-            file=out,
-            remedy=f"{next_is}, or choose another folder",
-        )
-    demand_same_kind(record, out, simulate=simulate)
-    why = f": {record.reason}" if record.reason else ""
-    click.echo(
-        f"the start before recorded nothing ({record.status}{why}): "
-        "it begins anew with the files as they are now",
-        err=True,
-    )
 
 
 def finish(outcome: CampaignOutcome, out: Path) -> int:

@@ -34,6 +34,11 @@ def pdf_available() -> bool:
     return find_spec("typst") is not None
 
 
+def formats_here() -> list[str]:
+    """Return the formats that this installation can write a report in."""
+    return ["html", "pdf"] if pdf_available() else ["html"]
+
+
 def write_report(
     path: Path,
     out: Path,
