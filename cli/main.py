@@ -44,6 +44,7 @@ COMMANDS = {
     "model": "Identify the spring's computational model, simulate, compare, hand it on.",
     "runs": "List recorded runs with their key facts, or find those that match.",
     "verify": "Check that run files are whole and unaltered.",
+    "schema": "Print the JSON Schema of a settings file or of the evaluation document.",
     "validate": "Evaluate standard data sets with agreed values; write the record of it.",
 }
 
@@ -54,6 +55,7 @@ SECTIONS = {
     "Know that the figures are right": ("validate",),
     "Hand the spring on": ("model",),
     "Without a stand": ("simulate-stand", "fault"),
+    "For editors and programs": ("schema",),
 }
 """The commands in the order of the work; those that are named nowhere come last."""
 

@@ -160,7 +160,10 @@ def _split_field(value: object) -> object:
     return tuple(value.split(":")) if isinstance(value, str) else value
 
 
-_Field = Annotated[tuple[str, RegisterType], BeforeValidator(_split_field)]
+_Field = Annotated[
+    tuple[str, RegisterType],
+    BeforeValidator(_split_field, json_schema_input_type=Annotated[str, Field(pattern=r"^\w+:\w+$")]),
+]
 _Fields = Annotated[tuple[_Field, ...], BeforeValidator(_as_tuple)]
 
 

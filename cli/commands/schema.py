@@ -1,0 +1,87 @@
+"""``bufferstand schema``: the JSON Schema of a file that users write, or of the evaluation document."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+import orjson
+
+from bufferstand.foundation.errors import ExitStatus
+
+NAMES = {
+    "stand": "Stand file of bufferstand",
+    "campaign": "Campaign file of bufferstand",
+    "specimen": "Specimen file of bufferstand",
+    "limit-set": "Limit set of bufferstand",
+    "report": "Report file of bufferstand",
+    "inspection": "Inspector's file of bufferstand",
+    "mapping": "Mapping of a foreign record of bufferstand",
+    "profile": "Register profile of bufferstand",
+    "model": "Spring model of bufferstand",
+    "evaluation": "Evaluation document of bufferstand",
+}
+"""Name → title."""
+
+
+@click.command("schema", epilog="Example:  bufferstand schema campaign > campaign.schema.json")
+@click.argument("name", metavar="NAME", type=click.Choice(list(NAMES)))
+def command(name: str) -> int:
+    """Print the JSON Schema of a file: stand, campaign, specimen, limit-set, report, inspection, mapping,
+    profile, model; or of the evaluation document: evaluation.
+
+    With it an editor completes keys, shows what they mean and marks what is wrong (docs/schemas.md).
+    """
+    click.echo(orjson.dumps(schema_of(name), option=orjson.OPT_INDENT_2))
+    return ExitStatus.DONE
+
+
+def schema_of(name: str) -> dict[str, Any]:
+    """Return the JSON Schema of one of :data:`NAMES`."""
+    from bufferstand.foundation.json_schema import json_schema
+
+    return json_schema(_described(name), NAMES[name])
+
+
+def _described(name: str) -> type:  # noqa: PLR0911 - one way out for each name; each room is loaded when asked for
+    match name:
+        case "stand":
+            from bufferstand.drivers.stand_file import StandFile
+
+            return StandFile
+        case "campaign":
+            from bufferstand.protocols.campaign import CampaignFile
+
+            return CampaignFile
+        case "specimen":
+            from bufferstand.foundation.specimen import SpecimenFile
+
+            return SpecimenFile
+        case "limit-set":
+            from bufferstand.evaluation.requirements.limit_set import LimitSet
+
+            return LimitSet
+        case "report":
+            from bufferstand.evaluation.report.fields import ReportFields
+
+            return ReportFields
+        case "inspection":
+            from bufferstand.evaluation.requirements.inspection import Inspection
+
+            return Inspection
+        case "mapping":
+            from bufferstand.recording.foreign.mapping import MappingFile
+
+            return MappingFile
+        case "profile":
+            from bufferstand.drivers.profile import ProfileFile
+
+            return ProfileFile
+        case "model":
+            from bufferstand.model.file import ModelFile
+
+            return ModelFile
+        case _:
+            from bufferstand.evaluation.document_types import EvaluationDocument
+
+            return EvaluationDocument
