@@ -6,12 +6,10 @@ from collections.abc import Callable, Sequence
 
 from bufferstand.evaluation.alignment import SkewSensitivity
 from bufferstand.evaluation.record import Temperature
-from bufferstand.evaluation.results import CycleResult, Quantities, RequirementResult, Summary
+from bufferstand.evaluation.results import CycleResult, RequirementResult, Summary
 from bufferstand.evaluation.steps.sum_up import SummedUp
 from bufferstand.evaluation.thermometry import why_no_temperature
 from bufferstand.evaluation.wires import DrawWires
-
-_FEW_SAMPLES = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s", "stroke_distortion")
 
 
 def missing_warnings(
@@ -31,11 +29,6 @@ def missing_warnings(
         Puts numbers of cycles in words.
     """
     warnings = []
-    for name in _FEW_SAMPLES:
-        at = Quantities._fields.index(name)
-        lacking = [r.cycle.index for r in results if r.quantities[at] is None and r.cycle.complete]
-        if lacking:
-            warnings.append(f"{numbered(lacking)}: no {name}: too few samples")
     for place, summary, skew in _summaries(whole):
         used = set(summary.cycles_used)
         chosen = [r for r in results if r.cycle.index in used]
