@@ -8,7 +8,6 @@ from bufferstand.evaluation.alignment import SkewSensitivity
 from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.results import CycleResult, RequirementResult, Summary
 from bufferstand.evaluation.steps.sum_up import SummedUp
-from bufferstand.evaluation.thermometry import why_no_temperature
 from bufferstand.evaluation.wires import DrawWires
 
 
@@ -60,7 +59,6 @@ def _summaries(whole: SummedUp) -> list[tuple[str, Summary, SkewSensitivity | No
 def temperature_warnings(
     results: Sequence[CycleResult],
     temperatures: Sequence[Temperature],
-    interval_s: float,
     numbered: Callable[[Sequence[int]], str],
 ) -> list[str]:
     """Return why cycles of a specimen with a sensor have no temperature: where it is silent, and how long.
@@ -69,8 +67,6 @@ def temperature_warnings(
     ----------
     results, temperatures
         Of the run.
-    interval_s : float
-        How far readings may be from each other to cover a cycle [s].
     numbered : callable
         Puts numbers of cycles in words.
     """
@@ -84,9 +80,8 @@ def temperature_warnings(
         without = [r for r in results if getattr(r.quantities, name) is None]
         if not without:
             continue
-        cycle = without[0].cycle
-        why = why_no_temperature(temperatures, cycle.start_s, cycle.end_s, interval_s)
-        first = "" if len(without) == 1 else f" (cycle {cycle.index})"
+        why = without[0].missing[name]
+        first = "" if len(without) == 1 else f" (cycle {without[0].cycle.index})"
         warnings.append(f"{numbered([r.cycle.index for r in without])}: {what}: {why}{first}")
     return warnings
 
