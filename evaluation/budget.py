@@ -24,9 +24,9 @@ from bufferstand.evaluation.error_model import (
     stroke_terms,
 )
 from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.loop_readings import TANGENT_WINDOW
 from bufferstand.evaluation.own_errors import OwnErrors
 from bufferstand.evaluation.propagations import Propagations
-from bufferstand.evaluation.quantities import TANGENT_WINDOW
 from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.results import Summary
 from bufferstand.evaluation.summary import LEAST_SCATTER

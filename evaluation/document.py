@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 from bufferstand.evaluation.budget_lines import budget_entry
 from bufferstand.evaluation.conformity import candidate_of, decide_purposes
 from bufferstand.evaluation.copies import Recording, each_once
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.evidence import comparison_entries, evidence_entry, plain
 from bufferstand.evaluation.grouping import mixture
 from bufferstand.evaluation.history import RunHistory, across_entries
@@ -24,7 +24,6 @@ from bufferstand.evaluation.results import (
     Expanded,
     Extreme,
     Options,
-    Quantities,
     RequirementResult,
     RunEvaluation,
     RunFacts,
@@ -38,11 +37,8 @@ from bufferstand.recording.catalogue import run_files
 
 SCHEMA = "bufferstand/evaluation/1"
 _NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
-_TEMPERATURES = ("temperature_start_C", "temperature_max_C")
 LIGHT = RunEvaluation(RunFacts("", "harmonic"), _NO_SAMPLES, (), Summary((), {}), (), None, ())
 """A result that has only what trends and comparisons are made from; fill in facts, summary, mean loop."""
-CYCLE_QUANTITIES = tuple(n for n in Quantities._fields if n not in _TEMPERATURES)
-_figures_of = attrgetter(*CYCLE_QUANTITIES)
 
 
 def evaluate_paths(
@@ -217,6 +213,7 @@ def _summary(summary: Summary) -> dict[str, Any]:
                 "expanded_uncertainty": measured.expanded_uncertainty,
                 "coverage_factor": measured.coverage_factor,
             }
+            | ({"missing": measured.missing} if measured.missing else {})
             for name, measured in summary.values.items()
         },
     }
@@ -242,17 +239,24 @@ def _step(step: StepResult) -> dict[str, Any]:
 
 
 def _cycle(result: CycleResult) -> dict[str, Any]:
-    cycle, figures = result.cycle, result.quantities
-    return {
+    cycle = result.cycle
+    entry: dict[str, Any] = {
         "index": cycle.index,
         "start_s": cycle.start_s,
         "end_s": cycle.end_s,
         "complete": cycle.complete,
         "steady": cycle.steady,
-        **dict(zip(CYCLE_QUANTITIES, _figures_of(figures), strict=True)),
-        "temperature_C": {"start": figures.temperature_start_C, "max": figures.temperature_max_C},
+    }
+    for quantity, value in zip(QUANTITIES, result.quantities, strict=True):
+        *groups, key = quantity.path
+        group = entry
+        for name in groups:
+            group = group.setdefault(name, {})
+        group[key] = value
+    return entry | {
         "expanded_uncertainty": dict(result.expanded_uncertainty),
         "why": list(cycle.why),
+        "missing": dict(result.missing),
     }
 
 

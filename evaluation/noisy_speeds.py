@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bufferstand.evaluation.loop_readings import SPEED_WINDOW
 from bufferstand.evaluation.loops import cut_loops
 from bufferstand.evaluation.motion import Loop
 from bufferstand.evaluation.noise import Spectrum, stroke_spectrum, white
-from bufferstand.evaluation.quantities import SPEED_WINDOW
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.reversals import noise_sigma

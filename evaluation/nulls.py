@@ -6,12 +6,9 @@ from collections.abc import Callable, Sequence
 
 from bufferstand.evaluation.alignment import SkewSensitivity
 from bufferstand.evaluation.record import Temperature
-from bufferstand.evaluation.results import CycleResult, Quantities, RequirementResult, Summary
+from bufferstand.evaluation.results import CycleResult, RequirementResult, Summary
 from bufferstand.evaluation.steps.sum_up import SummedUp
-from bufferstand.evaluation.thermometry import why_no_temperature
 from bufferstand.evaluation.wires import DrawWires
-
-_FEW_SAMPLES = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s", "stroke_distortion")
 
 
 def missing_warnings(
@@ -31,11 +28,6 @@ def missing_warnings(
         Puts numbers of cycles in words.
     """
     warnings = []
-    for name in _FEW_SAMPLES:
-        at = Quantities._fields.index(name)
-        lacking = [r.cycle.index for r in results if r.quantities[at] is None and r.cycle.complete]
-        if lacking:
-            warnings.append(f"{numbered(lacking)}: no {name}: too few samples")
     for place, summary, skew in _summaries(whole):
         used = set(summary.cycles_used)
         chosen = [r for r in results if r.cycle.index in used]
@@ -67,7 +59,6 @@ def _summaries(whole: SummedUp) -> list[tuple[str, Summary, SkewSensitivity | No
 def temperature_warnings(
     results: Sequence[CycleResult],
     temperatures: Sequence[Temperature],
-    interval_s: float,
     numbered: Callable[[Sequence[int]], str],
 ) -> list[str]:
     """Return why cycles of a specimen with a sensor have no temperature: where it is silent, and how long.
@@ -76,8 +67,6 @@ def temperature_warnings(
     ----------
     results, temperatures
         Of the run.
-    interval_s : float
-        How far readings may be from each other to cover a cycle [s].
     numbered : callable
         Puts numbers of cycles in words.
     """
@@ -91,9 +80,8 @@ def temperature_warnings(
         without = [r for r in results if getattr(r.quantities, name) is None]
         if not without:
             continue
-        cycle = without[0].cycle
-        why = why_no_temperature(temperatures, cycle.start_s, cycle.end_s, interval_s)
-        first = "" if len(without) == 1 else f" (cycle {cycle.index})"
+        why = without[0].missing[name]
+        first = "" if len(without) == 1 else f" (cycle {without[0].cycle.index})"
         warnings.append(f"{numbered([r.cycle.index for r in without])}: {what}: {why}{first}")
     return warnings
 

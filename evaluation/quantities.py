@@ -1,4 +1,4 @@
-"""The figures of cycles, by the names of the evaluation contract, and the windows they are read in.
+"""The figures of cycles: every quantity of the catalogue, and what is to be said of a loop.
 
 Cycles are evaluated many at once (:mod:`bufferstand.evaluation.loops`): a run of ten thousand costs no more
 than its samples do. One by itself is a stack of one.
@@ -7,25 +7,31 @@ than its samples do. One by itself is a stack of one.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bufferstand.evaluation.branches import Branches
+from bufferstand.evaluation.catalogue import NOT_FINITE, Catalogue
 from bufferstand.evaluation.cycles import STEADY_STROKE
+from bufferstand.evaluation.every_quantity import OF_LOOP, OF_THERMOMETER, OF_TURNS, QUANTITIES
+from bufferstand.evaluation.loop_readings import (
+    BoolArray,
+    ComplexArray,
+    LoopFigures,
+    TurnFigures,
+    slopes_between,
+)
 from bufferstand.evaluation.loops import CutLoops, LoopStack
-from bufferstand.evaluation.motion import Cycle, Loop
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.record import FloatArray, Record, Temperature
 from bufferstand.evaluation.results import CycleResult, Quantities
-from bufferstand.evaluation.smoothing import moving_slopes, polynomials
 from bufferstand.evaluation.spectra import spectra
-from bufferstand.evaluation.thermometry import READING_INTERVAL_S, temperatures_of
+from bufferstand.evaluation.thermometry import READING_INTERVAL_S, temperatures_of, why_no_temperature
 
-TANGENT_WINDOW = 0.15
-"""Tangent stiffness: cubic fit of force over stroke within ± this share of the range about the mean."""
-SPEED_WINDOW = 0.05
-"""Speeds: slope of a local parabola over this share of a branch's samples (at least 5)."""
 CONSISTENCY = 0.02
 """Largest difference of loop area and harmonics' work, as a share of the area, that passes without a word."""
 SINE_DISTORTION = 0.01
@@ -37,32 +43,6 @@ SLACK_SLOPE = 0.005
 """Slack: the first 2 % of the range with less than this share of the secant stiffness."""
 BLOCK_SLOPE = 3.0
 """Block contact: slope of the last 1 % of the range over that between 10 and 5 % below the top."""
-_LEAST_WINDOW = 5
-_FEWEST_SLOPE = 4
-
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[np.complex128]
-
-
-def stored_energy_J(loop: Loop) -> float:  # noqa: N802 - the unit keeps its capital
-    """Return the area from the lower turning point to the largest stroke [J = kN·mm] (EN 15551: W_s)."""
-    dwell = slice(loop.top, loop.rising.stop)
-    return _area_J(loop, loop.loading) + float(np.trapezoid(loop.force_kN[dwell], loop.stroke_mm[dwell]))
-
-
-def absorbed_energy_J(loop: Loop) -> float:  # noqa: N802
-    """Return the signed area of the loop [J] (W_a); a loop that does not close is closed by a chord."""
-    force, stroke = loop.force_kN, loop.stroke_mm
-    chord = 0.5 * (force[-1] + force[0]) * (stroke[0] - stroke[-1])
-    dwell = slice(loop.top, loop.unload + 1)
-    rest = float(np.trapezoid(force[dwell], stroke[dwell]))
-    return _area_J(loop, loop.loading) + rest + _area_J(loop, loop.unloading) + float(chord)
-
-
-def _area_J(loop: Loop, part: slice) -> float:  # noqa: N802
-    time_s, stroke_mm, force_kN = (a[None, part] for a in (loop.time_s, loop.stroke_mm, loop.force_kN))
-    count = np.array([time_s.size])
-    return float(Branches(time_s, stroke_mm, force_kN, count, loop.averaged).areas()[0])
 
 
 def evaluate_cycles(
@@ -95,31 +75,13 @@ def evaluate_cycles(
     complete = [cycle for cycle in cycles if cycle.complete]
     if first is None:
         first = spectra(record, complete).first_harmonic()
-    temperatures: list[list[float | None]] = [[None] * len(cycles)] * 2
-    if record.temperatures:
-        temperatures = [
-            [None if np.isnan(t) else t for t in column.tolist()]
-            for column in temperatures_of(record.temperatures, *_spans(cycles), reading_interval_s)
-        ]
-    found: list[Quantities] = []
-    said: dict[int, tuple[str, ...]] = {}
+    found: list[CycleResult] = []
     for stack in (loops or CutLoops(record, complete)).stacks():
         begin = len(found)
-        figures, texts = _stack_figures(record, stack, first[begin : begin + len(stack.cycles)])
-        found += figures
-        said |= {begin + row: tuple(lines) for row, lines in texts.items()}
-    each = enumerate(found)
-    results = []
-    for cycle, start_C, max_C in zip(cycles, *temperatures, strict=True):
-        if cycle.complete:
-            row, values = next(each)
-            warnings = said.get(row, ())
-        else:
-            values, warnings = _incomplete(cycle)
-        if start_C is not None or max_C is not None:
-            values = values._replace(temperature_start_C=start_C, temperature_max_C=max_C)
-        results.append(CycleResult(cycle, values, warnings=warnings))
-    return results
+        found += _evaluated(record, stack, first[begin : begin + len(stack.cycles)])
+    each = iter(found)
+    results = [next(each) if cycle.complete else _incomplete(cycle) for cycle in cycles]
+    return _with_temperatures(results, record.temperatures, reading_interval_s)
 
 
 def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
@@ -127,116 +89,135 @@ def evaluate_cycle(record: Record, cycle: Cycle) -> CycleResult:
     return evaluate_cycles(record, [cycle])[0]
 
 
-def _spans(cycles: Sequence[Cycle]) -> tuple[FloatArray, FloatArray]:
-    return np.array([c.start_s for c in cycles]), np.array([c.end_s for c in cycles])
+@dataclass(frozen=True, eq=False)
+class _Readings:
+    """What the sensors on the specimen say of cycles: temperatures [°C], and why one is not to be had."""
+
+    sensors: Sequence[Temperature]
+    start_s: FloatArray
+    end_s: FloatArray
+    interval_s: float
+
+    @cached_property
+    def both_C(self) -> tuple[FloatArray, FloatArray]:  # noqa: N802 - the unit's own letter
+        return temperatures_of(self.sensors, self.start_s, self.end_s, self.interval_s)
+
+    def why(self, row: int) -> str:
+        return why_no_temperature(
+            self.sensors, float(self.start_s[row]), float(self.end_s[row]), self.interval_s
+        )
 
 
-def _incomplete(cycle: Cycle) -> tuple[Quantities, tuple[str, ...]]:
+def _with_temperatures(
+    results: list[CycleResult], sensors: Sequence[Temperature], interval_s: float
+) -> list[CycleResult]:
+    """Return the cycles, complete or not, with the quantities of the thermometers."""
+    spans = np.array([(one.cycle.start_s, one.cycle.end_s) for one in results]).reshape(-1, 2)
+    readings = _Readings(sensors, *spans.T, interval_s)
+    columns = _finite(OF_THERMOMETER, readings)
+    reasons = _reasons(OF_THERMOMETER, columns, readings)
+    named = zip(*columns.values(), strict=True)
+    return [
+        one._replace(
+            quantities=one.quantities._replace(**dict(zip(columns, values, strict=True))),
+            missing={**one.missing, **reasons.get(row, {})},
+        )
+        for row, (one, values) in enumerate(zip(results, named, strict=True))
+    ]
+
+
+def _incomplete(cycle: Cycle) -> CycleResult:
+    """Return what a cycle that is not complete has: the figures of its turns, if it has both of them."""
+    why = "; ".join(cycle.why)
+    missing = dict.fromkeys(OF_LOOP.names, why)
     if not cycle.bounded:
-        return Quantities(), (f"not evaluated, no figures: {'; '.join(cycle.why)}",)
-    span = cycle.range_mm
-    figures: dict[str, float | None] = {
-        "stroke_min_mm": cycle.stroke_min_mm,
-        "stroke_max_mm": cycle.stroke_max_mm,
-        "prestress_mm": cycle.stroke_min_mm + 0.5 * span,
-        "amplitude_mm": 0.5 * span,
-    }
-    text = "not complete, no energies nor other figures of the loop: " + "; ".join(cycle.why)
-    bad = [name for name, value in figures.items() if value is not None and not np.isfinite(value)]
-    figures.update(dict.fromkeys(bad))
-    return Quantities(**figures), (text, *_not_finite(bad))
+        missing |= dict.fromkeys(OF_TURNS.names, why)
+        return CycleResult(
+            cycle, Quantities(), warnings=(f"not evaluated, no figures: {why}",), missing=missing
+        )
+    low, high, span = np.array([[cycle.stroke_min_mm], [cycle.stroke_max_mm], [cycle.range_mm]])
+    turns = TurnFigures(low, high, span, low + 0.5 * span)
+    columns = _finite(OF_TURNS, turns)
+    reasons = _reasons(OF_TURNS, columns, turns).get(0, {})
+    text = f"not complete, no energies nor other figures of the loop: {why}"
+    return CycleResult(
+        cycle,
+        Quantities(**{name: value for name, (value,) in columns.items()}),
+        warnings=(text, *_said(reasons)),
+        missing=missing | reasons,
+    )
 
 
-def _not_finite(names: Sequence[str]) -> tuple[str, ...]:
-    return (f"no finite value: {', '.join(names)}",) if names else ()
-
-
-def _stack_figures(
-    record: Record, stack: LoopStack, first: ComplexArray
-) -> tuple[list[Quantities], dict[int, list[str]]]:
-    """Return the figures of each loop, and what is to be said of some of them."""
-    low, high = stack.turns.stroke_min_mm, stack.turns.stroke_max_mm
-    span, mean = high - low, 0.5 * (low + high)
-    stored, absorbed = stack.stored_energy_J(), stack.absorbed_energy_J()
-    lowest, highest = (extreme.force_kN for extreme in stack.extremes)
-    tangent = local_slopes(stack.loading, mean, TANGENT_WINDOW * span)
-    storage, loss = first.real, first.imag
-    rising, stiff = stored > 0.0, storage > 0.0
-    distortion = np.array([cycle.stroke_distortion for cycle in stack.cycles], dtype=np.float64)
-    speeds = np.split(branch_speeds_mm_per_s(stack.branches), 2)
-    # What NaN may stand for: a figure that is not to be had, for the reason that its warning says.
-    unknown = {
-        "damping": ~rising,
-        "loss_factor": ~stiff,
-        "stroke_distortion": np.isnan(distortion),
-        "tangent_stiffness_kN_per_mm": np.isnan(tangent),
-        "speed_loading_max_mm_per_s": stack.loading.count < _LEAST_WINDOW,
-        "speed_unloading_max_mm_per_s": stack.unloading.count < _LEAST_WINDOW,
-    }
+def _finite(entries: Catalogue, figures: Any) -> dict[str, list[float | None]]:
+    """Return each quantity's column; None where it is not a number."""
+    columns: dict[str, list[float | None]] = {}
     with np.errstate(divide="ignore", invalid="ignore"):
-        figures = {
-            "stroke_min_mm": low,
-            "stroke_max_mm": high,
-            "prestress_mm": mean,
-            "amplitude_mm": 0.5 * span,
-            "frequency_Hz": 1.0 / stack.turns.duration_s,
-            "force_min_kN": lowest,
-            "force_max_kN": highest,
-            "speed_loading_max_mm_per_s": speeds[0],
-            "speed_unloading_max_mm_per_s": speeds[1],
-            "stored_energy_J": stored,
-            "absorbed_energy_J": absorbed,
-            "damping": np.where(rising, absorbed / stored, np.nan),
-            "tangent_stiffness_kN_per_mm": tangent,
-            "secant_stiffness_kN_per_mm": (stack.ends[1].force_kN - stack.ends[0].force_kN) / span,
-            "dynamic_stiffness_kN_per_mm": np.abs(first),
-            "storage_stiffness_kN_per_mm": storage,
-            "loss_stiffness_kN_per_mm": loss,
-            "loss_factor": np.where(stiff, loss / storage, np.nan),
-            "stroke_distortion": distortion,
-        }
-    warnings = _stack_warnings(record, stack, figures, unknown)
-    columns = [figures[name].tolist() for name in Quantities._fields if name in figures]
-    named = [Quantities(*row) for row in zip(*columns, strict=True)]
-    not_finite = np.array([~np.isfinite(values) for values in figures.values()])
-    for row in np.flatnonzero(not_finite.any(axis=0)).tolist():
-        bad = [name for name, is_bad in zip(figures, not_finite[:, row], strict=True) if is_bad]
-        named[row] = named[row]._replace(**dict.fromkeys(bad))
-        warnings[row] += _not_finite([name for name in bad if not (name in unknown and unknown[name][row])])
-    return named, warnings
+        for entry in entries:
+            column = np.asarray(entry.compute(figures), dtype=np.float64)
+            finite = np.isfinite(column)
+            values = column.tolist()
+            columns[entry.name] = values if finite.all() else np.where(finite, column, None).tolist()
+    return columns
 
 
-def _stack_warnings(
-    record: Record, stack: LoopStack, figures: dict[str, FloatArray], unknown: dict[str, BoolArray]
-) -> dict[int, list[str]]:
+def _reasons(
+    entries: Catalogue, columns: Mapping[str, list[float | None]], figures: Any
+) -> dict[int, dict[str, str]]:
+    """Return why quantities are missing, by row and name; only of rows where one is."""
+    reasons: dict[int, dict[str, str]] = defaultdict(dict)
+    for entry in entries:
+        column = columns[entry.name]
+        for row in (n for n, value in enumerate(column) if value is None) if None in column else ():
+            reasons[row][entry.name] = entry.reason(figures, row)
+    return reasons
+
+
+def _said(reasons: Mapping[str, str]) -> list[str]:
+    """Return a warning for each reason, and one for all figures that are not finite."""
+    words = {entry.name: entry.label.lower() for entry in QUANTITIES}
+    said = [f"no {words[name]}: {why}" for name, why in reasons.items() if why != NOT_FINITE]
+    not_finite = [name for name, why in reasons.items() if why == NOT_FINITE]
+    return [*said, *([f"no finite value: {', '.join(not_finite)}"] if not_finite else ())]
+
+
+def _evaluated(record: Record, stack: LoopStack, first: ComplexArray) -> list[CycleResult]:
+    """Return the figures of each loop, why some are missing, and what is to be said of it."""
+    entries = QUANTITIES.that(lambda entry: entry.needs != "thermometer")
+    loops = LoopFigures.of(stack, first)
+    columns = _finite(entries, loops)
+    reasons = _reasons(entries, columns, loops)
+    warnings = _stack_warnings(record, loops)
+    rows = zip(stack.cycles, zip(*columns.values(), strict=True), strict=True)
+    return [
+        CycleResult(
+            cycle,
+            Quantities(**dict(zip(columns, values, strict=True))),
+            warnings=(*_said(reasons.get(row, {})), *warnings.get(row, ())),
+            missing=reasons.get(row, {}),
+        )
+        for row, (cycle, values) in enumerate(rows)
+    ]
+
+
+def _stack_warnings(record: Record, loops: LoopFigures) -> dict[int, list[str]]:
     """Return what is to be said of which loop; almost always nothing, which is told for all at once."""
     warnings: dict[int, list[str]] = defaultdict(list)
-
-    def say(text: str, rows: BoolArray) -> None:
-        for row in np.flatnonzero(rows).tolist():
-            warnings[row].append(text)
-
-    stored, absorbed = figures["stored_energy_J"], figures["absorbed_energy_J"]
-    two_sided = are_two_sided(figures["force_min_kN"], figures["force_max_kN"])
-    say("no tangent stiffness: too few samples about the mean stroke", unknown["tangent_stiffness_kN_per_mm"])
-    say(
-        "two-sided loop (the force changes sign): damping (absorbed over stored energy) is not meaningful",
-        two_sided,
-    )
+    absorbed, two_sided = loops.absorbed_J, are_two_sided(*loops.forces_kN)
+    for row in np.flatnonzero(two_sided).tolist():
+        warnings[row].append(
+            "two-sided loop (the force changes sign): damping (absorbed over stored energy) is not meaningful"
+        )
     for row in np.flatnonzero(absorbed < 0.0).tolist():
         warnings[row].append(
             f"the loop area is negative ({absorbed[row]:.4g} J): force lags stroke; "
             "check the signs and delays of the channels"
         )
-    for row in np.flatnonzero(stored <= 0.0).tolist():
-        warnings[row].append(f"no damping: the stored energy is not positive ({stored[row]:.4g} J)")
-    _say_slopes(stack.loading, 2.0 * figures["amplitude_mm"], ~two_sided, warnings)
-    rows = _inconsistent(stack.cycles, figures)
+    _say_slopes(loops.stack.loading, loops.span_mm, ~two_sided, warnings)
+    rows = _inconsistent(loops)
     if rows:
-        harmonic_J = spectra(record, [stack.cycles[row] for row in rows]).work_J()
+        harmonic_J = spectra(record, [loops.stack.cycles[row] for row in rows]).work_J()
         for row, work_J in zip(rows, harmonic_J.tolist(), strict=True):
             warnings[row] += consistency_warnings(work_J, float(absorbed[row]))
-    say("no loss factor: the storage stiffness is not positive", unknown["loss_factor"])
     return warnings
 
 
@@ -251,104 +232,6 @@ def is_two_sided(force_min_kN: float, force_max_kN: float) -> bool:
     return bool(are_two_sided(np.array(force_min_kN), np.array(force_max_kN)))
 
 
-def _by_window(count: NDArray[np.intp], share: float) -> list[tuple[int, slice | NDArray[np.intp]]]:
-    """Return the windows of a share of a branch's points and the rows they are for; 0: too few points."""
-    window = np.maximum(_LEAST_WINDOW, 2 * (0.5 * share * count).astype(int) + 1)
-    window[count < window] = 0
-    sizes = np.unique(window).tolist()
-    if len(sizes) == 1:
-        return [(sizes[0], slice(None))]
-    return [(size, np.flatnonzero(window == size)) for size in sizes]
-
-
-def branch_speeds_mm_per_s(branch: Branches) -> FloatArray:
-    """Return the largest absolute speed of branches from their smoothed derivative; NaN below 5 points."""
-    speed = np.full(branch.count.size, np.nan)
-    for window, rows in _by_window(branch.count, SPEED_WINDOW):
-        if not window:
-            continue
-        count = branch.count[rows]
-        lines = np.arange(count.size)
-        time = branch.time_s[rows]
-        step = (time[lines, count - 1] - time[:, 0]) / (count - 1)
-        even = _on_even_times(time, branch.stroke_mm[rows], count, step)
-        slope = moving_slopes(even, count, window)
-        speed[rows] = np.maximum(np.max(slope, axis=1), -np.min(slope, axis=1)) / step
-    return speed
-
-
-def _on_even_times(
-    time_s: FloatArray, value: FloatArray, count: NDArray[np.intp], step_s: FloatArray
-) -> FloatArray:
-    """Return each row on as many even moments, by straight lines; its last value behind them."""
-    place = time_s - time_s[:, :1]
-    place /= step_s[:, None]
-    order = np.arange(time_s.shape[1])
-    ragged = int(np.min(count))
-    behind = order[ragged:] >= count[:, None]
-    place[:, ragged:] = np.where(behind, order[ragged:], place[:, ragged:])
-    # Where samples are even, the moment number k lies within a step of point k: no search is needed.
-    off = place - order
-    if max(np.max(off), -np.min(off)) < 1.0:
-        return _beside(place, value, off)
-    rows = 2.0 * order.size * np.arange(time_s.shape[0])[:, None]
-    moments = np.minimum(order, (count - 1)[:, None])
-    even = np.interp((moments + rows).ravel(), (place + rows).ravel(), value.ravel())
-    return np.asarray(even.reshape(value.shape), dtype=np.float64)
-
-
-def _beside(place: FloatArray, value: FloatArray, off: FloatArray) -> FloatArray:
-    """Return values at moments 0, 1, 2 … of rows whose point k lies less than 1 from moment k."""
-    slope = np.diff(value, axis=1)
-    slope /= np.diff(place, axis=1)
-    even = value.copy()
-    moved = np.minimum(off[:, :-1], 0.0)
-    moved *= slope
-    even[:, :-1] -= moved
-    np.maximum(off[:, 1:], 0.0, out=moved)
-    moved *= slope
-    even[:, 1:] -= moved
-    return even
-
-
-def _window(inside: BoolArray) -> slice:
-    """Return the columns that hold all of what is inside."""
-    columns = np.flatnonzero(inside.any(axis=0))
-    return slice(int(columns[0]), int(columns[-1]) + 1) if columns.size else slice(0, 1)
-
-
-def local_slopes(branch: Branches, stroke_mm: FloatArray, half_width_mm: FloatArray) -> FloatArray:
-    """Return the slope of branches at a stroke each [kN/mm], shape (R,).
-
-    A cubic of force over stroke within ± ``half_width_mm`` (cut at the branch's ends) is read at
-    ``stroke_mm``; NaN when the branch does not reach it or too few points lie in the window.
-    """
-    lines = np.arange(branch.count.size)
-    ends = branch.stroke_mm[:, 0], branch.stroke_mm[lines, branch.count - 1]
-    reached = (ends[0] <= stroke_mm) & (stroke_mm <= ends[1])
-    inside = branch.stroke_mm >= (stroke_mm - half_width_mm)[:, None]
-    inside &= branch.stroke_mm <= (stroke_mm + half_width_mm)[:, None]
-    inside &= branch.used
-    part = _window(inside)
-    z = (branch.stroke_mm[:, part] - stroke_mm[:, None]) / half_width_mm[:, None]
-    fits = reached & (np.count_nonzero(inside[:, part], axis=1) >= 5)
-    found = polynomials(z, branch.force_kN[:, part], inside[:, part] & fits[:, None], 3)
-    return np.where(fits, found[:, 1] / half_width_mm, np.nan)
-
-
-def _slopes_between(branch: Branches, first_mm: FloatArray, last_mm: FloatArray) -> FloatArray:
-    """Return the slope of lines through branches between two strokes; NaN where there is too little."""
-    inside = (branch.stroke_mm >= first_mm[:, None]) & (branch.stroke_mm <= last_mm[:, None])
-    inside &= branch.used
-    part = _window(inside)
-    own, stroke, width = inside[:, part], branch.stroke_mm[:, part], last_mm - first_mm
-    reach = np.max(np.where(own, stroke, -np.inf), axis=1) - np.min(np.where(own, stroke, np.inf), axis=1)
-    fits = (np.count_nonzero(own, axis=1) >= _FEWEST_SLOPE) & (reach >= 0.5 * width)
-    z = (stroke - first_mm[:, None]) / np.where(width > 0.0, width, 1.0)[:, None]
-    found = polynomials(z, branch.force_kN[:, part], own & fits[:, None], 1)
-    return np.where(fits, found[:, 1] / np.where(width > 0.0, width, 1.0), np.nan)
-
-
 def _say_slopes(
     loading: Branches, span: FloatArray, wanted: BoolArray, warnings: dict[int, list[str]]
 ) -> None:
@@ -356,9 +239,9 @@ def _say_slopes(
     lines = np.arange(loading.count.size)
     low, high = loading.stroke_mm[:, 0], loading.stroke_mm[lines, loading.count - 1]
     secant = (loading.force_kN[lines, loading.count - 1] - loading.force_kN[:, 0]) / span
-    foot = _slopes_between(loading, low, low + SLACK_STROKE * span)
-    end = _slopes_between(loading, high - 0.01 * span, high)
-    before = _slopes_between(loading, high - 0.10 * span, high - 0.05 * span)
+    foot = slopes_between(loading, low, low + SLACK_STROKE * span)
+    end = slopes_between(loading, high - 0.01 * span, high)
+    before = slopes_between(loading, high - 0.10 * span, high - 0.05 * span)
     slack = wanted & (secant > 0.0) & (np.abs(foot) < SLACK_SLOPE * secant)
     block = wanted & (end > BLOCK_SLOPE * np.maximum(before, secant))
     for row in np.flatnonzero(slack).tolist():
@@ -372,15 +255,15 @@ def _say_slopes(
         )
 
 
-def _inconsistent(cycles: Sequence[Cycle], figures: dict[str, FloatArray]) -> list[int]:
+def _inconsistent(loops: LoopFigures) -> list[int]:
     """Return the rows whose loop area is not π K″ x_a², which it equals for a sine stroke whatever the force.
 
     Only of a stroke that is nearly a sine and closes: of others, ten harmonics are not all of the work.
     """
-    from_harmonic = np.pi * figures["loss_stiffness_kN_per_mm"] * figures["amplitude_mm"] ** 2
-    absorbed = figures["absorbed_energy_J"]
+    from_harmonic = np.pi * loops.first.imag * (0.5 * loops.span_mm) ** 2
+    absorbed = loops.absorbed_J
     away = ~(np.abs(from_harmonic - absorbed) <= CONSISTENCY * np.abs(absorbed)) & (absorbed != 0.0)
-    return [row for row in np.flatnonzero(away).tolist() if _is_closed_sine(cycles[row])]
+    return [row for row in np.flatnonzero(away).tolist() if _is_closed_sine(loops.stack.cycles[row])]
 
 
 def _is_closed_sine(cycle: Cycle) -> bool:
@@ -399,8 +282,3 @@ def consistency_warnings(harmonic_J: float, absorbed_J: float) -> list[str]:
         f"by {difference:.1%}: samples are not evenly timed, or the cycle does not repeat"
     )
     return [text]
-
-
-def first_harmonic(record: Record, cycle: Cycle) -> complex:
-    """Return K* = K′ + i K″ of one cycle [kN/mm], the ratio of the first harmonics of force and stroke."""
-    return complex(spectra(record, [cycle]).first_harmonic()[0])

@@ -5,6 +5,7 @@ Names are those of the evaluation contract (docs/evaluation.md). A value that ca
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -14,6 +15,7 @@ from bufferstand.evaluation.across_runs.identity import Basis, ChannelIdentity
 from bufferstand.evaluation.across_runs.shared import Chain, SharedErrors
 from bufferstand.evaluation.budget_lines import Budget
 from bufferstand.evaluation.choices import DRAWS, DecisionRule, ForceCell
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.inertia import InertiaCorrection, MovingMass
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.record import Record
@@ -171,30 +173,20 @@ class Options:
         return MovingMass(self.moving_mass_kg, self.moving_mass_accuracy_percent, self.force_cell)
 
 
-class Quantities(NamedTuple):
-    """The figures of one cycle (contracts § 4); definitions and windows in docs/evaluation.md."""
+if TYPE_CHECKING:
 
-    stroke_min_mm: float | None = None
-    stroke_max_mm: float | None = None
-    prestress_mm: float | None = None
-    amplitude_mm: float | None = None
-    frequency_Hz: float | None = None
-    force_min_kN: float | None = None
-    force_max_kN: float | None = None
-    speed_loading_max_mm_per_s: float | None = None
-    speed_unloading_max_mm_per_s: float | None = None
-    stored_energy_J: float | None = None
-    absorbed_energy_J: float | None = None
-    damping: float | None = None
-    tangent_stiffness_kN_per_mm: float | None = None
-    secant_stiffness_kN_per_mm: float | None = None
-    dynamic_stiffness_kN_per_mm: float | None = None
-    storage_stiffness_kN_per_mm: float | None = None
-    loss_stiffness_kN_per_mm: float | None = None
-    loss_factor: float | None = None
-    stroke_distortion: float | None = None
-    temperature_start_C: float | None = None
-    temperature_max_C: float | None = None
+    class Quantities(tuple[float | None, ...]):
+        """The figures of one cycle by the names of the catalogue; None where one is missing."""
+
+        _fields: tuple[str, ...]
+
+        def __init__(self, *values: float | None, **named: float | None) -> None: ...
+        def __getattr__(self, name: str) -> float | None: ...
+        def _asdict(self) -> dict[str, float | None]: ...
+        def _replace(self, **named: float | None) -> Quantities: ...
+
+else:
+    Quantities = namedtuple("Quantities", QUANTITIES.names, defaults=(None,) * len(QUANTITIES))
 
 
 _NOTHING: Mapping[str, Any] = {}
@@ -210,6 +202,8 @@ class CycleResult(NamedTuple):
     warnings: tuple[str, ...] = ()
     gap_limits: Mapping[str, float] = _NOTHING
     """By how much what is not on record may change a figure (limits, part of U), with their signs."""
+    missing: Mapping[str, str] = _NOTHING
+    """Why a figure is missing, by its name; why one has no uncertainty, by ``U(name)``."""
 
 
 @dataclass(frozen=True)
@@ -223,6 +217,8 @@ class Measured:
     """Half-width of the 95 % coverage interval of the Monte Carlo propagation (JCGM 101)."""
     scatter_u: float = 0.0
     """Standard uncertainty of the mean by what its cycles scatter beyond their noise; part of the above."""
+    missing: str = ""
+    """Why there is no value; empty where there is one."""
 
 
 EXTREME_NAMES = (

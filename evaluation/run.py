@@ -167,7 +167,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         )
         requirements = judge_with_contact(case, contact)
     warnings += contact_warnings(contact, requirements)
-    warnings += temperature_warnings(results, record.temperatures, interval_s, _numbered)
+    warnings += temperature_warnings(results, record.temperatures, _numbered)
     inertial = None if added is None else (record.time_s, added.added_kN)
     noise = None if draws is None else _noise_of_samples(samples, found)
     recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty, noise)

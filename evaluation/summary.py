@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.record import FloatArray
-from bufferstand.evaluation.results import CycleResult, Measured, Quantities, Summary
+from bufferstand.evaluation.results import CycleResult, Measured, Summary
 from bufferstand.evaluation.uncertainty import COVERAGE, NORMAL_95, half_width_95
 
-SUMMARY_NAMES = Quantities._fields
-"""Every figure of a cycle is averaged."""
 LEAST_SCATTER = 3
 """The scatter between cycles counts from so many on."""
 
@@ -82,11 +81,11 @@ def summarise(cycles: Sequence[CycleResult], used: tuple[int, ...], draws: MeanO
     numbers_used = set(used)
     chosen = [c for c in cycles if c.cycle.index in numbers_used]
     values = {}
-    columns = zip(*(c.quantities for c in chosen), strict=True) if chosen else [()] * len(SUMMARY_NAMES)
-    for name, column in zip(SUMMARY_NAMES, columns, strict=True):
+    columns = zip(*(c.quantities for c in chosen), strict=True) if chosen else [()] * len(QUANTITIES)
+    for name, column in zip(QUANTITIES.names, columns, strict=True):
         numbers = [number for number in column if number is not None]
         if not numbers or len(numbers) < len(chosen):
-            values[name] = Measured(None)
+            values[name] = Measured(None, missing=_why_no_mean(chosen, name))
             continue
         mean = sum(numbers) / len(numbers)
         if not draws.known(name):
@@ -114,6 +113,14 @@ def summarise(cycles: Sequence[CycleResult], used: tuple[int, ...], draws: MeanO
             scatter,
         )
     return Summary(used, values)
+
+
+def _why_no_mean(chosen: Sequence[CycleResult], name: str) -> str:
+    """Return why there is no mean: no cycle stands for it, or the first that lacks the figure, and why."""
+    lacking = next((one for one in chosen if name in one.missing), None)
+    if lacking is None:
+        return "no cycle is complete and steady"
+    return f"cycle {lacking.cycle.index}: {lacking.missing[name]}"
 
 
 def _beyond_noise(numbers: Sequence[float], noise: _Noise) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.document import CYCLE_QUANTITIES
+from bufferstand.evaluation.every_quantity import MAIN, QUANTITIES
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.output import replaced_whole
 
@@ -31,20 +31,17 @@ _NOT_IN_EXCEL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _EXCEL = ".xlsx"
 _LIBRARY = {".parquet": "pyarrow", _EXCEL: "openpyxl"}
 
-_WITH_UNCERTAINTY = ("stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm")
-_TEMPERATURES = ("temperature_start_C", "temperature_max_C")
 NUMBERS = (
     "cycle",
     "start_s",
     "end_s",
     "complete",
     "steady",
-    *CYCLE_QUANTITIES,
-    *_TEMPERATURES,
-    *(f"U({name})" for name in _WITH_UNCERTAINTY),
+    *QUANTITIES.names,
+    *(f"U({name})" for name in MAIN.names),
 )
 """Columns of a cycle that are numbers or flags."""
-_figures_of = itemgetter("index", "start_s", "end_s", "complete", "steady", *CYCLE_QUANTITIES)
+_facts_of = itemgetter("index", "start_s", "end_s", "complete", "steady")
 _OF_RUN = ("run", "path", "kind", "specimen")
 _TRACE = ("sha256", "settings_sha256", "version")
 COLUMNS = (*_OF_RUN, *NUMBERS, *_TRACE)
@@ -60,10 +57,9 @@ def cycle_numbers(entry: Mapping[str, Any]) -> NDArray[np.float64]:
     """
     rows = [
         (
-            *_figures_of(cycle),
-            cycle["temperature_C"]["start"],
-            cycle["temperature_C"]["max"],
-            *(cycle["expanded_uncertainty"].get(name) for name in _WITH_UNCERTAINTY),
+            *_facts_of(cycle),
+            *(quantity.value_in(cycle) for quantity in QUANTITIES),
+            *(cycle["expanded_uncertainty"].get(name) for name in MAIN.names),
         )
         for cycle in entry["cycles"]
     ]
@@ -138,10 +134,9 @@ def cycle_table(document: Mapping[str, Any]) -> pd.DataFrame:
     """Return every cycle of an evaluation document as a row.
 
     Columns: ``run``, ``path``, ``kind``, ``specimen``, ``cycle``, ``start_s``, ``end_s``, ``complete``,
-    ``steady``, the figures by their names in the document, ``temperature_start_C``, ``temperature_max_C``,
-    ``U(damping)``, ``U(stored_energy_J)``, ``U(absorbed_energy_J)``, ``U(tangent_stiffness_kN_per_mm)``, and
-    what the row can be traced to: ``sha256`` of the run's content, ``settings_sha256`` and ``version`` (the
-    last two where the document states them). A missing value is missing in the table too.
+    ``steady``, every quantity by its name in the catalogue, ``U(…)`` of the main results, and what the row
+    can be traced to: ``sha256`` of the run's content, ``settings_sha256`` and ``version`` (the last two where
+    the document states them). A missing value is missing in the table too.
     """
     return cycle_frame(*_columns(document))
 

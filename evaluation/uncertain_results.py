@@ -7,24 +7,18 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from bufferstand.evaluation.error_model import Draws
-from bufferstand.evaluation.further_draws import further_draws, stroke_draws, temperature_draws
+from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.further_draws import Known, cycle_draws, turn_draws
 from bufferstand.evaluation.propagations import Propagations
 from bufferstand.evaluation.record import FloatArray, Temperature
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.summary import MeanOfDraws
-from bufferstand.evaluation.uncertainty import COVERAGE, cycle_draws, expanded
+from bufferstand.evaluation.uncertainty import COVERAGE, expanded
 
 MOST_DRAWN = 24
 """Of a run's steady cycles, which repeat each other, at most so many are drawn, evenly spread; …"""
 LEAST_DRAWN = 8
 """… of a run with several steps as many in all, but so many of each, where it has them."""
-_WHY_NOT = {
-    "damping": "some draws of the stored energy are not positive",
-    "loss_factor": "some draws of the storage stiffness are not positive",
-    "temperature_start_C": "a sensor on the specimen states no accuracy",
-    "temperature_max_C": "a sensor on the specimen states no accuracy",
-}
-_OTHERWISE = "too few samples to propagate it"
 _JUDGED = {"stored_energy_J", "absorbed_energy_J"}
 
 
@@ -72,9 +66,7 @@ def with_uncertainty(
         if index in prepared:
             # Of a cycle whose turning points hardly differ some draws have no figures; these have no U.
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                drawn = cycle_draws(draws, prepared[index])
-                drawn = {**drawn, **further_draws(draws, prepared[index], result, temperatures)}
-            drawn = _finite(drawn)
+                drawn = _finite(cycle_draws(draws, prepared[index], Known(result.quantities, temperatures)))
             if result.gap_limits:
                 whole[index] = _with_missing(result, {n: expanded(values) for n, values in drawn.items()})
                 drawn = _finite(with_gaps(drawn, result.gap_limits, draws))
@@ -84,8 +76,7 @@ def with_uncertainty(
                 kept[index] = drawn
         else:
             with np.errstate(invalid="ignore"):  # a turn that was cut off may be anywhere
-                of_stroke = stroke_draws(draws, result.cycle)
-            drawn = _finite({**of_stroke, **temperature_draws(draws, result, temperatures)})
+                drawn = _finite(turn_draws(draws, result.cycle, Known(result.quantities, temperatures)))
         known[index] = _with_missing(result, {name: expanded(values) for name, values in drawn.items()})
     sources = known | whole
     completed = [
@@ -149,18 +140,21 @@ def _like(result: CycleResult, other: CycleResult) -> CycleResult:
 
 
 _SQRT3 = float(np.sqrt(3.0))
-_SHARES = frozenset(
-    ("stored_energy_J", "frequency_Hz", "dynamic_stiffness_kN_per_mm", "storage_stiffness_kN_per_mm")
-)
+_SHARES = frozenset(entry.name for entry in QUANTITIES if entry.like == "share")
 
 
 def _with_missing(result: CycleResult, known: Mapping[str, float | None]) -> CycleResult:
     """Return the result with U, None for each figure that has none, and a warning that says why."""
     missing: dict[str, list[str]] = {}
     uncertainty: dict[str, float | None] = dict(known)
-    for name, value in result.quantities._asdict().items():
-        if name not in uncertainty and value is not None:
-            uncertainty[name] = None
-            missing.setdefault(_WHY_NOT.get(name, _OTHERWISE), []).append(name)
+    for entry, value in zip(QUANTITIES, result.quantities, strict=True):
+        if entry.name not in uncertainty and value is not None:
+            uncertainty[entry.name] = None
+            missing.setdefault(entry.why_no_u, []).append(entry.name)
     texts = [f"no uncertainty of {', '.join(names)}: {why}" for why, names in missing.items()]
-    return result._replace(expanded_uncertainty=uncertainty, warnings=(*result.warnings, *texts))
+    reasons = {f"U({name})": why for why, names in missing.items() for name in names}
+    return result._replace(
+        expanded_uncertainty=uncertainty,
+        warnings=(*result.warnings, *texts),
+        missing={**result.missing, **reasons},
+    )

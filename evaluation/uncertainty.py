@@ -7,7 +7,7 @@ Damping is propagated as one quantity: scale errors cancel in it, as they do on 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from bufferstand.evaluation.inertia import InertiaForce
+from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
 from bufferstand.evaluation.loops import cut_loop
 from bufferstand.evaluation.motion import Cycle, EndReading, Loop, TurningPoint
 from bufferstand.evaluation.noise import Noise, Spectrum, white
 from bufferstand.evaluation.own_errors import OwnErrors
-from bufferstand.evaluation.quantities import TANGENT_WINDOW, absorbed_energy_J, stored_energy_J
 from bufferstand.evaluation.record import FloatArray, Record
 
 AnyFloat = TypeVar("AnyFloat", np.float64, np.complex128)
@@ -277,7 +277,7 @@ class CyclePropagation:
             u_kN = float(np.hypot(u_kN, reading.doubt_kN))
             scatter = u_kN * draws.generator.standard_normal(draws.overreach.size)
             scatter = scatter + reading.overreach_kN * draws.overreach
-        return _weighted(draws.force, self.force[:, at]) + scatter
+        return weighted(draws.force, self.force[:, at]) + scatter
 
     def read(self, stroke_mm: float, half_width_mm: float, degree: int = 3) -> LocalReading | None:
         """Read the loading branch at a stroke; None when it is out of reach or too few samples are near."""
@@ -338,7 +338,7 @@ def _coloured(spectrum: Spectrum, samples: float) -> float:
     return max(1.0, float(np.sqrt(samples * spectrum.mean_variance(samples))) / spectrum.sigma)
 
 
-def _weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]:
+def weighted(errors: FloatArray, terms: NDArray[AnyFloat]) -> NDArray[AnyFloat]:
     """Return the sum of the terms of every draw, shape (N,).
 
     Not by the linear algebra library, whose threads cost more than they save on so little.
@@ -353,14 +353,14 @@ def _bilinear(draws: Draws, integrals: FloatArray) -> FloatArray:
 def stroke_error_mm(draws: Draws, stroke_mm: float) -> FloatArray:
     """Return the error of the stroke at a stroke for every draw [mm], shape (N,)."""
     terms = stroke_terms(np.array([stroke_mm]), draws.drums_mm)[:, 0]
-    return _weighted(draws.stroke[:, 1:], terms[1:]) + draws.stroke_zero_mm
+    return weighted(draws.stroke[:, 1:], terms[1:]) + draws.stroke_zero_mm
 
 
 def force_draws(draws: Draws, reading: LocalReading) -> FloatArray:
     """Return the force read at a stroke for every draw [kN], shape (N,)."""
     noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.value_gain
     moved = reading.slope * stroke_error_mm(draws, reading.stroke_mm)
-    return _weighted(draws.force, reading.value_terms) + moved + noise
+    return weighted(draws.force, reading.value_terms) + moved + noise
 
 
 def slope_draws(draws: Draws, reading: LocalReading, place_error_mm: FloatArray | None = None) -> FloatArray:
@@ -371,35 +371,10 @@ def slope_draws(draws: Draws, reading: LocalReading, place_error_mm: FloatArray 
     the place is a number.
     """
     noise = draws.generator.standard_normal(draws.force.shape[0]) * reading.slope_gain
-    stretch = _weighted(draws.stroke, stroke_term_slopes(reading.stroke_mm, draws.drums_mm))
+    stretch = weighted(draws.stroke, stroke_term_slopes(reading.stroke_mm, draws.drums_mm))
     error_mm = stroke_error_mm(draws, reading.stroke_mm)
     moved = reading.bend * (error_mm if place_error_mm is None else error_mm - place_error_mm)
-    return _weighted(draws.force, reading.slope_terms) * (1.0 + stretch) + moved + noise
-
-
-def _harmonic_draws(draws: Draws, propagation: CyclePropagation) -> FloatArray:
-    """Return the complex stiffness K* of every draw, from Fourier integrals of the terms."""
-    loop, cycle = propagation.loop, propagation.cycle
-    turn = np.exp(-2j * np.pi * (loop.time_s - cycle.start_s) / cycle.duration_s)
-    half = 0.5 * np.diff(loop.time_s)
-    width = (np.append(half, 0.0) + np.append(0.0, half)) * turn  # the trapezoidal rule
-    drift = (loop.time_s - cycle.start_s) / cycle.duration_s
-    closed = propagation.stroke - np.outer(propagation.stroke[:, -1] - propagation.stroke[:, 0], drift)
-    force_integrals = np.sum(propagation.force * width, axis=1)
-    stroke_integrals = np.sum(closed * width, axis=1)
-    amplitude_mm = abs(2.0 / cycle.duration_s * stroke_integrals[0])
-    scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
-    stiffness = _weighted(draws.force, force_integrals) / _weighted(draws.stroke, stroke_integrals)
-    both = np.asarray(np.stack((width.real, width.imag)) * (2.0 / cycle.duration_s), dtype=np.float64)
-    whole = slice(0, loop.time_s.size)
-    by_stroke = np.mean(np.abs(stiffness)) * propagation.stroke_noise_mm(both, whole)
-    noise = np.hypot(propagation.force_noise_kN(both, whole), by_stroke) / amplitude_mm
-    return np.asarray(stiffness + np.sqrt(np.mean(noise**2)) * (scatter[0] + 1j * scatter[1]))
-
-
-def turn_draws(draws: Draws, cycle: Cycle) -> tuple[FloatArray, FloatArray]:
-    """Return the stroke of the lower and the upper turning point of every draw [mm], shape (N,) each."""
-    return turns_with(draws, cycle, turn_errors(draws, cycle))
+    return weighted(draws.force, reading.slope_terms) * (1.0 + stretch) + moved + noise
 
 
 def turn_errors(
@@ -424,49 +399,6 @@ def turns_with(
     low_mm = cycle.stroke_min_mm + stroke_error_mm(draws, cycle.stroke_min_mm)
     high_mm = cycle.stroke_max_mm + stroke_error_mm(draws, cycle.stroke_max_mm)
     return low_mm + errors_mm[0], high_mm + errors_mm[1]
-
-
-def stroke_figures(low_mm: FloatArray, high_mm: FloatArray) -> dict[str, FloatArray]:
-    """Return the figures that turning points make, by name."""
-    return {
-        "stroke_min_mm": low_mm,
-        "stroke_max_mm": high_mm,
-        "prestress_mm": 0.5 * (low_mm + high_mm),
-        "amplitude_mm": 0.5 * (high_mm - low_mm),
-    }
-
-
-def cycle_draws(draws: Draws, propagation: CyclePropagation) -> Mapping[str, FloatArray]:
-    """Return every figure of a cycle that can be propagated, by name, for every draw."""
-    loop, cycle = propagation.loop, propagation.cycle
-    shares = propagation.turn_share(cycle.start), propagation.turn_share(cycle.top)
-    errors_mm = turn_errors(draws, cycle, shares)
-    stored, absorbed = propagation.energies(draws, errors_mm)
-    low_mm, high_mm = turns_with(draws, cycle, errors_mm)
-    stiffness = _harmonic_draws(draws, propagation)
-    rise = propagation.force[:, loop.top] - propagation.force[:, 0]
-    start_kN, end_kN = propagation.end_scatter(errors_mm, draws)
-    figures = {
-        "stored_energy_J": stored,
-        "absorbed_energy_J": absorbed,
-        **stroke_figures(low_mm, high_mm),
-        "force_min_kN": propagation.extreme_force(0, draws, (start_kN, end_kN)),
-        "force_max_kN": propagation.extreme_force(1, draws, (start_kN, end_kN)),
-        "secant_stiffness_kN_per_mm": (_weighted(draws.force, rise) + end_kN - start_kN) / (high_mm - low_mm),
-        "dynamic_stiffness_kN_per_mm": np.abs(stiffness),
-        "storage_stiffness_kN_per_mm": np.real(stiffness),
-        "loss_stiffness_kN_per_mm": np.imag(stiffness),
-    }
-    if np.all(stored > 0.0):
-        figures["damping"] = absorbed / stored
-    if np.all(np.real(stiffness) > 0.0):
-        figures["loss_factor"] = np.imag(stiffness) / np.real(stiffness)
-    mean_mm = 0.5 * (cycle.stroke_min_mm + cycle.stroke_max_mm)
-    tangent = propagation.read(mean_mm, TANGENT_WINDOW * cycle.range_mm)
-    if tangent is not None:
-        place_error_mm = 0.5 * (low_mm + high_mm) - mean_mm
-        figures["tangent_stiffness_kN_per_mm"] = slope_draws(draws, tangent, place_error_mm)
-    return figures
 
 
 def expanded(values: FloatArray | Sequence[float]) -> float:

@@ -9,8 +9,8 @@ from typing import Any
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
 from bufferstand.evaluation.archive.kept import KeptRun
 from bufferstand.evaluation.conformity import Purpose
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.results import EXTREME_NAMES
-from bufferstand.evaluation.summary import SUMMARY_NAMES
 from bufferstand.recording.index import PLANNED, RECORDED
 from bufferstand.recording.query import Field
 
@@ -24,7 +24,7 @@ def _mean_name(name: str) -> str:
     return f"mean_{name}" if name in EXTREME_NAMES else name
 
 
-RESULTS = ("verdict", "purpose", *EXTREME_NAMES, *(_mean_name(name) for name in SUMMARY_NAMES))
+RESULTS = ("verdict", "purpose", *EXTREME_NAMES, *(_mean_name(name) for name in QUANTITIES.names))
 """Facts that only an evaluation gives: ``…_max`` and ``…_min`` are extremes of the run, others are means."""
 
 
@@ -56,7 +56,7 @@ def result_facts(run: KeptRun, purpose: Purpose | None = None) -> list[dict[str,
 
 def _figures(part: Mapping[str, Any]) -> dict[str, float | None]:
     means = part["means"]
-    return {**{_mean_name(n): means[n][0] for n in SUMMARY_NAMES if n in means}, **_extremes(part)}
+    return {**{_mean_name(n): means[n][0] for n in QUANTITIES.names if n in means}, **_extremes(part)}
 
 
 def _extremes(part: Mapping[str, Any]) -> dict[str, float | None]:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
 from bufferstand.evaluation.archive.kept import KeptRun
 from bufferstand.evaluation.conformity import Purpose
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.results import EXTREME_NAMES
-from bufferstand.evaluation.summary import SUMMARY_NAMES
 from bufferstand.evaluation.table import (
     OfRun,
     check_table_name,
@@ -77,7 +77,7 @@ def runs_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
     rows += [{"path": copy.path, "problem": f"{copy.text}: counted once"} for copy in evaluation.copies]
     trace = {"settings_sha256": evaluation.settings_entry["sha256"], "version": evaluation.software.text}
     table = pd.DataFrame([row | trace for row in rows], columns=list(RUN_COLUMNS))
-    numbers = [*SUMMARY_NAMES, *(f"U({name})" for name in SUMMARY_NAMES), *_EXTREME_COLUMNS]
+    numbers = [*QUANTITIES.names, *(f"U({name})" for name in QUANTITIES.names), *_EXTREME_COLUMNS]
     counts = ["part", "cycles", "cycles_used", "warnings", *_VERDICT_COLUMNS.values()]
     return table.astype(dict.fromkeys(numbers, "float64") | dict.fromkeys(counts, "Int64"))
 
@@ -93,8 +93,8 @@ _EXTREME_COLUMNS = tuple(
 )
 RUN_COLUMNS = (
     *("run", "path", "kind", "specimen", "started", "status", "verdict", "purpose", "cycles", "cycles_used"),
-    *SUMMARY_NAMES,
-    *(f"U({name})" for name in SUMMARY_NAMES),
+    *QUANTITIES.names,
+    *(f"U({name})" for name in QUANTITIES.names),
     "warnings",
     *_VERDICT_COLUMNS.values(),
     *("limit_set", "problem", "sha256", "settings_sha256", "version", "part"),

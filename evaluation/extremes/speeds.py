@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from bufferstand.evaluation.loop_readings import SPEED_WINDOW
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.quantities import SPEED_WINDOW
 from bufferstand.evaluation.record import FloatArray, Record
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.smoothing import moving_slopes

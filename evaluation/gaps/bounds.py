@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.cycles import find_with_harmonics
+from bufferstand.evaluation.every_quantity import OF_THERMOMETER
 from bufferstand.evaluation.gaps.bridge import Hole
 from bufferstand.evaluation.gaps.coarse import (
     SMOOTH_SHARE,
@@ -49,7 +50,7 @@ _NOISE = 2.0
 _BESIDE = 0.5
 """The fit of a turning point reaches so far beyond it, as a share of the cycle's length."""
 _SAME_CYCLE = 0.25
-_LEFT_OUT = frozenset(("temperature_start_C", "temperature_max_C"))
+_LEFT_OUT = frozenset(OF_THERMOMETER.names)
 
 
 @dataclass(frozen=True, eq=False)

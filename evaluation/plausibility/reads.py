@@ -4,24 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import get_args
 
+from bufferstand.evaluation.catalogue import Channel
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.plausibility.finding import Finding, spoiled_cycles
 from bufferstand.evaluation.results import CycleResult, Extreme, Summary
 
 BOTH = ("force", "stroke")
-FIGURES_OF_STROKE = frozenset(
-    (
-        "stroke_min_mm",
-        "stroke_max_mm",
-        "prestress_mm",
-        "amplitude_mm",
-        "frequency_Hz",
-        "speed_loading_max_mm_per_s",
-        "speed_unloading_max_mm_per_s",
-        "stroke_distortion",
-    )
-)
-"""Figures of a cycle that are read from the stroke alone; temperatures from theirs, all others from both."""
 ROWS: Mapping[str, tuple[str, ...]] = {
     "cycle-count": ("stroke",),
     "pause-limit": ("stroke",),
@@ -52,13 +42,6 @@ def read_from(identity: str) -> tuple[str, ...]:
     if identity.startswith(_FORCE_REACHED):
         return ("force",)
     return ROWS.get(identity, BOTH)
-
-
-def figure_from(name: str) -> tuple[str, ...]:
-    """Return the quantities that a figure of a cycle is read from, by its name."""
-    if name.startswith("temperature"):
-        return ("temperature",)
-    return ("stroke",) if name in FIGURES_OF_STROKE else BOTH
 
 
 @dataclass(frozen=True)
@@ -111,11 +94,12 @@ class Spoiled:
     def figures(self, names: Iterable[str], cycles: Iterable[int]) -> frozenset[str]:
         """Return those figures that are spoiled in one of some cycles."""
         wanted = set(cycles)
-        by_quantity = {
-            quantity: bool(wanted & set(spoiled_cycles(self.findings, (quantity,))))
-            for quantity in ("force", "stroke", "temperature")
+        spoiled = {
+            channel
+            for channel in get_args(Channel)
+            if wanted & set(spoiled_cycles(self.findings, (channel,)))
         }
-        return frozenset(name for name in names if any(by_quantity[q] for q in figure_from(name)))
+        return frozenset(name for name in names if QUANTITIES.named(name).reads & spoiled)
 
 
 def without_claims(results: Sequence[CycleResult], spoiled: Spoiled) -> list[CycleResult]:
@@ -129,7 +113,8 @@ def without_claims(results: Sequence[CycleResult], spoiled: Spoiled) -> list[Cyc
             found.append(result)
             continue
         known = {name: None if name in out else u for name, u in result.expanded_uncertainty.items()}
-        found.append(result._replace(expanded_uncertainty=known))
+        why = {f"U({name})": "no channel states the error of spoiled readings" for name in out}
+        found.append(result._replace(expanded_uncertainty=known, missing={**result.missing, **why}))
     return found
 
 

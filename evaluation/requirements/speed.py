@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bufferstand.evaluation.quantities import SPEED_WINDOW
+from bufferstand.evaluation.loop_readings import SPEED_WINDOW
 from bufferstand.evaluation.record import FloatArray, Record
 from bufferstand.evaluation.smoothing import moving_slopes
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bufferstand.evaluation.quantities import absorbed_energy_J, stored_energy_J
+from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
 from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.requirements.block import block_contact
 from bufferstand.evaluation.requirements.conditions import governing, static_conditions

@@ -7,8 +7,8 @@ from typing import get_args
 
 import pytest
 
-from bufferstand.evaluation import cycles, quantities, thermometry, trends
-from bufferstand.evaluation.document import CYCLE_QUANTITIES
+from bufferstand.evaluation import cycles, loop_readings, quantities, thermometry, trends
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.requirements import static
 from bufferstand.evaluation.requirements.checklist import asked_items
 from bufferstand.evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
@@ -21,7 +21,7 @@ EVALUATION = (DOCS / "evaluation.md").read_text(encoding="utf-8")
 SYMBOLS = (DOCS / "symbols.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", CYCLE_QUANTITIES)
+@pytest.mark.parametrize("name", QUANTITIES.names)
 def test_every_figure_has_a_symbol_line(name: str) -> None:
     assert f"`{name}`" in SYMBOLS
 
@@ -45,8 +45,8 @@ STATED = [
     f"frequency within {100 * cycles.STEADY_FREQUENCY:g} %",
     f"distortion within {cycles.STEADY_DISTORTION}",
     f"returns within {100 * cycles.REST_CLOSURE:g} % of the range ({100 * cycles.EDGE_CLOSURE:g} %",
-    f"over ±{100 * quantities.TANGENT_WINDOW:g} % of the range",
-    f"parabola over {100 * quantities.SPEED_WINDOW:g} % of the branch",
+    f"over ±{100 * loop_readings.TANGENT_WINDOW:g} % of the range",
+    f"parabola over {100 * loop_readings.SPEED_WINDOW:g} % of the branch",
     f"parabola over {100 * FORCE_WINDOW:g} % of each branch",
     f"farther than {thermometry.READING_INTERVAL_S:g} s",
     f"more than {100 * quantities.TWO_SIDED:g} % of its largest",

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
 from bufferstand.evaluation.loops import cut_loop
-from bufferstand.evaluation.quantities import absorbed_energy_J, stored_energy_J
 from bufferstand.evaluation.record import make_record
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.loop_readings import stored_energy_J
 from bufferstand.evaluation.loops import cut_loop
-from bufferstand.evaluation.quantities import consistency_warnings, evaluate_cycle, stored_energy_J
+from bufferstand.evaluation.quantities import consistency_warnings, evaluate_cycle
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import CycleResult
 from tests.evaluation.signals import Ellipse, Floats, StaticTest

@@ -14,9 +14,10 @@ import pytest
 
 from bufferstand.evaluation.cycles import find_cycles
 from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.further_draws import cycle_draws
 from bufferstand.evaluation.noise import Noise
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.uncertainty import CyclePropagation, cycle_draws, force_draws, slope_draws
+from bufferstand.evaluation.uncertainty import CyclePropagation, force_draws, slope_draws
 from bufferstand.foundation.channel import ChannelUncertainty
 
 NAMES = ("W_s", "W_a", "D", "F(25)", "F(60)", "F(100)", "K_t")

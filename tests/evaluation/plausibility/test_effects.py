@@ -8,9 +8,10 @@ from typing import get_args
 import pytest
 
 from bufferstand.evaluation.document import evaluation_document, run_entry
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
-from bufferstand.evaluation.plausibility.reads import BOTH, ROWS, Spoiled, figure_from, read_from
-from bufferstand.evaluation.results import Quantities, RequirementResult, RunEvaluation
+from bufferstand.evaluation.plausibility.reads import BOTH, ROWS, Spoiled, read_from
+from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from tests.evaluation.plausibility.records import STRETCH, found, harmonic, of_kind, static
 from tests.evaluation.test_impact import impact
 from tests.evaluation.test_nulls import unexplained
@@ -166,11 +167,10 @@ def test_rows_of_a_proof_load(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_channels_of_all_figures_are_declared() -> None:
-    read = {name: figure_from(name) for name in Quantities._fields}
-    assert read["stroke_max_mm"] == ("stroke",)
-    assert read["frequency_Hz"] == ("stroke",)
-    assert read["temperature_max_C"] == ("temperature",)
-    assert all(read[name] == BOTH for name in ("force_max_kN", "stored_energy_J", "loss_factor"))
+    read = {entry.name: entry.reads for entry in QUANTITIES}
+    assert read["stroke_max_mm"] == read["frequency_Hz"] == {"stroke"}
+    assert read["temperature_max_C"] == {"temperature"}
+    assert all(read[name] == set(BOTH) for name in ("force_max_kN", "stored_energy_J", "loss_factor"))
     assert set(ROWS) >= {"cycle-count", "speed-limit", "temperature-range", "rest-after-assembly"}
 
 
