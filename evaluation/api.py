@@ -15,6 +15,7 @@ import pandas as pd
 
 from bufferstand.evaluation.choices import DecisionRule, check_draws
 from bufferstand.evaluation.document import evaluate_file, evaluate_paths
+from bufferstand.evaluation.document_types import EvaluationDocument
 from bufferstand.evaluation.results import Options
 from bufferstand.evaluation.table import cycle_table
 from bufferstand.foundation.errors import BadInput
@@ -116,7 +117,7 @@ def evaluate(
     decision_rule: DecisionRule = "simple",
     draws: int = Options.draws,
     conformity: Sequence[str] = (),
-) -> dict[str, Any]:
+) -> EvaluationDocument:
     """Evaluate run files and folders into the evaluation document (docs/evaluation.md).
 
     Parameters
@@ -138,7 +139,7 @@ def evaluate(
     return evaluate_paths(paths_of(paths), options, conformity=conformity)
 
 
-def cycles(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+def cycles(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     """Return a row a cycle with all its figures, units in their names.
 
     Parameters
@@ -154,7 +155,7 @@ def cycles(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     return cycle_table(evaluation if isinstance(evaluation, dict) else evaluate(evaluation))
 
 
-def requirements(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+def requirements(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     """Return a row a requirement with its limits, measured value, uncertainty and verdict.
 
     Raises
@@ -172,7 +173,7 @@ def requirements(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     )
 
 
-def summaries(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+def summaries(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     """Return a row a run with the means that stand for it; of a run with several steps a row a step.
 
     Parameters
@@ -212,7 +213,7 @@ def summaries(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     return table.astype({name: texts.get(name, "float64") for name in table.columns})
 
 
-def holds(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+def holds(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     """Return a row a hold at an upper turning point: what relaxed or crept, and by how much a decade of time.
 
     Parameters
@@ -241,7 +242,7 @@ def holds(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def residual_strokes(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+def residual_strokes(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     """Return a row a stroke that ends in a pause: what stays of it, and what the pause takes back [mm].
 
     Raises
@@ -252,7 +253,7 @@ def residual_strokes(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     return pd.DataFrame(_of_runs(evaluation, "residual_strokes"))
 
 
-def settling(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+def settling(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     """Return a row a run (or step of it, ``part``) and quantity: how it changes over the complete cycles.
 
     Raises
@@ -263,7 +264,7 @@ def settling(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     return pd.DataFrame(_of_runs(evaluation, "settling"))
 
 
-def before_after(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
+def before_after(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     """Return a row a figure of each run whose step its specimen went through before, against the first time.
 
     Returns
@@ -296,7 +297,9 @@ def before_after(evaluation: dict[str, Any] | Paths) -> pd.DataFrame:
     )
 
 
-def _of_runs(evaluation: dict[str, Any] | Paths, key: str) -> list[dict[str, Any]]:
+def _of_runs(
+    evaluation: EvaluationDocument | Paths, key: Literal[holds, residual_strokes, settling]
+) -> list[dict[str, Any]]:
     document = evaluation if isinstance(evaluation, dict) else evaluate(evaluation)
     return [{"run": run["run"]["id"], **entry} for run in document["runs"] for entry in run[key]]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+
+from bufferstand.evaluation.document_types import BudgetEntry
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Budget:
     lines: tuple[BudgetLine, ...]
 
 
-def budget_entry(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
+def budget_entry(budgets: Sequence[Budget]) -> list[BudgetEntry]:
     """Return budgets as the evaluation document has them (docs/evaluation.md)."""
     return [
         {

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
+from bufferstand.evaluation.document_types import CopyEntry
+
 SHOWN = 3
 """So many copies are named in the message; the document's ``copies`` names all."""
 
@@ -56,7 +58,7 @@ class Copy:
             return f"{self.path} is a copy of {self.of}"
         return f"{self.path} holds the samples of {self.of} and states other facts about them"
 
-    def entry(self) -> dict[str, str]:
+    def entry(self) -> CopyEntry:
         """Return its entry in the evaluation document."""
         return {"path": self.path, "of": self.of, "same": self.same}
 

@@ -6,17 +6,30 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Final
 
 import numpy as np
 
 from bufferstand.evaluation.budget_lines import budget_entry
-from bufferstand.evaluation.conformity import candidate_of, decide_purposes
+from bufferstand.evaluation.conformity import Purpose, candidate_of, decide_purposes
 from bufferstand.evaluation.copies import Recording, each_once
+from bufferstand.evaluation.document_types import (
+    CycleEntry,
+    EvaluationDocument,
+    ExtremeEntry,
+    HistoryEntry,
+    RequirementEntry,
+    RunEntry,
+    RunIdentityEntry,
+    StepEntry,
+    SummaryEntry,
+    TogetherEntry,
+    TrendEntry,
+)
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.evidence import comparison_entries, evidence_entry, plain
 from bufferstand.evaluation.grouping import mixture
-from bufferstand.evaluation.history import RunHistory, across_entries
+from bufferstand.evaluation.history import RunHistory, before_after_entries, proof_load_entries
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.limit_set import LimitSet
 from bufferstand.evaluation.results import (
@@ -35,7 +48,7 @@ from bufferstand.evaluation.steps import points_of
 from bufferstand.evaluation.trends import find_trends
 from bufferstand.recording.catalogue import run_files
 
-SCHEMA = "bufferstand/evaluation/1"
+SCHEMA: Final = "bufferstand/evaluation/1"
 _NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
 LIGHT = RunEvaluation(RunFacts("", "harmonic"), _NO_SAMPLES, (), Summary((), {}), (), None, ())
 """A result that has only what trends and comparisons are made from; fill in facts, summary, mean loop."""
@@ -46,7 +59,7 @@ def evaluate_paths(
     options: Options | None = None,
     limit_set: LimitSet | None = None,
     conformity: Sequence[str] = (),
-) -> dict[str, Any]:
+) -> EvaluationDocument:
     """Evaluate run files, campaign folders or archives, and return the evaluation document.
 
     Parameters
@@ -68,12 +81,13 @@ def evaluate_paths(
     """
     options = options or Options()
     document = assemble([evaluate_entry(path, options, limit_set) for path in run_files(paths)], conformity)
-    return document | {"decision_rule": options.decision_rule}
+    document["decision_rule"] = options.decision_rule
+    return document
 
 
 def evaluate_entry(
     path: Path, options: Options | None = None, limit_set: LimitSet | None = None
-) -> tuple[dict[str, Any], RunEvaluation]:
+) -> tuple[RunEntry, RunEvaluation]:
     """Evaluate one run file into its entry of the document, and a result without samples for the trends.
 
     Small enough to be kept for ten thousand runs, or to be sent from another process.
@@ -88,8 +102,8 @@ def evaluate_entry(
 
 
 def assemble(
-    parts: Iterable[tuple[dict[str, Any], RunEvaluation]], conformity: Sequence[str] = ()
-) -> dict[str, Any]:
+    parts: Iterable[tuple[RunEntry, RunEvaluation]], conformity: Sequence[str] = ()
+) -> EvaluationDocument:
     """Return the evaluation document of entries made by :func:`evaluate_entry`, in their order, each once.
 
     Raises
@@ -106,13 +120,22 @@ def assemble(
         "schema": SCHEMA,
         "software": {"version": version("bufferstand")},
         "runs": [
-            {**entry, **purpose.entry()} for (entry, _), purpose in zip(parts, decided.purposes, strict=True)
+            _with_purpose(entry, purpose) for (entry, _), purpose in zip(parts, decided.purposes, strict=True)
         ],
-        **together,
+        "trends": together["trends"],
+        "temperature_comparisons": together["temperature_comparisons"],
+        "before_after": together["before_after"],
+        "proof_load_totals": together["proof_load_totals"],
         "warnings": [*told.warnings, *together["warnings"]],
         "copies": [copy.entry() for copy in told.copies],
         "conformity": [statement.entry() for statement in decided.statements],
     }
+
+
+def _with_purpose(entry: RunEntry, purpose: Purpose) -> RunEntry:
+    entry = entry.copy()
+    entry.update(purpose.entry())
+    return entry
 
 
 def _recording(run: RunEvaluation) -> Recording:
@@ -120,7 +143,7 @@ def _recording(run: RunEvaluation) -> Recording:
     return Recording(facts.path, facts.id, facts.sha256, facts.samples_sha256, facts.campaign, facts.started)
 
 
-def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
+def what_runs_say_together(runs: Sequence[RunEvaluation]) -> TogetherEntry:
     """Return what runs say together: trends, comparisons, totals, and ``warnings`` of them as a set.
 
     Simulated and real runs are never points of one trend, nor held against each other.
@@ -131,7 +154,8 @@ def what_runs_say_together(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
     return {
         "trends": [_trend(trend) for trend in find_trends(points)],
         "temperature_comparisons": comparison_entries(points),
-        **across_entries(runs, points),
+        "before_after": before_after_entries(points),
+        "proof_load_totals": proof_load_entries(runs),
         "warnings": list(mixture(runs)),
     }
 
@@ -167,30 +191,24 @@ def evaluate_file(
     return evaluate_run(record, facts, options, limit_set)
 
 
-def evaluation_document(runs: Sequence[RunEvaluation]) -> dict[str, Any]:
+def evaluation_document(runs: Sequence[RunEvaluation]) -> EvaluationDocument:
     """Return the evaluation document of runs that were evaluated."""
     return assemble([(run_entry(run), run) for run in runs])
 
 
-def run_entry(run: RunEvaluation) -> dict[str, Any]:
+def run_entry(run: RunEvaluation) -> RunEntry:
     """Return the entry of one run."""
-    facts = run.facts
+    history, evidence = _history(run.history), evidence_entry(run)
     return {
-        "run": {
-            "path": facts.path,
-            "id": facts.id,
-            "sha256": facts.sha256,
-            "kind": facts.kind,
-            "specimen": dict(facts.specimen),
-            "purpose": facts.purpose,
-            "simulated": facts.simulated,
-        }
-        | ({} if facts.zero is None else {"zero": dict(facts.zero)}),
+        "run": _identity(run.facts),
         "cycles": [_cycle(result) for result in run.cycles],
         "summary": None if run.steps else _summary(run.summary),
         "steps": [_step(step) for step in run.steps],
         "extremes": _extremes(run.extremes),
-        **_history(run.history),
+        "holds": history["holds"],
+        "residual_strokes": history["residual_strokes"],
+        "settling": history["settling"],
+        "cumulated_energy_J": history["cumulated_energy_J"],
         "requirements": [_requirement(row) for row in run.requirements],
         "verdict": run.verdict,
         "warnings": list(run.warnings),
@@ -200,11 +218,30 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "half_width_95": None if run.steps else _half_widths(run.summary),
         "budget": budget_entry(run.budget),
         "shared_errors": None if run.shared_errors is None else run.shared_errors.entry(),
-        **evidence_entry(run),
+        "skew_sensitivity": evidence["skew_sensitivity"],
+        "draw_wires": evidence["draw_wires"],
+        "inertia_correction": evidence["inertia_correction"],
+        "impact": evidence["impact"],
+        "first_contact": evidence["first_contact"],
     }
 
 
-def _summary(summary: Summary) -> dict[str, Any]:
+def _identity(facts: RunFacts) -> RunIdentityEntry:
+    entry: RunIdentityEntry = {
+        "path": facts.path,
+        "id": facts.id,
+        "sha256": facts.sha256,
+        "kind": facts.kind,
+        "specimen": dict(facts.specimen),
+        "purpose": facts.purpose,
+        "simulated": facts.simulated,
+    }
+    if facts.zero is not None:
+        entry["zero"] = dict(facts.zero)
+    return entry
+
+
+def _summary(summary: Summary) -> SummaryEntry:
     return {
         "cycles_used": list(summary.cycles_used),
         **{
@@ -223,7 +260,7 @@ def _half_widths(summary: Summary) -> dict[str, float | None]:
     return {name: measured.half_width_95 for name, measured in summary.values.items()}
 
 
-def _step(step: StepResult) -> dict[str, Any]:
+def _step(step: StepResult) -> StepEntry:
     return {
         "index": step.index,
         "start_s": step.start_s,
@@ -238,9 +275,9 @@ def _step(step: StepResult) -> dict[str, Any]:
     }
 
 
-def _cycle(result: CycleResult) -> dict[str, Any]:
+def _cycle(result: CycleResult) -> CycleEntry:
     cycle = result.cycle
-    entry: dict[str, Any] = {
+    entry: CycleEntry = {
         "index": cycle.index,
         "start_s": cycle.start_s,
         "end_s": cycle.end_s,
@@ -260,7 +297,7 @@ def _cycle(result: CycleResult) -> dict[str, Any]:
     }
 
 
-def _history(history: RunHistory | None) -> dict[str, Any]:
+def _history(history: RunHistory | None) -> HistoryEntry:
     known = history or RunHistory()
     return {
         "holds": [plain(hold) for hold in known.holds],
@@ -270,11 +307,11 @@ def _history(history: RunHistory | None) -> dict[str, Any]:
     }
 
 
-def _extremes(extremes: Mapping[str, Extreme]) -> dict[str, Any]:
+def _extremes(extremes: Mapping[str, Extreme]) -> dict[str, ExtremeEntry]:
     return {name: _extreme(extreme) for name, extreme in extremes.items()}
 
 
-def _extreme(extreme: Extreme) -> dict[str, Any]:
+def _extreme(extreme: Extreme) -> ExtremeEntry:
     return {
         "value": extreme.value,
         "expanded_uncertainty": extreme.expanded_uncertainty,
@@ -287,7 +324,7 @@ def _extreme(extreme: Extreme) -> dict[str, Any]:
     }
 
 
-def _requirement(row: RequirementResult) -> dict[str, Any]:
+def _requirement(row: RequirementResult) -> RequirementEntry:
     return {
         "standard": row.standard,
         "edition": row.edition,
@@ -309,7 +346,7 @@ def _requirement(row: RequirementResult) -> dict[str, Any]:
     }
 
 
-def _trend(trend: Trend) -> Mapping[str, Any]:
+def _trend(trend: Trend) -> TrendEntry:
     return {
         "quantity": trend.quantity,
         "prestress_mm": trend.prestress_mm,
@@ -325,8 +362,10 @@ def _trend(trend: Trend) -> Mapping[str, Any]:
         "intercept_standard_uncertainty": trend.intercept_u,
         "slope_half_width_95_per_Hz": trend.slope_half_width_95_per_Hz,
         "intercept_half_width_95": trend.intercept_half_width_95,
-        **_expanded("slope", "_per_Hz", trend.slope_expanded),
-        **_expanded("intercept", "", trend.intercept_expanded),
+        "slope_expanded_uncertainty_per_Hz": _expanded(trend.slope_expanded),
+        "slope_coverage_factor": _coverage(trend.slope_expanded),
+        "intercept_expanded_uncertainty": _expanded(trend.intercept_expanded),
+        "intercept_coverage_factor": _coverage(trend.intercept_expanded),
         "confidence_band": list(trend.band),
         "line_expanded_uncertainty": list(trend.band_expanded),
         "scatter_standard_uncertainty": trend.scatter_u,
@@ -335,8 +374,9 @@ def _trend(trend: Trend) -> Mapping[str, Any]:
     }
 
 
-def _expanded(name: str, unit: str, expanded: Expanded | None) -> dict[str, float | None]:
-    return {
-        f"{name}_expanded_uncertainty{unit}": None if expanded is None else expanded.uncertainty,
-        f"{name}_coverage_factor": None if expanded is None else expanded.coverage_factor,
-    }
+def _expanded(expanded: Expanded | None) -> float | None:
+    return None if expanded is None else expanded.uncertainty
+
+
+def _coverage(expanded: Expanded | None) -> float | None:
+    return None if expanded is None else expanded.coverage_factor

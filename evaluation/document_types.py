@@ -11,11 +11,40 @@ from typing import Any, Literal, NotRequired
 
 from typing_extensions import TypedDict  # pydantic reads those of Python 3.12 and later only
 
-from bufferstand.evaluation.plausibility.finding import Effect, FindingKind
-from bufferstand.evaluation.results import Verdict
 from bufferstand.foundation.kind import Kind
 from bufferstand.foundation.purpose import Purpose
 
+Verdict = Literal[
+    "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
+]
+Basis = Literal["certificate", "stand", "statement"]
+"""On what it rests that runs have an error in common: the same certificate is on record; the same channel of
+the same stand, which states the same; or nothing but that the records state the same."""
+Effect = Literal["spoils", "noted"]
+"""``spoils``: what is read there is no figure of the specimen. ``noted``: nothing hangs on it."""
+
+FindingKind = Literal[
+    "clipped",
+    "held",
+    "frozen",
+    "spike",
+    "stroke-jump",
+    "gain-jump",
+    "offset-jump",
+    "drift",
+    "unit",
+    "sign",
+    "zero",
+    "unlike",
+    "scale",
+    "delay",
+    "slip",
+    "exchanged",
+    "not-following",
+    "detached",
+    "swapped",
+    "guard",
+]
 CycleEntry = dict[str, Any]
 """A cycle: index, times, whether it is complete and steady, and each quantity of a cycle by its name."""
 SummaryEntry = dict[str, Any]
@@ -37,6 +66,7 @@ class MeanEntry(TypedDict):
     value: float | None
     expanded_uncertainty: float | None
     coverage_factor: float
+    missing: NotRequired[str]
 
 
 class ExtremeEntry(TypedDict):
@@ -91,7 +121,7 @@ class SharedSourceEntry(TypedDict):
 class SharedErrorsEntry(TypedDict):
     """Errors that runs share: by quantity what each contributes [its unit]."""
 
-    basis: str
+    basis: Basis
     errors: list[str]
     sources: list[SharedSourceEntry]
     contributions: dict[str, list[float]]
@@ -170,11 +200,11 @@ class RunIdentityEntry(TypedDict):
 
     path: str
     id: str
-    sha256: str
+    sha256: str | None
     kind: Kind
     specimen: dict[str, Any]
     purpose: Purpose | None
-    simulated: bool
+    simulated: bool | None
     zero: NotRequired[dict[str, Any]]
 
 
@@ -285,7 +315,26 @@ class FirstContactEntry(TypedDict):
     why: str
 
 
-class RunEntry(TypedDict):
+class HistoryEntry(TypedDict):
+    """What the run says of the specimen over time."""
+
+    holds: list[HoldEntry]
+    residual_strokes: list[ResidualStrokeEntry]
+    settling: list[SettlingEntry]
+    cumulated_energy_J: CumulatedEnergyEntry | None
+
+
+class EvidenceEntry(TypedDict):
+    """How far the run's figures are to be believed."""
+
+    skew_sensitivity: SkewSensitivityEntry | None
+    draw_wires: DrawWiresEntry | None
+    inertia_correction: InertiaEntry | None
+    impact: ImpactEntry | None
+    first_contact: FirstContactEntry | None
+
+
+class RunEntry(HistoryEntry, EvidenceEntry):
     """A run and everything that is said of it."""
 
     run: RunIdentityEntry
@@ -293,10 +342,6 @@ class RunEntry(TypedDict):
     summary: SummaryEntry | None
     steps: list[StepEntry]
     extremes: dict[str, ExtremeEntry]
-    holds: list[HoldEntry]
-    residual_strokes: list[ResidualStrokeEntry]
-    settling: list[SettlingEntry]
-    cumulated_energy_J: CumulatedEnergyEntry | None
     requirements: list[RequirementEntry]
     verdict: Verdict | None
     warnings: list[str]
@@ -306,11 +351,6 @@ class RunEntry(TypedDict):
     half_width_95: dict[str, float | None] | None
     budget: list[BudgetEntry]
     shared_errors: SharedErrorsEntry | None
-    skew_sensitivity: SkewSensitivityEntry | None
-    draw_wires: DrawWiresEntry | None
-    inertia_correction: InertiaEntry | None
-    impact: ImpactEntry | None
-    first_contact: FirstContactEntry | None
     purpose: NotRequired[Purpose | None]
     purpose_why: NotRequired[str]
 
@@ -320,7 +360,7 @@ class TrendEntry(TypedDict):
 
     quantity: str
     prestress_mm: float
-    amplitude_mm: float
+    amplitude_mm: float | None
     runs: list[str]
     frequency_Hz: list[float]
     values: list[float]
@@ -336,10 +376,10 @@ class TrendEntry(TypedDict):
     slope_coverage_factor: float | None
     intercept_expanded_uncertainty: float | None
     intercept_coverage_factor: float | None
-    confidence_band: list[float]
-    line_expanded_uncertainty: list[float]
+    confidence_band: list[float | None]
+    line_expanded_uncertainty: list[float | None]
     scatter_standard_uncertainty: float | None
-    shared_errors: str
+    shared_errors: Basis | None
     warnings: list[str]
 
 
@@ -468,17 +508,29 @@ class FailureEntry(TypedDict):
     problem: str
 
 
-class EvaluationDocument(TypedDict):
-    """The evaluation of runs: one entry for each run, and what they say together."""
+class PurposeEntry(TypedDict):
+    """What a run is for, and who says so."""
 
-    schema: Literal["bufferstand/evaluation/1"]
-    software: SoftwareEntry
-    runs: list[RunEntry]
+    purpose: Purpose | None
+    purpose_why: str
+
+
+class TogetherEntry(TypedDict):
+    """What runs say together."""
+
     trends: list[TrendEntry]
     temperature_comparisons: list[TemperatureComparisonEntry]
     before_after: list[BeforeAfterEntry]
     proof_load_totals: list[ProofLoadEntry]
     warnings: list[str]
+
+
+class EvaluationDocument(TogetherEntry):
+    """The evaluation of runs: one entry for each run, and what they say together."""
+
+    schema: Literal["bufferstand/evaluation/1"]
+    software: SoftwareEntry
+    runs: list[RunEntry]
     copies: list[CopyEntry]
     conformity: list[StatementEntry]
     decision_rule: NotRequired[Literal["simple", "guard-band"]]

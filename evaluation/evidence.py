@@ -6,17 +6,18 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from bufferstand.evaluation.document_types import EvidenceEntry, ImpactEntry, TemperatureComparisonEntry
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.thermal_comparison import compare_temperatures
 
 
-def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
+def evidence_entry(run: RunEvaluation) -> EvidenceEntry:
     """Return ``skew_sensitivity``, ``draw_wires`` and ``inertia_correction`` of a run.
 
     Each is None where it does not concern the run: it was not evaluated, or has no two draw wires. What is
     wrong with the draw wires is among the run's warnings.
     """
-    wires = None if run.draw_wires is None else asdict(run.draw_wires)
+    wires = plain(run.draw_wires)
     if wires is not None:
         del wires["warnings"]
     return {
@@ -28,7 +29,7 @@ def evidence_entry(run: RunEvaluation) -> dict[str, Any]:
     }
 
 
-def _impact(run: RunEvaluation) -> dict[str, float | None] | None:
+def _impact(run: RunEvaluation) -> ImpactEntry | None:
     """Return speed and mass as stated, and the greatest force on record; None of any other kind of run."""
     if run.facts.kind != "impact":
         return None
@@ -66,7 +67,7 @@ def _share(changed: float | None, own: float | None) -> float | None:
     return changed / abs(own)
 
 
-def comparison_entries(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
+def comparison_entries(runs: Sequence[RunEvaluation]) -> list[TemperatureComparisonEntry]:
     """Return ``temperature_comparisons`` of the runs."""
     return [plain(comparison) for comparison in compare_temperatures(runs)]
 

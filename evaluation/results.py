@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from bufferstand.evaluation.across_runs.identity import Basis, ChannelIdentity
+from bufferstand.evaluation.across_runs.identity import ChannelIdentity
 from bufferstand.evaluation.across_runs.shared import Chain, SharedErrors
 from bufferstand.evaluation.budget_lines import Budget
 from bufferstand.evaluation.choices import DRAWS, DecisionRule, ForceCell
+from bufferstand.evaluation.document_types import Basis, Verdict
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.inertia import InertiaCorrection, MovingMass
 from bufferstand.evaluation.motion import Cycle
@@ -32,10 +33,6 @@ if TYPE_CHECKING:  # these modules make their facts from the results defined her
     from bufferstand.evaluation.requirements.inspection import Inspection
     from bufferstand.evaluation.wires import DrawWires
     from bufferstand.recording.run import RunEvent
-
-Verdict = Literal[
-    "pass", "conditional-pass", "conditional-fail", "fail", "inconclusive", "not-tested", "invalid"
-]
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from typing import Literal
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.identity import Basis
 from bufferstand.evaluation.across_runs.line import coverage_factor, fit_line
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of, figure_of
+from bufferstand.evaluation.document_types import Basis
 from bufferstand.evaluation.grouping import grouped, specimen_of
 from bufferstand.evaluation.quantities import is_two_sided
 from bufferstand.evaluation.record import FloatArray

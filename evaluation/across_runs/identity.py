@@ -9,13 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
+from bufferstand.evaluation.document_types import Basis
 from bufferstand.foundation.channel import Channel, ChannelUncertainty
 
-Basis = Literal["certificate", "stand", "statement"]
-"""On what it rests that runs have an error in common: the same certificate is on record; the same channel of
-the same stand, which states the same; or nothing but that the records state the same."""
 _NO_CALIBRATION = ("", "nominal")
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs.combine import Figure
-from bufferstand.evaluation.across_runs.identity import Basis, weakest
+from bufferstand.evaluation.across_runs.identity import weakest
 from bufferstand.evaluation.across_runs.shared import Owed
+from bufferstand.evaluation.document_types import Basis
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.uncertainty import COVERAGE
 

@@ -15,7 +15,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.identity import Basis, ChannelIdentity, assumed, weakest
+from bufferstand.evaluation.across_runs.identity import ChannelIdentity, assumed, weakest
+from bufferstand.evaluation.document_types import Basis, SharedErrorsEntry
 from bufferstand.evaluation.error_model import Draws, mean_of_wires
 from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.channel import ChannelUncertainty
@@ -100,7 +101,7 @@ class SharedErrors:
                 found[weighted.source] = found.get(weighted.source, 0.0) + contribution
         return Owed(found, own[-1])
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> SharedErrorsEntry:
         """Return it as JSON holds it."""
         return {
             "basis": self.basis,

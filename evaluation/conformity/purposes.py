@@ -11,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any, Literal
+from typing import Literal
 
+from bufferstand.evaluation.document_types import PurposeEntry, StatementEntry, Verdict
 from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.kind import Kind
 from bufferstand.foundation.purpose import Purpose as PurposeName
 
 Standing = Literal["met", "open", "broken"]
@@ -49,14 +51,14 @@ class Candidate:
 
     id: str
     path: str
-    kind: str
+    kind: Kind
     specimen: str | None
     campaign: str | None
     started: str | None
     step_kind: str | None
     stated: PurposeName | None
     standing: Standing | None
-    verdict: str | None
+    verdict: Verdict | None
 
     def group(self) -> tuple[str, ...]:
         """Return what runs share of which one is the test: specimen, campaign, folder, kind of test."""
@@ -71,7 +73,7 @@ class Purpose:
     purpose: PurposeName | None
     why: str
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> PurposeEntry:
         """Return the keys of a run's entry in the document."""
         return {"purpose": self.purpose, "purpose_why": self.why}
 
@@ -86,15 +88,15 @@ class Statement:
 
     specimen: str | None
     campaign: str | None
-    kind: str
+    kind: Kind
     runs: tuple[str, ...]
     characterisation: tuple[str, ...]
     by: Literal["option", "campaign", "default"]
     why: str
-    verdict: str | None
+    verdict: Verdict | None
     warnings: tuple[str, ...] = ()
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> StatementEntry:
         """Return it as the document holds it."""
         return {
             "specimen": self.specimen,

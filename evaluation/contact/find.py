@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.document_types import FirstContactEntry
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.record import FloatArray, Record
 
@@ -97,9 +97,18 @@ class FirstContact:
     how: str
     why: str
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> FirstContactEntry:
         """Return it as the document holds it."""
-        return dict(self.__dict__)
+        return {
+            "stroke_mm": self.stroke_mm,
+            "expanded_uncertainty": self.expanded_uncertainty,
+            "recorded_zero_offset_mm": self.recorded_zero_offset_mm,
+            "rest_force_kN": self.rest_force_kN,
+            "stated_zero_mm": self.stated_zero_mm,
+            "beyond": self.beyond,
+            "how": self.how,
+            "why": self.why,
+        }
 
 
 def first_shown(

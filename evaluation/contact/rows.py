@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from bufferstand.evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.document_types import Verdict
+from bufferstand.evaluation.results import RequirementResult
 
 COUNTED = " counted from first contact"
 """Words behind the value that a row has from the contact."""

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
-from typing import Any
 
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of
 from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.document_types import (
+    BeforeAfterEntry,
+    ChangeEntry,
+    ProofLoadEntry,
+    RunInTimeEntry,
+)
 from bufferstand.evaluation.grouping import grouped, specimen_of
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.thermal_comparison import (
@@ -30,24 +35,18 @@ COMPARED = (
 _WARMER_K = 2.0
 
 
-def across_entries(runs: Sequence[RunEvaluation], points: Sequence[RunEvaluation]) -> dict[str, Any]:
-    """Return ``before_after`` and ``proof_load_totals`` of the document.
-
-    Parameters
-    ----------
-    runs : sequence of RunEvaluation
-    points : sequence of RunEvaluation
-        The same, with a result for each step of a run that has several.
-    """
-    return {"before_after": _before_after(points), "proof_load_totals": _proof_loads(runs)}
-
-
 def _specimen(run: RunEvaluation) -> str:
     return str(run.facts.specimen.get("id") or "")
 
 
-def _before_after(points: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
-    """Return each step that a specimen went through more than once: every later run against the first."""
+def before_after_entries(points: Sequence[RunEvaluation]) -> list[BeforeAfterEntry]:
+    """Return each step that a specimen went through more than once: every later run against the first.
+
+    Parameters
+    ----------
+    points : sequence of RunEvaluation
+        A result for each run, or for each step of a run that has several.
+    """
     usable = [
         p
         for p in points
@@ -57,7 +56,7 @@ def _before_after(points: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
         and _specimen(p)
     ]
     usable.sort(key=lambda p: (specimen_of(p), p.facts.kind, _started_s(p), p.facts.id))
-    found = []
+    found: list[BeforeAfterEntry] = []
     # Only runs of one specimen are held against each other: an archive has many of them.
     of_specimens = groupby(usable, key=lambda p: (specimen_of(p), p.facts.kind))
     for ordered in (group for _, own in of_specimens for group in grouped(list(own), _same_step)):
@@ -100,7 +99,7 @@ def _mean(run: RunEvaluation, name: str) -> float | None:
     return None if measured is None else measured.value
 
 
-def _one(run: RunEvaluation) -> dict[str, Any]:
+def _one(run: RunEvaluation) -> RunInTimeEntry:
     return {
         "run": run.facts.id,
         "path": run.facts.path,
@@ -109,9 +108,9 @@ def _one(run: RunEvaluation) -> dict[str, Any]:
     }
 
 
-def _changes(first: RunEvaluation, other: RunEvaluation) -> dict[str, Any]:
+def _changes(first: RunEvaluation, other: RunEvaluation) -> dict[str, ChangeEntry]:
     """Return what changed, with U: errors that both runs have in common cancel as far as they act alike."""
-    changes: dict[str, Any] = {}
+    changes: dict[str, ChangeEntry] = {}
     for name in COMPARED:
         before, after = _value(first, name), _value(other, name)
         if before is None or after is None:
@@ -152,7 +151,7 @@ def _warmer(first: RunEvaluation, later: Sequence[RunEvaluation]) -> list[str]:
     return [f"temperatures differ by {max(known) - min(known):.1f} K: the changes hold the effect of that"]
 
 
-def _proof_loads(runs: Sequence[RunEvaluation]) -> list[dict[str, Any]]:
+def proof_load_entries(runs: Sequence[RunEvaluation]) -> list[ProofLoadEntry]:
     """Return the complete load cycles of each proof load of each specimen, over all runs."""
     proof = [r for r in runs if r.facts.kind == "proof" and r.facts.proof_load and _specimen(r)]
 

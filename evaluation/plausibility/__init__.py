@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
+from bufferstand.evaluation.document_types import Effect, FindingKind
 from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.clipped import clipped
 from bufferstand.evaluation.plausibility.codes import codes
-from bufferstand.evaluation.plausibility.finding import Effect, Finding, FindingKind, spoiled_cycles
+from bufferstand.evaluation.plausibility.finding import Finding, spoiled_cycles
 from bufferstand.evaluation.plausibility.frozen import frozen
 from bufferstand.evaluation.plausibility.held import held
 from bufferstand.evaluation.plausibility.jumps import (

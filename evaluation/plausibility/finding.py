@@ -3,34 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
 
-Effect = Literal["spoils", "noted"]
-"""``spoils``: what is read there is no figure of the specimen. ``noted``: nothing hangs on it."""
-
-FindingKind = Literal[
-    "clipped",
-    "held",
-    "frozen",
-    "spike",
-    "stroke-jump",
-    "gain-jump",
-    "offset-jump",
-    "drift",
-    "unit",
-    "sign",
-    "zero",
-    "unlike",
-    "scale",
-    "delay",
-    "slip",
-    "exchanged",
-    "not-following",
-    "detached",
-    "swapped",
-    "guard",
-]
+from bufferstand.evaluation.document_types import Effect, FindingEntry, FindingKind
 
 
 @dataclass(frozen=True)
@@ -72,11 +47,19 @@ class Finding:
         """What the channel measures: ``force``, ``stroke``, ``temperature``, ``speed``."""
         return self.channel.split("_", maxsplit=1)[0]
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> FindingEntry:
         """Return it as the evaluation document has it."""
-        entry = asdict(self)
-        del entry["whole_record"]
-        return {**entry, "cycles": list(self.cycles)}
+        return {
+            "kind": self.kind,
+            "channel": self.channel,
+            "start_s": self.start_s,
+            "end_s": self.end_s,
+            "cycles": list(self.cycles),
+            "size": self.size,
+            "unit": self.unit,
+            "text": self.text,
+            "effect": self.effect,
+        }
 
 
 def spoiled_cycles(findings: Iterable[Finding], quantities: Iterable[str]) -> Mapping[int, Finding]:

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.document_types import FindingKind
+from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap, rings
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of

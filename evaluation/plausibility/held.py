@@ -13,7 +13,8 @@ from math import hypot, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.plausibility.finding import Effect, Finding
+from bufferstand.evaluation.document_types import Effect
+from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.foundation.ranks import median, quantile

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.document_types import FindingKind
+from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.passes import pass_of, ways_of
 from bufferstand.evaluation.plausibility.series import Series, series_of

@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.document_types import Effect
 from bufferstand.evaluation.plausibility.channels import Channels
-from bufferstand.evaluation.plausibility.finding import Effect, Finding
+from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.leave_out import left_out
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.samples import Samples

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.gaps.bridge import ASTIR
 from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row
-from bufferstand.evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.results import RequirementResult
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.requirements.limit_set import InspectionItem, LimitSet
 from bufferstand.evaluation.requirements.rows import Case, Limits, row
-from bufferstand.evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.results import RequirementResult
 
 SERVICEABLE = InspectionItem(
     id="serviceable-condition", text="the specimen is in serviceable condition after the proof load"

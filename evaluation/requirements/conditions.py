@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
+from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.motion import TurningPoint
 from bufferstand.evaluation.requirements.block import block_contact
 from bufferstand.evaluation.requirements.bounded import Span, rows_read, spanned_row, unsure_s
@@ -28,7 +29,7 @@ from bufferstand.evaluation.requirements.strokes import (
     not_evaluated,
 )
 from bufferstand.evaluation.requirements.temperature import temperature_range
-from bufferstand.evaluation.results import CycleResult, RequirementResult, Verdict
+from bufferstand.evaluation.results import CycleResult, RequirementResult
 
 _SPEEDS = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s")
 _ARRIVING = 0.02

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from bufferstand.evaluation.choices import DecisionRule
-from bufferstand.evaluation.results import RequirementResult, Verdict
+from bufferstand.evaluation.document_types import Verdict
+from bufferstand.evaluation.results import RequirementResult
 
 
 def conformance_probability(

@@ -9,6 +9,7 @@ import numpy as np
 
 from bufferstand.evaluation.across_runs.shared import Regression
 from bufferstand.evaluation.contact import FirstContact
+from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.error_model import Draws
 from bufferstand.evaluation.gaps.bridge import Hole
 from bufferstand.evaluation.gaps.numbering import Numbering
@@ -19,7 +20,7 @@ from bufferstand.evaluation.record import FloatArray, Record
 from bufferstand.evaluation.requirements.decision import conformance_probability, decide
 from bufferstand.evaluation.requirements.inspection import Inspection
 from bufferstand.evaluation.requirements.limit_set import Cited, Limit, LimitSet, known
-from bufferstand.evaluation.results import CycleResult, Options, RequirementResult, RunFacts, Verdict
+from bufferstand.evaluation.results import CycleResult, Options, RequirementResult, RunFacts
 from bufferstand.evaluation.uncertainty import CyclePropagation, expanded
 
 

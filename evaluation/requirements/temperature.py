@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.dwells import EASED_S
 from bufferstand.evaluation.record import FloatArray, Temperature
 from bufferstand.evaluation.requirements.bounded import unsure_s
 from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
-from bufferstand.evaluation.results import CycleResult, RequirementResult, Verdict
+from bufferstand.evaluation.results import CycleResult, RequirementResult
 from bufferstand.evaluation.thermometry import Hole, longest_hole, read_at, readings_of
 
 _IDENTITY = "temperature-range"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.plausibility.finding import Effect, Finding, FindingKind
+from bufferstand.evaluation.document_types import Effect, FindingKind
+from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
 
 CABLE = "look at its cable and plug"

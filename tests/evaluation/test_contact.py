@@ -11,8 +11,9 @@ import pytest
 from bufferstand.evaluation.channels.between import Between
 from bufferstand.evaluation.contact import beside, find_first_contact
 from bufferstand.evaluation.document import evaluate_file
+from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts, Verdict
+from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import StaticTest

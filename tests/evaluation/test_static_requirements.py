@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.requirements.limit_set import shipped_limit_set
-from bufferstand.evaluation.results import RequirementResult, RunEvaluation, Verdict
+from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from tests.evaluation.signals import BUFFER, StaticTest, later
 
 GOOD = StaticTest()

@@ -8,8 +8,9 @@ from typing import get_args
 import pytest
 
 from bufferstand.evaluation.document import evaluation_document, run_entry
+from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.every_quantity import QUANTITIES
-from bufferstand.evaluation.plausibility.finding import Finding, FindingKind
+from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.reads import BOTH, ROWS, Spoiled, read_from
 from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from tests.evaluation.plausibility.records import STRETCH, found, harmonic, of_kind, static
