@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -298,7 +298,7 @@ def before_after(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
 
 
 def _of_runs(
-    evaluation: EvaluationDocument | Paths, key: Literal[holds, residual_strokes, settling]
+    evaluation: EvaluationDocument | Paths, key: Literal["holds", "residual_strokes", "settling"]
 ) -> list[dict[str, Any]]:
     document = evaluation if isinstance(evaluation, dict) else evaluate(evaluation)
     return [{"run": run["run"]["id"], **entry} for run in document["runs"] for entry in run[key]]
