@@ -1,4 +1,4 @@
-"""The figures of cycles, by the names of the evaluation contract, and the windows they are read in.
+"""The figures of cycles, by the names of docs/evaluation-document.md, and the windows they are read in.
 
 Cycles are evaluated many at once (:mod:`bufferstand.evaluation.loops`): a run of ten thousand costs no more
 than its samples do. One by itself is a stack of one.

@@ -31,7 +31,7 @@ _NOT_FIGURES = ("cycles_used",)
 
 
 class _Part(BaseModel):
-    """A part of an evaluation document (contracts § 4), as far as a comparison reads it."""
+    """A part of an evaluation document (docs/evaluation-document.md), as far as a comparison reads it."""
 
     model_config = ConfigDict(strict=True, extra="ignore")
 

@@ -41,7 +41,7 @@ class Check:
 
 
 def judge_entry(agreed: Sequence[Agreed], entry: Mapping[str, Any]) -> list[Check]:
-    """Compare agreed values with a run's entry of an evaluation document (contracts § 4).
+    """Compare agreed values with a run's entry of an evaluation document (docs/evaluation-document.md).
 
     Parameters
     ----------
