@@ -1,4 +1,4 @@
-"""Whether a sensor's readings cover a cycle: how long nothing is known of the temperature in it.
+"""Whether a sensor's readings cover a cycle: the longest time in it without a reading.
 
 The points of a cycle are its start, each reading in it, and its end. They cover it where none is farther
 from the next than a limit (docs/evaluation-document.md). Of a cycle without a reading in it, the nearest

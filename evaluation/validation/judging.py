@@ -1,4 +1,4 @@
-"""Agreed values against what was found."""
+"""Compares agreed values with results."""
 
 from __future__ import annotations
 
