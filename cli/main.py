@@ -62,7 +62,7 @@ SECTIONS = {
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """What standard output fails with where it is a file; all other files say so themselves, by name."""
 BUG_STATUS = 70
-"""Exit status of a fault of this software (EX_SOFTWARE): none of the contract's, so that none is mistaken."""
+"""Exit status of a fault of this software (EX_SOFTWARE), which is none of those in docs/commands.md."""
 
 
 @click.group(
@@ -83,7 +83,7 @@ def bufferstand(context: click.Context) -> None:
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
-    """Run the command and end the process with its exit status (contracts § 1).
+    """Run the command and end the process with its exit status (docs/commands.md).
 
     Parameters
     ----------

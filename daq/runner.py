@@ -56,7 +56,7 @@ class CampaignOutcome:
         ``complete``; ``stopped`` by a limit or the operator; ``failed`` by a device, a wire or the disk;
         ``refused`` before anything moved.
     exit_status : ExitStatus
-        Of the command (contracts § 1).
+        Of the command (docs/commands.md).
     runs : tuple of Path
         The run files of this start, in order.
     reason : str

@@ -1,4 +1,4 @@
-"""The instants of force and stroke: moving the force in time, and what a millisecond of it changes.
+"""Aligning force and stroke in time, and the effect of one millisecond between them.
 
 A force that is late by τ is recorded as F(t - τ). Moving it earlier by τ turns the loop area W_a into
 W_a + τ ∮ Ḟ dx: of an elastic spring the area is zero, and its recorded one is that of the skew alone.

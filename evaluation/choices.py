@@ -7,7 +7,7 @@ from typing import Literal
 from bufferstand.foundation.errors import BadInput
 
 DecisionRule = Literal["simple", "guard-band"]
-"""How a value near a limit is judged (contracts § 4)."""
+"""How a value near a limit is judged (docs/evaluation-document.md)."""
 ForceCell = Literal["moving-side", "fixed-side"]
 """Where the load cell is: it pushes the moving mass, or stands behind the specimen."""
 DRAWS = 2000

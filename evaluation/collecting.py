@@ -1,4 +1,4 @@
-"""Python's search for objects that nobody reaches any more, put off while a run is evaluated."""
+"""Postpones Python's garbage collection while a run is evaluated."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""A record at the resolution that its cycles need: means over blocks of samples, never across a break.
+"""Reduces a record to the resolution that its cycles need: means over blocks, never across a break.
 
-A cycle of 100 000 samples says nothing that 4000 means do not: of a sine they take (π / 4000)² / 6 = 1e-7 of
-the amplitude, and noise adds up as before. What is wrong with single samples (gaps, time stamps, NaN) was
-found before, on the record as it was taken. The peak of an impact is as short as its record is: a record of a
-single event stays as it is.
+A cycle of 100 000 samples holds no more information than 4000 means: of a sine these take
+(π / 4000)² / 6 = 1e-7 of the amplitude, and noise adds up as before. Faults of single samples (gaps, time
+stamps, NaN) are found before, on the record as it was taken. The peak of an impact is as short as its record:
+a record of a single event stays as it is.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Two files of one recording: it is one measurement, and counts once."""
+"""Finds files that hold the same recording, so that it counts once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Defective samples of a record: which leave, and what place each leaves behind that is not on record."""
+"""Finds the defective samples of a record, removes them, and marks the gap that each leaves."""
 
 from __future__ import annotations
 

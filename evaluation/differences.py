@@ -1,4 +1,4 @@
-"""Values with their uncertainties: how far apart they are, and whether that is beyond what is known."""
+"""Differences of uncertain values, and whether they exceed their uncertainty."""
 
 from __future__ import annotations
 

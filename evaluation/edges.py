@@ -1,4 +1,4 @@
-"""Turning points at an end of the record, from the one side that is there."""
+"""Turning points at an end of the record, fitted from the one side that is on record."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ SHAPE_HALF_WAVES = (1, 2, 3)
 SHAPE_SHARE = 0.46
 """Standard deviation of the deviation at any stroke, as a share of the linearity limit: the limit is 2.2 of
 them, which 97 % of the deviations at a stroke keep, and 70 % of the shapes along the whole of 500 mm. With it
-the figures of the reference budget (standards.md 3) are reproduced source by source."""
+the figures of the reference budget (docs/facts/standards.md) are reproduced source by source."""
 
 TIME_BASE_LIMIT = 1e-4
 """Limit of the relative error of the clock that stamps the samples: 100 ppm, twice a plain crystal's. It is

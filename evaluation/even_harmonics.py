@@ -1,8 +1,8 @@
-"""Harmonics of many periods that are sampled alike: one matrix for all of them in place of a fit each.
+"""Harmonics of many periods that are sampled alike, by one matrix instead of one fit each.
 
-The least-squares solution depends on where the samples lie in their period, and not on their values. Where
-they are even, it is that of their number and of the step between them alone; of a run whose cycles repeat
-each other, the step differs by parts in a thousand, over which the solution is a parabola.
+The matrix depends on where the samples lie in their period, and not on their values. For even samples it
+depends on their number and step alone. In a run whose cycles repeat, the step varies by parts in a thousand;
+over this range each element of the matrix is a parabola of the step.
 """
 
 from __future__ import annotations

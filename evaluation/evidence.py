@@ -1,4 +1,4 @@
-"""Entries of the document that say how far its figures are to be believed, and what runs say together."""
+"""Entries of the document for skew, draw wires, inertia, and for several runs together."""
 
 from __future__ import annotations
 

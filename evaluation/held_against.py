@@ -1,4 +1,4 @@
-"""What a run is held against: what its step asks of the specimen, or what the plan expected of it.
+"""The reference of a run: the motion that its step requires, or the one that the plan expected.
 
 A step that asks for the piston's stroke (``compensate = false``) asks nothing of the specimen. The machine
 gives way under the force, so the specimen makes less of that stroke. How much less, the plan has worked out,

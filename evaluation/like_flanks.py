@@ -1,14 +1,14 @@
 """Moments of lower turns by like flanks: where the stroke crosses one level on its way down and up.
 
-Of a periodic motion the time between like points is the period, whichever points these are. Where the stroke
-is fastest they are known best, and nothing that happens at a turn moves them: not how long a stand needs to
-reverse, nor noise that finds the lowest sample anywhere along a flat turn. So the moment of a lower turn is
-the middle between the crossings of one level on both sides of it, the same level for all turns of a motion,
-and later by what the fitted turns are later than these middles in the median: where the turns are is what the
-fits say, how long it is from one to the next is what the flanks say.
+In a periodic motion the time between any two like points is the period. The crossings of a level where the
+stroke is fastest are known best. They do not depend on how long a stand needs to reverse, nor on noise,
+which may put the lowest sample anywhere along a flat turn. So the moment of a lower turn is the middle
+between the crossings on both sides of it, with one level for all turns of a motion. To this is added the
+median of the times by which the fitted turns are later than these middles. The fits then say where the turns
+are, and the flanks how much time lies between them.
 
-The level is that about which the motion goes: a stroke that grows or falls crosses it at the same moments,
-whatever its amplitude.
+The level is the one about which the motion goes: a stroke whose amplitude grows or falls crosses it at the
+same moments.
 """
 
 from __future__ import annotations

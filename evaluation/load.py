@@ -1,4 +1,4 @@
-"""From a run file to what evaluation works on: one time base, and the facts."""
+"""Loads a run file as the record and the facts that the evaluation works on."""
 
 from __future__ import annotations
 

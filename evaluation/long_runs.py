@@ -1,4 +1,4 @@
-"""A run that is too long to be held at once: read in pieces, and averaged over blocks while it is read.
+"""Runs that are too long for the memory: read in pieces and averaged over blocks.
 
 What is wrong with single samples is found on all of them, by the rules of
 :mod:`bufferstand.evaluation.defects`. What stays is a record of bounded size: the evaluation of a run of any

@@ -1,4 +1,4 @@
-"""The loop that stands for a run, small enough to be kept for each of ten thousand: for comparing runs."""
+"""The mean loop of a run, for comparisons; small enough to be stored for each of ten thousand runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A spring model beside recorded runs: nothing is fitted, it answers to the strokes as they were run."""
+"""Compares a spring model with recorded runs: the forces of the recorded strokes, without a fit."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The noise of force and stroke over frequency, from the record itself.
 
-White noise of N samples averages out with √N. Mains hum and noise whose neighbouring samples hang together
-(coloured) do not. What noise makes of a figure follows from its density over frequency: of a figure that is
+White noise of N samples averages out with √N. Mains hum and noise with correlated neighbours (coloured) do
+not. What noise makes of a figure follows from its density over frequency: of a figure that is
 ∫ w(t) n(t) dt the variance is ∫ S(f) |W(f)|² df (two-sided density S, W the Fourier transform of w).
 
 The density comes from what motion does not explain. Differences of high order of means over 1, 2, 4 … samples

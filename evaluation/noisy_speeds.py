@@ -1,4 +1,4 @@
-"""Largest speeds that noise makes too large, in runs whose channels state nothing to make a U of."""
+"""Warns of largest speeds that noise makes too large, in runs whose channels state no uncertainty."""
 
 from __future__ import annotations
 

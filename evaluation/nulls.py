@@ -1,4 +1,4 @@
-"""A value that cannot be had is null, with a warning that says why (contracts § 4): those yet unsaid."""
+"""Warnings for values that are null and of which nothing has said why yet (docs/evaluation-document.md)."""
 
 from __future__ import annotations
 

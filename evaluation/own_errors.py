@@ -1,7 +1,7 @@
-"""Errors of the force that are a run's own, and the same wave or ramp all along it: hum, and a drifting zero.
+"""Errors of the force that one run has by itself and that go on through all of it: hum, and a drifting zero.
 
-Both go on from cycle to cycle, so that their place in each cycle counts: hum in step with the cycles is the
-same error in all of them, and of a ramp each cycle has its part.
+Their phase in each cycle counts. Hum in step with the cycles is the same error in all of them; of a drift
+each cycle has its part.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The complete cycles of a run prepared for drawing, each when it is first asked for."""
+"""The complete cycles of a run prepared for the Monte Carlo, each at its first use."""
 
 from __future__ import annotations
 

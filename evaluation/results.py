@@ -1,6 +1,6 @@
 """Results of an evaluation as frozen facts: what a report, a table and the JSON document are made from.
 
-Names are those of the evaluation contract (docs/evaluation.md). A value that cannot be had is None.
+Names are those of docs/evaluation-document.md. A value that cannot be had is None.
 """
 
 from __future__ import annotations
@@ -296,7 +296,10 @@ class StepResult:
 
 @dataclass(frozen=True)
 class RequirementResult:
-    """One requirement or condition judged (contracts § 4). ``cycle`` is None where it concerns the run."""
+    """One requirement or condition judged (docs/evaluation-document.md).
+
+    ``cycle`` is None where it concerns the run.
+    """
 
     standard: str
     edition: str | None

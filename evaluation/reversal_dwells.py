@@ -1,4 +1,4 @@
-"""Dwells that a stand makes when it reverses: they belong to the motion, and part no cycles.
+"""Dwells of a stand at its reversals: they belong to the motion and do not separate cycles.
 
 A servo valve crosses its overlap at each reversal, and the piston stands meanwhile: 20 to 100 ms at usual
 stands. Such a dwell is no rest of the specimen: nobody commanded it, and the period of the motion has it in

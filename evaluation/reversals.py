@@ -1,4 +1,4 @@
-"""Coarse reversals of a stroke record: which turns are motion and which are noise, before any fit."""
+"""A first search for the reversals of the stroke, before any fit: motion is told from noise."""
 
 from __future__ import annotations
 

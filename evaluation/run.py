@@ -1,4 +1,4 @@
-"""One run from its record to its results: the way through the room."""
+"""Evaluates one run, from its record to its results."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What noise makes of a largest speed: of many noisy readings the largest is too large.
+"""The effect of noise on a largest speed: the largest of many noisy readings is too large.
 
-By how much hangs on how flat the speed is there and on how the noise of neighbouring readings hangs together.
-It is found by trying: made noise of the record's own density is laid on the branch, made smooth, and the
-speed is read from it as it is read from the record (JCGM 101, 5.9).
+By how much depends on how flat the speed is there and on the correlation of the noise. It is found by
+simulation: noise of the record's own density is added to the smoothed branch, and the speed is read from it
+as from the record (JCGM 101, 5.9).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the stand's guards wrote into a run file about its devices."""
+"""Events of the stand's guards about its devices, read from a run file."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The windows about many reversals at once, and which of them are no dwell.
 
-Turns that are on record from both sides and do not rest are what a run has thousands of: they are told here,
-many at once. The others are looked at one by one (:mod:`bufferstand.evaluation.turn_sides`,
+Most turns are on record from both sides and have no rest. They are recognised here, many at once. The others
+are examined one by one (:mod:`bufferstand.evaluation.turn_sides`,
 :mod:`bufferstand.evaluation.dwells`).
 """
 

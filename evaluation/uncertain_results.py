@@ -1,4 +1,4 @@
-"""Uncertainties of every cycle of a run: drawn, taken from a like cycle, or not to be had, and why."""
+"""Uncertainties of every cycle of a run: drawn, taken from a similar cycle, or missing with a reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The two draw wires of a stand: their mean is the stroke, their difference says whether to believe it."""
+"""The two draw wires of a stand: their mean is the stroke, their difference is a check of it."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 class ExitStatus(IntEnum):
-    """Exit status of every command (contracts § 1)."""
+    """Exit status of every command (docs/commands.md)."""
 
     DONE = 0
     SPECIMEN_FAILED = 1

@@ -5,4 +5,4 @@ from __future__ import annotations
 from typing import Literal
 
 Kind = Literal["static", "harmonic", "impact", "proof"]
-"""Kind of a run (contracts § 4)."""
+"""Kind of a run (docs/evaluation-document.md)."""

@@ -43,7 +43,7 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     """Run the paper's campaign, shortened, on the simulated stand; evaluate it and write the report.
 
     The stand is a process of its own on real wires (Modbus TCP, a serial line, a 1-Wire folder). The last
-    step means to run into the 40 °C stop.
+    step is meant to reach the 40 °C stop.
     """
     from bufferstand.cli.campaigns import prepare
     from bufferstand.cli.commands.run import finish
@@ -62,7 +62,7 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
         f"{plan.campaign.content.campaign.title}: {len(plan.steps)} steps, "
         f"{duration_text(plan.expected_duration_s)} on the stand, "
         f"about {duration_text(plan.expected_duration_s / speed)} at {speed:g} times real time.\n"
-        "The last step means to run into the 40 °C stop. Ctrl-C stops safely at any time.",
+        "The last step is meant to reach the 40 °C stop. Ctrl-C stops safely at any time.",
         err=True,
     )
     outcome = perform(prepared, folder, simulate=True, speed=speed, truth=truth)

@@ -1,4 +1,4 @@
-"""What runs say together: errors that they share, and figures made of several runs."""
+"""Several runs together: the errors that they share, and figures made of several runs."""
 
 from bufferstand.evaluation.across_runs.combine import Figure, Figures, Spread, coverage_factor_95
 from bufferstand.evaluation.across_runs.identity import ChannelIdentity, Occasion, identity_of

@@ -1,4 +1,4 @@
-"""Figures of several runs in one: uncertainty of a weighted sum, whose parts have errors in common.
+"""Uncertainty of a weighted sum of figures of several runs that have errors in common.
 
 JCGM 100, 5.2.2: u²(Σ aᵢ yᵢ) = Σ aᵢ aⱼ u(yᵢ, yⱼ). With the standard contribution c of every shared error to
 every figure that is Σ_s (Σᵢ aᵢ cᵢₛ)² + Σᵢ aᵢ² oᵢ², where oᵢ is what a run has of its own.

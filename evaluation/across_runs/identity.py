@@ -1,4 +1,4 @@
-"""Whose errors they are: the instrument behind a channel, and which setting of it.
+"""Identifies the instrument behind an error of a channel, and the setting of it.
 
 Runs that name the same instrument have the same error of it. What a certificate covers (scale, reversibility,
 linearity) is one error for as long as the certificate is the same; a zero is set with each specimen; a delay

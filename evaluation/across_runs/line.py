@@ -1,4 +1,4 @@
-"""A straight line through figures of several runs, whose errors hang together.
+"""A straight line through figures of several runs with correlated errors.
 
 Each figure has the weight of what its run has of its own; the covariance of slope and intercept is that of
 the shared errors, too. Weights by the whole covariance would have the least variance only if line and shared

@@ -1,4 +1,4 @@
-"""Means of evaluated runs as figures that know what they share."""
+"""Means of evaluated runs as figures with the contributions of their shared errors."""
 
 from __future__ import annotations
 

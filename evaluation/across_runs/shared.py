@@ -1,4 +1,4 @@
-"""What a run's means owe to errors that other runs have, too: small enough to be kept for each run.
+"""Contributions of shared errors to the means of a run, small enough to be stored for each run.
 
 The Monte Carlo draws of a run's means are regressed on the drawn errors of its channels. What a mean owes to
 an error is its standard contribution: sensitivity times standard uncertainty, with its sign. Two runs that

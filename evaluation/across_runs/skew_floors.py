@@ -1,8 +1,8 @@
-"""What a measured skew cannot be known better than, however little its cycles scatter.
+"""Lower limits of the uncertainty of a measured skew, whatever the scatter of its cycles.
 
-A record made by a program scatters by nothing, and a skew from it would be certain to nanoseconds. What is
-beside the scatter: the steps of time stamps and converters, the clock, how much the loss of the reference may
-vary with the rate, and how much the delay of a filter varies with the frequency.
+A generated record has no scatter, and a skew from it would seem certain to nanoseconds. The other parts are
+the steps of time stamps and converters, the clock, a loss of the reference that varies with the rate, and a
+delay of a filter that varies with the frequency.
 """
 
 from __future__ import annotations

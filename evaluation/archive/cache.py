@@ -1,4 +1,4 @@
-"""What has been evaluated already.
+"""The cache of evaluated runs.
 
 A result is found by the hash of the run's content, of the settings and of the software. Which content a file
 has is known without reading it while its size, its times and its inode are the same; otherwise all its bytes

@@ -2,7 +2,7 @@
 
 What may happen meanwhile, and what is done: a worker dies (its tasks go to others), a file kills its worker
 (it is tried alone, then reported), the scheduler is restarted (the tasks that have no result yet are handed
-out again), a worker has other software (refused), nobody is left (given up after a while).
+out again), a worker has other software (refused), no worker is left (given up after a while).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Two evaluations compared: what moved, by how much, and whether by more than it is known.
+"""Compares two evaluations: what changed, by how much, and whether by more than its uncertainty.
 
 Of one and the same recording both evaluations share the errors of the channels, and only the way they were
 read has changed: the larger of both expanded uncertainties is what the difference is held against. Two
@@ -31,7 +31,7 @@ _NOT_FIGURES = ("cycles_used",)
 
 
 class _Part(BaseModel):
-    """A part of an evaluation document (contracts § 4), as far as a comparison reads it."""
+    """A part of an evaluation document (docs/evaluation-document.md), as far as a comparison reads it."""
 
     model_config = ConfigDict(strict=True, extra="ignore")
 

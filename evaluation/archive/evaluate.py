@@ -1,4 +1,4 @@
-"""An archive evaluated: what is known comes from the cache, the rest is worked off here or on a cluster."""
+"""Evaluates an archive: known results come from the cache, the rest is computed here or on a cluster."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be asked of runs: the facts of their recording, and the results of their evaluation."""
+"""Facts of runs for queries: those of the recording, and results of the evaluation."""
 
 from __future__ import annotations
 

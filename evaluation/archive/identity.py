@@ -1,4 +1,4 @@
-"""What an evaluation hangs on besides the run: settings and software, each as one hash."""
+"""Hashes of what an evaluation depends on besides the run: settings and software."""
 
 from __future__ import annotations
 

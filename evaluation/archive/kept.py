@@ -1,4 +1,4 @@
-"""An evaluated run in the one form in which it is sent between processes and kept: text and numbers.
+"""An evaluated run in the form in which it is sent between processes and stored: text and numbers.
 
 Every run goes through it, whether it was evaluated here, on a cluster or long ago: they cannot differ. It
 holds nothing that could be executed, so that a cache may lie where others can write.

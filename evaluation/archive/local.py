@@ -1,4 +1,4 @@
-"""Evaluation on the cores of this machine, in processes of their own: none takes another with it."""
+"""Evaluation on the cores of this machine, in separate processes: a crash of one does not stop the others."""
 
 from __future__ import annotations
 

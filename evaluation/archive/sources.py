@@ -1,4 +1,4 @@
-"""Which run files are meant: files, folders, patterns and lists."""
+"""Finds the run files behind files, folders, patterns and lists."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The unit of work that a process does, here or on a cluster: a handful of files in, small results out.
+"""A task for one process, here or on a cluster: a handful of files in, small results out.
 
 A task has paths, never arrays, and no effect but its result: it may be done twice.
 """

@@ -1,3 +1,3 @@
-"""Each channel on its own instants: bringing the force to those of the stroke, and what is no reading."""
+"""Channels with their own instants: interpolating the force at those of the stroke; invalid readings."""
 
 __all__ = ["between", "bring", "joined", "pieces", "rates", "rows", "sensors"]

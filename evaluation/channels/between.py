@@ -1,4 +1,4 @@
-"""What may lie between the readings of a force that was interpolated."""
+"""Bounds for the force between the readings from which it was interpolated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One channel at the instants of another: by a spline through its readings, and how far that may be off.
+"""Interpolates one channel at the instants of another by a spline, and bounds the error.
 
 Between the readings of a slower channel the truth is not on record. What may lie there is judged by the
 readings themselves: by what every second one of them gives, and the others

@@ -1,4 +1,4 @@
-"""Which of stroke and force is read less often, and where it is so too seldom for what the other one does."""
+"""Finds the slower one of stroke and force, and where it is read too seldom to follow the other."""
 
 from __future__ import annotations
 

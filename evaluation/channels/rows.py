@@ -1,4 +1,4 @@
-"""The rows of an imported table as readings: those that were written twice, and stamps that rows share."""
+"""The rows of an imported table as readings: doubled rows, and time stamps that rows share."""
 
 from __future__ import annotations
 

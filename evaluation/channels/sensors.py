@@ -1,4 +1,4 @@
-"""Temperature readings that are none: codes of sensors and loggers, and values no specimen can have.
+"""Invalid temperature readings: codes of sensors and loggers, and values that no specimen can have.
 
 A sensor that fails goes on sending numbers: 85.0 °C after a reset, -127 °C when its wire is off, 999.9 or
 9.91E+37 when its logger sees an open input. Taken for temperatures they break conditions that were kept. What

@@ -1,6 +1,6 @@
-"""All signals of a run side by side: what the stand measured of one motion in several ways.
+"""All signals of a run at common instants: several measurements of one motion.
 
-Some thousands of samples tell which of them is scaled, turned, late or slipped: a long run is thinned.
+Some thousands of samples show a wrong scale or sign, a delay or a slip: a long run is thinned.
 """
 
 from __future__ import annotations

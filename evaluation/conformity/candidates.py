@@ -1,4 +1,4 @@
-"""From an evaluated run to what decides whether it is a conformity test."""
+"""The facts of an evaluated run that decide whether it can be the conformity test."""
 
 from __future__ import annotations
 

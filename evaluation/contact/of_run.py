@@ -1,4 +1,4 @@
-"""The first contact of a run, and what is to be said of it."""
+"""The first contact of a run, and the warnings about it."""
 
 from __future__ import annotations
 

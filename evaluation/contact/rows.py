@@ -1,8 +1,8 @@
-"""What a wrong stroke zero makes of verdicts: each row as read from the recorded zero and from the contact.
+"""The effect of a wrong stroke zero on verdicts: each row is read from recorded zero and from contact.
 
 The strokes of a requirement are counted from first contact. A zero that is off by more than its uncertainty
-is a known error that is not corrected, so that U grows by all of it (JCGM 100, F.2.4.5); a verdict that hangs
-on it is none.
+is a known error that is not corrected, so that U grows by all of it (JCGM 100, F.2.4.5). A verdict that
+depends on it is inconclusive.
 """
 
 from __future__ import annotations

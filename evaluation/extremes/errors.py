@@ -1,4 +1,4 @@
-"""How far an extreme of a run is known: the errors of its channel, and the noise that chose it."""
+"""Uncertainty of an extreme of a run: errors of its channel, and noise that makes it overreach."""
 
 from __future__ import annotations
 

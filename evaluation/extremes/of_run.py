@@ -1,4 +1,4 @@
-"""The extremes of a run, from its samples as they were recorded (contracts § 4)."""
+"""The extremes of a run, from its samples as they were recorded (docs/evaluation-document.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fewer points for drawing, the same look: what a printed line cannot show need not be in the file."""
+"""Reduces the points of a drawn curve to those that a printed line can show."""
 
 from __future__ import annotations
 

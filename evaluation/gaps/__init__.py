@@ -1,4 +1,4 @@
-"""What is not on record: which steps hide something, what is rest, and what the rest may change."""
+"""Gaps of a record: which steps hide something, which are rest, and what the others may change."""
 
 __all__ = [
     "bounds",

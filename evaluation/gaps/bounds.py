@@ -1,4 +1,4 @@
-"""What a hole may change: found by making it larger.
+"""Bounds for what a hole may change, found by making it larger.
 
 What lies in a hole is interpolated, and an interpolation's error grows with the hole: in proportion where
 the hole hides a corner, with its third power or more where the curve is smooth. So each hole of a record is

@@ -1,4 +1,4 @@
-"""What the stamps of a clock mean that do not rise: it is coarse, or it was set back."""
+"""Time stamps that do not rise: the clock is coarse, or it was set back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cycles of few samples: what lies between these may change as much as a hole does.
+"""Cycles of few samples: bounds for what lies between them.
 
 A preload that is taken up, a force that jumps where the stroke turns, a corner of the stroke lie anywhere
 between two samples. How much of a figure hangs on that is shown by the record itself, read once with every

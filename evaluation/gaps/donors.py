@@ -1,4 +1,4 @@
-"""What a hole may change, from like cycles: the same hole is opened where the samples are on record."""
+"""Bounds for a hole from similar cycles: the same hole is opened where the samples are on record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An even clock whose stamps are not: rounded, or written down late by a busy computer.
+"""Samples of an even clock with uneven time stamps: rounded, or stamped late by a busy computer.
 
 Stamps that scatter about even steps say one of two things. The samples were taken when they say, and the
 stroke is off its curve by the speed times the scatter; or they were taken evenly, and the stroke is not. The

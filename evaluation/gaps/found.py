@@ -1,4 +1,4 @@
-"""The cycles of a record and their figures, with what is not on record bridged, bounded or left out."""
+"""The cycles of a record and their figures, with its gaps bridged, bounded or left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strokes are numbered as they happened; here is where the record does not show how many did."""
+"""Numbers the strokes as they happened, and finds where the record does not show how many there were."""
 
 from __future__ import annotations
 

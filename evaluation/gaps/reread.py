@@ -1,4 +1,4 @@
-"""Readings of the requirements bounded like the figures of cycles: taken again from fewer samples."""
+"""Bounds for the readings of requirements, like those of cycles: read again from fewer samples."""
 
 from __future__ import annotations
 

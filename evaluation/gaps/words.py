@@ -1,4 +1,4 @@
-"""What is said of holes: of the run, and of the cycles that are evaluated all the same."""
+"""Warnings about holes of a run, and of the cycles that are evaluated with them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a record holds besides: holds, settling, cumulated energy; and the runs of a specimen in order."""
+"""Holds, settling and cumulated energy of a run; and the runs of a specimen in order."""
 
 from bufferstand.evaluation.history.across import before_after_entries, proof_load_entries
 from bufferstand.evaluation.history.facts import RunHistory

@@ -1,4 +1,4 @@
-"""What the runs of one specimen say in their order: before and after, and proof loads added up."""
+"""The runs of one specimen in order: before and after, and the sum of its proof loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which codes a channel held in the place of readings."""
+"""The codes that a channel has in place of readings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples that are no readings leave a record, as if they had been lost (contracts § 4)."""
+"""Samples that are no readings leave a record, as if they had been lost (docs/evaluation-document.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples that their neighbours on both sides deny: one alone, or two side by side."""
+"""Single samples, or two in a row, that contradict their neighbours on both sides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What detectors see of a run: each channel as it was recorded, and the cycles that were found in it."""
+"""The input of the detectors: each channel as it was recorded, and the cycles found in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Means without spoiled cycles, while others remain; where none does, means without an uncertainty."""
+"""Means without spoiled cycles. If no other cycle remains, means without an uncertainty."""
 
 from __future__ import annotations
 

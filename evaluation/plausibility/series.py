@@ -1,4 +1,4 @@
-"""Figures of like cycles in order of time, for what changes from cycle to cycle."""
+"""Figures of similar cycles in order of time, to find changes from cycle to cycle."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Spikes: single samples, or two in a row, that the samples on both sides deny.
 
 A spike is a sample that was not taken of the specimen. It is left out before cycles are looked for, as if it
-had been lost (contracts § 4): what could have happened there is bounded, and part of U. Where that cannot be
-done (a record that came averaged, too many of them) the cycles are spoiled.
+had been lost (docs/evaluation-document.md): what could have happened there is bounded, and part of U. Where
+that cannot be done (a record that came averaged, too many of them) the cycles are spoiled.
 """
 
 from __future__ import annotations

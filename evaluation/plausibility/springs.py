@@ -1,7 +1,7 @@
-"""What a spring does from one stroke to the next, as a share of its force (in logarithms): more is a gain's.
+"""How much the force of a spring may change from one stroke to the next, as a share (in logarithms).
 
-It softens, most from the first stroke to the second, and with every kelvin; it recovers in a pause. It does
-not harden.
+A spring softens, most from the first stroke to the second, and with every kelvin. It recovers in a pause. It
+does not harden. A larger change is one of the amplifier's gain.
 """
 
 from __future__ import annotations

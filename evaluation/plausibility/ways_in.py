@@ -1,4 +1,4 @@
-"""Ways into single strokes that differ from the one before by more than a spring does.
+"""Loading branches of single strokes that differ from the one before by more than a spring can.
 
 A stroke that is on record in part, lacks samples or has the jump in it has no loop that could be compared,
 but its force on the way in can, where both strokes have been. A gain that changed changes it by one share

@@ -1,4 +1,4 @@
-"""What limits the results and what they rest on: deviations, stops, warnings, decision rule, raw data."""
+"""The closing sections: deviations, stops, warnings, decision rule, raw data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the results hang on: skew of force and stroke, agreement of the draw wires, inertia; temperature."""
+"""Sections on skew of force and stroke, agreement of the draw wires, inertia, and temperature."""
 
 from __future__ import annotations
 

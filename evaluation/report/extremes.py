@@ -1,4 +1,4 @@
-"""Extremes of runs in a report: greatest and least of all samples, apart from the means."""
+"""Extremes of runs in a report: greatest and least of all samples, beside the means."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs were judged by: the limit set with its identity, and what the inspector wrote down."""
+"""The basis of the verdicts: the limit set with its identity, and the inspector's checklist."""
 
 from __future__ import annotations
 

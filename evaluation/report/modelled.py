@@ -1,4 +1,4 @@
-"""What a given spring model says to the runs of the report: which model, and how far off it is."""
+"""The comparison of a given spring model with the runs: which model, and its deviations."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def usable(value: object) -> float | None:
 
 
 def quantity_cell(name: str, value: object, why: str) -> Cell:
-    """Return a result by its contract name, with that quantity's decimals.
+    """Return a result by its name in the evaluation document, with that quantity's decimals.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What on record no specimen and no motion make: findings of the runs in a report."""
+"""Plausibility findings of the runs in a report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs that were evaluated before: what moved, by how much, and whether beyond its uncertainty."""
+"""Runs that were evaluated before: what changed, by how much, and whether by more than its uncertainty."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several specimens in one report: whose runs are whose, and which runs of them are of the same step."""
+"""Several specimens in one report: the runs of each, and which of them are of the same step."""
 
 from __future__ import annotations
 

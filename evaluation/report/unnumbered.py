@@ -1,4 +1,4 @@
-"""A figure before its place in the report is known."""
+"""A figure of the report before it has its number."""
 
 from __future__ import annotations
 

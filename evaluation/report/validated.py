@@ -1,4 +1,4 @@
-"""What the report says of the software: whether this version of it was validated (ISO/IEC 17025, 7.11.2)."""
+"""The section on the software: whether this version was validated (ISO/IEC 17025, 7.11.2)."""
 
 from __future__ import annotations
 

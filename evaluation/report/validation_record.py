@@ -131,7 +131,7 @@ def _largest(shares: list[float]) -> Cell:
 
 
 def _words(name: str) -> str:
-    """Return a contract name in words; its unit stands with the values."""
+    """Return the name of a quantity in words; its unit stands with the values."""
     for unit in ("_kN_per_mm", "_mm", "_kN", "_J", "_Hz"):
         name = name.removesuffix(unit)
     return name.replace("_", " ")

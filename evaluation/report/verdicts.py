@@ -46,7 +46,7 @@ _CONDITIONS = frozenset(
 
 
 def is_condition(requirement: Mapping[str, Any]) -> bool:
-    """Say whether something is required of the test rather than of the specimen (contracts § 4)."""
+    """Say whether it is a condition of the test, and no requirement on the specimen."""
     return bool(requirement.get("condition", requirement["id"] in _CONDITIONS))
 
 

@@ -59,7 +59,7 @@ def write_report(
     formats : sequence of str
         ``html``, ``pdf`` or both.
     document : mapping, optional
-        The evaluation document of these runs (contracts § 4); without one they are evaluated here.
+        Their evaluation document (docs/evaluation-document.md); without one they are evaluated here.
     given : Given, optional
         How to evaluate, and what to show besides: fields, model, earlier evaluation.
 

@@ -1,4 +1,4 @@
-"""What a record says of a condition's value: no figure, but the span that what is not on record leaves.
+"""The value of a condition as a span: as far as the record leaves it open.
 
 Every condition is judged so (:meth:`Span.verdict`): met where nothing in the span breaks it, broken where
 nothing in it meets it, else not to be told. What widens each span: docs/evaluation.md, "Conditions".

@@ -1,4 +1,4 @@
-"""Requirements that an inspector answers: what was looked at, and what was not."""
+"""Requirements that an inspector answers: items that were inspected, and items that were not."""
 
 from __future__ import annotations
 

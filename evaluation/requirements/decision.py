@@ -80,7 +80,7 @@ def _moved(limit: float | None, by: float) -> float | None:
 
 
 def govern(result: RequirementResult, conditions: Iterable[RequirementResult]) -> RequirementResult:
-    """Return a result under the conditions that govern it (contracts § 4).
+    """Return a result under the conditions that govern it (docs/evaluation-document.md).
 
     A broken condition makes it invalid, one that the record cannot show makes it inconclusive; what was
     never reached stays not tested.

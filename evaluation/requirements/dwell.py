@@ -1,4 +1,4 @@
-"""How long the stroke may have dwelt at its upper turning point, by what is on record of it.
+"""The longest dwell at the upper turning point that the record allows.
 
 A dwell is found by its level (:mod:`bufferstand.evaluation.dwells`). One that is shorter than noise and speed
 let it be found, or that lies between rows, is not found and may be there all the same. Its bound is the time

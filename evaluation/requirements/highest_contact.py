@@ -1,8 +1,8 @@
-"""The highest place on the recorded stroke at which first contact may have been, by the record itself.
+"""The largest recorded stroke at which first contact may have been.
 
-Strokes count from first contact. Where the approach does not show it, the specimen does as soon as it pushes:
-no later than there it was met. So a stroke that is left is seen by strokes that began deeper, whatever the
-zero is; one at which every stroke begins looks the same as a zero that is off.
+Strokes count from first contact. Where the approach does not show it, the force does: the specimen was met
+no later than where it begins to push. So a residual stroke shows by strokes that began at a smaller stroke,
+whatever the zero is. If every stroke begins at the same place, a residual stroke and a wrong zero look alike.
 """
 
 from __future__ import annotations

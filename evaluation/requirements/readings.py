@@ -8,7 +8,7 @@ from bufferstand.foundation.settings import Settings
 
 
 class Readings(Settings):
-    """How a limit set reads what its source leaves open (standards.md 1.2); defaults where a set is silent.
+    """How a limit set reads what its source leaves open (docs/limit-sets.md); defaults where a set is silent.
 
     Attributes
     ----------

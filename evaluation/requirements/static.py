@@ -1,4 +1,4 @@
-"""The static test judged: preload and force windows, stored energy, absorbed energy ratio (contracts § 4)."""
+"""The static test judged: preload, forces, energies (ids in docs/evaluation-document.md)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from bufferstand.evaluation.results import CycleResult, RequirementResult
 from bufferstand.evaluation.uncertainty import CyclePropagation, LocalReading, force_draws
 
 PRELOAD_FROM_MM, PRELOAD_TO_MM = 2.0, 10.0
-"""Preload: line through the loading branch between these strokes, read at stroke 0 (standards.md 1.2)."""
+"""Preload: line through the loading branch between these strokes, read at stroke 0 (docs/limit-sets.md)."""
 PRELOAD_READING_MM = 0.5
 """Other reading of the preload, and always stated beside the first: the force at this stroke."""
 FORCE_HALF_WIDTH_MM = 2.5

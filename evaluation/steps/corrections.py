@@ -1,7 +1,7 @@
 """A sine that was corrected while it ran: one step, whose cycles settle until the correction is over.
 
-Whoever ran it wrote down what it told the piston, and when (events of kind ``stroke``, docs/run-file.md).
-Where nothing is written down nothing was corrected, and a change of the stroke is one between steps.
+The run file has the commands to the piston and their times (events of kind ``stroke``, docs/run-file.md).
+Without such events nothing was corrected, and a change of the stroke separates steps.
 """
 
 from __future__ import annotations

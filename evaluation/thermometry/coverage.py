@@ -1,8 +1,8 @@
-"""Whether a sensor's readings cover a cycle: how long nothing is known of the temperature in it.
+"""Whether a sensor's readings cover a cycle: the longest time in it without a reading.
 
 The points of a cycle are its start, each reading in it, and its end. They cover it where none is farther
-from the next than a limit (contracts § 4). Of a cycle without a reading in it, the nearest reading outside
-takes the place of those inside: fast cycles follow each other between two readings.
+from the next than a limit (docs/evaluation-document.md). Of a cycle without a reading in it, the nearest
+reading outside takes the place of those inside: fast cycles follow each other between two readings.
 """
 
 from __future__ import annotations

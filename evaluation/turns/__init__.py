@@ -1,4 +1,4 @@
-"""What happens where the stroke turns: how sharp it does, and the forces there, of each branch by itself."""
+"""The stroke at its turning points: how sharp they are, and the force there, for each branch."""
 
 from bufferstand.evaluation.turns.end_forces import EndForces, continuous, end_forces
 from bufferstand.evaluation.turns.force_extremes import ForceExtremes, Inside, force_extremes, overreach

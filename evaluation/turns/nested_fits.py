@@ -1,4 +1,4 @@
-"""Which terms, over how many points, read the force at an end: the surest fit that the noise explains."""
+"""Selects terms and number of points for the force at an end: the surest fit that the noise explains."""
 
 from __future__ import annotations
 

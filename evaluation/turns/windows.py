@@ -1,4 +1,4 @@
-"""The last samples of branches, as points with what a force may hang on: stroke, speed or time."""
+"""The last samples of branches as points, with what the force may depend on: stroke, speed or time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Agreed values against what was found."""
+"""Compares agreed values with results."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Check:
 
 
 def judge_entry(agreed: Sequence[Agreed], entry: Mapping[str, Any]) -> list[Check]:
-    """Compare agreed values with a run's entry of an evaluation document (contracts § 4).
+    """Compare agreed values with a run's entry of an evaluation document (docs/evaluation-document.md).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sets evaluated by this installation as a user's records are, or judged by results of another program."""
+"""Evaluates the standard sets with this installation, or judges results of another program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How one signal follows another that measures the same: factor, zero, lateness, and what is left."""
+"""How one signal follows another that measures the same: factor, zero, delay, residual."""
 
 from __future__ import annotations
 

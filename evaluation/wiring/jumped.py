@@ -1,7 +1,7 @@
-"""One of two forces that has jumped: its zero or its scale has changed while it was recorded.
+"""Finds which of two force channels has jumped: its zero or its scale changed during the recording.
 
-The specimen's force goes on without a break where its stroke does. So of two ways to it the one that breaks
-between two of its samples, while stroke and the other one do not, is the wrong one.
+Where the stroke is continuous, the force of the specimen is, too. So the channel that jumps between two
+samples, while the stroke and the other force do not, is the wrong one.
 """
 
 from __future__ import annotations

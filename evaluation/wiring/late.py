@@ -1,7 +1,7 @@
-"""A force that comes later than the stroke that makes it.
+"""Finds a force that is later than the stroke.
 
-A specimen that takes up energy pushes back the less as soon as it is let go: its force never goes on rising
-after the stroke has turned. What does is late: a filter, or a wrong ``delay_s``.
+The force of a specimen that absorbs energy falls as soon as the stroke turns. A force that goes on rising
+after that is late: a filter, or a wrong ``delay_s``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the stand's own guards said of its devices while the run was recorded."""
+"""Findings from what the stand's guards reported of its devices during the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thermometers: the specimen's follow the heat that it takes up and do not fall like air; the room's do not.
+"""Checks of the thermometers: those on the specimen follow its heat, and do not cool as fast as air.
 
 Rubber and elastomer cool over hours (a buffer of tens of kilograms: time constants beyond half an hour), a
 bare DS18B20 in air within a quarter of a minute.

@@ -1,4 +1,4 @@
-"""A doubt about a signal as a finding of the run."""
+"""Makes a finding of the run from a doubt about a signal."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Imported:
 
 
 def import_file(path: Path, out: Path, options: ImportOptions | None = None) -> Imported:
-    """Import a foreign record (contracts § 3; TDMS, MDF, Excel) as ``<name>.h5`` into the folder ``out``.
+    """Import a foreign record (docs/import.md) as ``<name>.h5`` into the folder ``out``.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from bufferstand.recording.foreign.record import Reading
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What the user says about a record (contracts § 3); it goes before the mapping file.
+    """What the user says about a record (docs/import.md); it goes before the mapping file.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ def test_linear_algebra_has_one_thread_whatever_the_user_has_set(threads: str) -
 
 @pytest.mark.parametrize("arguments", [["--help"], ["plan", "--help"], ["runs", "sample_runs/runs"]])
 def test_a_reader_that_has_gone_is_no_failure(arguments: list[str]) -> None:
-    """Status 1 is that of a specimen that failed (contracts § 1)."""
+    """Status 1 is that of a specimen that failed (docs/commands.md)."""
     with subprocess.Popen(
         [sys.executable, "-P", "-m", "bufferstand", *arguments],
         stdout=subprocess.PIPE,

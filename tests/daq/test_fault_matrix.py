@@ -54,7 +54,7 @@ FAULTS: Mapping[str, tuple[set[int], str]] = {
         )
     },
 }  # fmt: skip
-"""By fault: the exit statuses of the contracts, and the words that name it; empty where it harms nothing."""
+"""By fault: exit statuses (docs/commands.md), and the words that name it; empty where it harms nothing."""
 
 BLIND_S = 7.0
 """A fault is seen within this time: 5 s of a silent sensor, its period of 1 s, and a pass."""

@@ -15,11 +15,17 @@ HEAD = """\
 
 Made from the commands' own `--help` by `python -m tests.docs.commands_page`; a test compares it.
 
-Exit status everywhere: **0** done (`evaluate`: evaluated, whatever the verdict); **1** the specimen failed,
-only with `evaluate --strict`; **2** bad input or usage, one message that names file, place, what is wrong and
-what to do; **3** stopped by a limit or the operator, data kept, stand seen safe; **4** stopped by a device or
-communication fault, or a stop whose safe state was not seen: data kept, the last line says what the stand was
-last seen to be.
+Scripts may rely on commands, options and exit statuses: a later version may add some, and renames or drops
+none. What `--json` prints stands on standard output with nothing else; progress and logs go to standard
+error, without colour or bars where that is no terminal.
+
+| exit status | everywhere |
+|---|---|
+| 0 | done; of `evaluate`: evaluated, whatever the verdict |
+| 1 | the specimen failed; only with `evaluate --strict` |
+| 2 | bad input or usage: one message that names file, place, what is wrong and what to do |
+| 3 | stopped by a limit or the operator; data kept, stand seen to be safe |
+| 4 | a device or wire failed, or no safe state was seen; data kept, the last line says what was seen last |
 """
 
 

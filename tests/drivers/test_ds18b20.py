@@ -28,7 +28,7 @@ def w1_text(pad: bytes, verdict: str = "YES", millidegrees: int = 0) -> str:
 
 
 def test_crc_of_the_known_vectors() -> None:
-    # wire-facts 1.4, measured
+    # docs/facts/devices.md, measured
     assert crc8(bytes.fromhex("3f004b467fff0110")) == 0x47
     assert crc8(bytes(8)) == 0x00
     assert crc8(b"\xff" * 8) == 0xC9

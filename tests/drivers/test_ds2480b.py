@@ -46,8 +46,8 @@ RECORDED_SCRATCHPAD = (
     ),
     ("FF FF FF FF FF FF FF FF FF", "9C 01 4B 46 7F FF 0C 10 0C"),
 )
-# Configuration by the Dallas public domain kit (wire-facts § 1.4): each byte comes back with bit 0 cleared,
-# the baud rate reads 0 (9600), and a single bit is answered with its state twice.
+# Configuration by the Dallas public domain kit (docs/facts/devices.md): each byte comes back with bit 0
+# cleared, the baud rate reads 0 (9600), and a single bit is answered with its state twice.
 BEGIN = (("E3", ""), ("C1", ""), ("17 45 5B 0F 91", "16 44 5A 00 93"))
 # Strong pull-up: 1.05 s, armed (which pulses at once, ended by F1), byte, disarmed. From memory of AN192.
 STRONG_PULL_UP = (

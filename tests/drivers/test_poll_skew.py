@@ -17,7 +17,7 @@ POINTS = 20_000
 
 
 def test_by_hand() -> None:
-    """D = 0.232 of a spring that is just relieved: tan δ = 0.170 (standards.md § 2.1)."""
+    """D = 0.232 of a spring that is just relieved: tan δ = 0.170 (docs/facts/standards.md)."""
     sine = 4.0 * 0.232 / (np.pi * (2.0 - 0.232))
     tangent = sine / np.sqrt(1.0 - sine**2)
     assert tangent == pytest.approx(0.170, abs=0.001)

@@ -203,7 +203,7 @@ def test_a_millisecond_by_shifting_and_by_closed_form(frequency: float) -> None:
 
 
 def test_standards_figures_of_a_millisecond() -> None:
-    """standards.md § 3: at tan δ 0.15, 1 ms costs 0.3 % of W_a at 0.08 Hz, 5 % at 1.27, 11 % at 2.55 Hz."""
+    """docs/facts/standards.md: at tan δ 0.15, 1 ms costs 0.3 % of W_a at 0.08 Hz, 11 % at 2.55 Hz."""
     for frequency, share in ((0.08, 0.0033), (1.27, 0.053), (2.55, 0.107)):
         record = make_record(*Ellipse().columns(frequency, 1000.0, 2.5))
         cycles = [c for c in find_cycles(record) if c.complete]
@@ -213,7 +213,7 @@ def test_standards_figures_of_a_millisecond() -> None:
 
 
 def test_quasi_static_closed_form() -> None:
-    """standards.md § 3: a static area errs by 2 v τ (F_max - F_min)."""
+    """docs/facts/standards.md: a static area errs by 2 v τ (F_max - F_min)."""
     record = StaticTest(noise_kN=0.0, noise_mm=0.0).record()
     cycles = [c for c in find_cycles(record) if c.complete]
     found = skew_sensitivity(record, cycles, periodic=True)

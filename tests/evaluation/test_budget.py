@@ -122,7 +122,7 @@ def test_shared_inputs_are_correlated() -> None:
 
 
 def test_sensitivities_by_hand() -> None:
-    """Zero of the force: W_s by the range of the stroke; skew: W_a by π K′ ω A² (standards.md 3)."""
+    """Zero of the force: W_s by the range of the stroke; skew: W_a by π K′ ω A² (docs/facts/standards.md)."""
     run = made("2.5 Hz")
     lines = {line.source: line for line in of(run, "stored_energy_J").lines}
     assert lines["force: zero"].sensitivity == pytest.approx(40.0, rel=1e-3)

@@ -43,7 +43,7 @@ def value(run: RunEvaluation, name: str) -> float:
 def test_the_springs_own_stiffness_comes_back(noise: float) -> None:
     raw = evaluate_run(measured(noise), FACTS)
     mended = evaluate_run(measured(noise), FACTS, Options(moving_mass_kg=MASS_KG))
-    # m ω² = 0.0385 kN/mm: 1.3 % of K', as standards.md § 3 says.
+    # m ω² = 0.0385 kN/mm: 1.3 % of K', as docs/facts/standards.md says.
     assert value(raw, "storage_stiffness_kN_per_mm") == pytest.approx(3.0 - 0.0385, rel=2e-3)
     assert value(mended, "storage_stiffness_kN_per_mm") == pytest.approx(3.0, rel=1e-3)
     assert value(mended, "absorbed_energy_J") == pytest.approx(value(raw, "absorbed_energy_J"), rel=1e-3)

@@ -106,7 +106,7 @@ def test_polynomial_branches(frequency: float, rate: float) -> None:
 
 
 def test_link_of_damping_and_loss_factor() -> None:
-    """D = π F_a sin δ / (2 F_m + (π/2) F_a sin δ) for a linear element (standards.md 2.1)."""
+    """D = π F_a sin δ / (2 F_m + (π/2) F_a sin δ) for a linear element (docs/facts/standards.md)."""
     ellipse = Ellipse()
     (result, *_) = steady(evaluated(*ellipse.columns(1.0, 1000.0, 3.3)))
     q = result.quantities
@@ -141,7 +141,7 @@ def test_dwell_adds_no_energy() -> None:
 
 @pytest.mark.parametrize("samples", [20, 50])
 def test_few_samples_do_not_lose_area(samples: int) -> None:
-    """The polygon through 20 points of an ellipse encloses 1.6 % too little (wire-facts 3.3)."""
+    """The polygon through 20 points of an ellipse encloses 1.6 % too little (docs/facts/devices.md)."""
     ellipse = Ellipse()
     for result in steady(evaluated(*ellipse.columns(1.0, float(samples), 5.0))):
         assert result.quantities.absorbed_energy_J == pytest.approx(ellipse.absorbed, rel=1e-3)

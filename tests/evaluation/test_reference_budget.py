@@ -1,4 +1,4 @@
-"""The reference budget (standards.md 3), source by source and all together, on its own synthetic loop.
+"""The reference budget (docs/facts/standards.md), source by source and all together, on its own loop.
 
 The loop is rebuilt from what the table states: 20 to 600 kN over 100 mm and W_s 19.4 kJ make a line and a
 cubic, whose forces and slopes at 25, 60 and 100 mm are those the table's zero errors give; W_a 9.36 kJ is a

@@ -64,7 +64,7 @@ def test_figure_9_as_recorded() -> None:
 
 
 def test_figure_9_at_equal_stroke() -> None:
-    """About -45 % of dissipation; standards.md § 3: 0.0082 to 0.0089 per kelvin at equal stroke."""
+    """About -45 % of dissipation; docs/facts/standards.md: 0.0082 to 0.0089 per kelvin at equal stroke."""
     (warm,) = fig_9().runs
     assert (warm.from_mm, warm.to_mm) == pytest.approx((0.0, 42.5), abs=0.02)
     absorbed, force = warm.changes["absorbed_energy_J"], warm.changes["end_force_kN"]

@@ -1,4 +1,4 @@
-"""The Monte Carlo propagation against hand calculation and the budget of the reference notes."""
+"""The Monte Carlo propagation against hand calculation and the reference budget (docs/facts/standards.md)."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_reversibility_rules_damping() -> None:
 
 
 def test_skew_acts_as_omega_tau() -> None:
-    """The error of tan δ is about ω τ (standards.md 3)."""
+    """The error of tan δ is about ω τ (docs/facts/standards.md)."""
     ellipse = Ellipse()
     record = make_record(*ellipse.columns(2.5, 2000.0, 3.4))
     loop = CyclePropagation(record, find_cycles(record)[1], Noise(0.0, 0.0))
@@ -127,7 +127,7 @@ def test_a_largest_speed_is_stretched_where_it_is_largest(loop: Progressive, sha
 
 
 def test_budget_of_the_reference() -> None:
-    """standards.md 3: class 1 force, one draw wire of ±0.5 mm; W_s 0.9 %, W_a 1.05 %, D 0.73 %, K_t 1.8 %."""
+    """The reference budget (docs/facts/standards.md): W_s 0.9 %, W_a 1.05 %, D 0.73 %, K_t 1.8 %."""
     u = relative_u(
         force=ChannelUncertainty(accuracy_percent=1.0, reversibility_percent=1.5, zero=1.0, u_delay_s=1e-3),
         wires=(ChannelUncertainty(linearity=0.5, zero=0.2),),

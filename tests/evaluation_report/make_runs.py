@@ -387,7 +387,7 @@ def static_requirements() -> list[dict[str, Any]]:
 
 
 def hand_made_document(runs: tuple[Made, ...] = PAPER_LIKE) -> dict[str, Any]:
-    """Return an evaluation document (contracts § 4) of the runs, with figures set by hand."""
+    """Return an evaluation document (docs/evaluation-document.md) of the runs, with figures set by hand."""
     entries = []
     for made in runs:
         cycles = cycles_of(made)

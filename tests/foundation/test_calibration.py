@@ -19,7 +19,7 @@ WIRE_TABLE = ((0.1, -50.0), (0.3, 52.0), (0.5, 149.0), (0.9, 355.0))
 
 
 def test_a_load_of_100_kohm_on_1_kohm_costs_0_148_percent_of_full_scale_at_two_thirds_of_travel() -> None:
-    """wire-facts § 1.3: 0.148 % at 67 % of travel; 0.015 % with 1 MΩ."""
+    """docs/facts/devices.md: 0.148 % at 67 % of travel; 0.015 % with 1 MΩ."""
     travel = np.linspace(0.0, 1.0, 100_001)
     lost = travel - Divider(potentiometer_ohm=1000.0, input_ohm=100e3).load(travel)
     assert lost.max() == pytest.approx(0.00148, abs=5e-6)
@@ -101,7 +101,7 @@ def test_a_missing_value_does_not_turn_the_branch() -> None:
 
 
 def test_temperature_moves_zero_by_the_nominal_and_sensitivity_by_the_value() -> None:
-    """TK0 0.05 %/10 K of 630 kN is 315 N (wire-facts § 1.1); TKc acts on the value."""
+    """TK0 0.05 %/10 K of 630 kN is 315 N (docs/facts/devices.md); TKc acts on the value."""
     effect = TemperatureEffect(
         tk0_percent_per_10K=0.05, tkc_percent_per_10K=0.1, nominal=630.0, reference_C=23.0, at_C=43.0
     )

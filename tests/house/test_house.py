@@ -17,7 +17,7 @@ TEXT = {".py", ".md", ".toml", ".lock", ".txt", ".html", ".typ", ".css", ".json"
 def committed_files() -> list[Path]:
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode != 0:
-        pytest.skip("not a git checkout")
+        pytest.skip("not a git checkout", allow_module_level=True)
     return [ROOT / name for name in listed.stdout.split("\0") if name and (ROOT / name).is_file()]
 
 
@@ -66,14 +66,3 @@ def test_sample_runs_name_no_folder_of_the_machine_they_were_made_on() -> None:
     for path in (ROOT / "sample_runs" / "runs").glob("*.h5"):
         text = str(read_metadata(path))
         assert not re.search(r"/(tmp|home|root|work|Users)/", text), path.name
-
-
-def test_every_link_between_pages_leads_somewhere() -> None:
-    broken = [
-        f"{page.relative_to(ROOT)} -> {target}"
-        for page in committed_files()
-        if page.suffix == ".md"
-        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
-        if not (page.parent / target).exists()
-    ]
-    assert broken == []

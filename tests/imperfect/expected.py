@@ -139,11 +139,11 @@ def of_the_run(scene: Scene) -> dict[str, Condition]:
 
 
 def hidden_by_contract(scene: Scene) -> int:
-    """Return how many strokes lie in holes that hide none by the contract (section 4).
+    """Return how many strokes lie in holes that hide none by docs/evaluation-document.md.
 
-    "A hole between two samples with the same stroke and force that is shorter than any stroke of the record
-    hides none"; nine tenths of the shortest by evaluation.md. A first stroke that was made many times as fast
-    as the others fits into such a hole, and nothing on record tells of it.
+    "A hole between two samples of the same stroke and force that is shorter than each stroke of the record
+    hides none"; nine tenths of the shortest by docs/evaluation.md. A first stroke that was made many times as
+    fast as the others fits into such a hole, and nothing on record tells of it.
     """
     rows_s = np.sort(scene.true_time_s)
     spans = [np.searchsorted(rows_s, (c.start_s, c.end_s)) for c in scene.cycles]

@@ -64,7 +64,7 @@ def area(x: Array, force: Array) -> float:
 def loop_figures(cut: Cut) -> dict[str, Interval]:
     """Return the figures of a loop.
 
-    They are as the contract and evaluation.md define them: the lower turning point is where the loading
+    They are as docs/evaluation.md defines them: the lower turning point is where the loading
     begins, the force there is that with which a rest is left, an open loop is closed by a chord. Two readings
     are left only at a dwell: its level or, where it creeps, its end.
     """

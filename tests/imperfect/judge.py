@@ -1,6 +1,6 @@
 """Compares an evaluation document with the truth of its record.
 
-What is demanded is what the contract (section 4) and issue 15 demand: no false verdict, none without
+What is demanded is what docs/evaluation-document.md demands: no false verdict, none without
 ground, strokes numbered as they happened, nothing averaged that does not belong together, each fault named,
 no fault named that is none, figures within U. Each tolerance has its reason beside it.
 """

@@ -14,7 +14,7 @@ RECORDS, JOBS = 10_000, 2
 
 
 def demand(judgements: list[Judgement]) -> None:
-    """Ask what issue 15 asks: no falsehood in any record, and figures within U as often as they should be."""
+    """Demand no falsehood in any record, and figures within U as often as they should be."""
     false = [f"{j.number} {j.kinds}: {f}" for j in judgements for f in j.falsehoods]
     assert not false, "\n".join(false[:40])
     beyond = sum(f[0] == "beyond U" for j in judgements for f in j.findings)

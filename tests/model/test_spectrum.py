@@ -116,7 +116,7 @@ def test_the_settled_loop_is_the_one_that_the_simulation_settles_to():
 
 @pytest.mark.parametrize("b", FITS)
 def test_the_spectrum_stiffens_without_touching_the_dampings(b):
-    """model.md § 5: the published dampings fitted, and +4 % (+8 %) of stiffness, +1.9 % of top force."""
+    """docs/facts/spring-model.md: the published dampings, +4 % (+8 %) of stiffness, +1.9 % of top force."""
     loss, (beta, tau_s) = FITS[b]
     model = replace(category_a(loss, digits=9), viscous=ViscousBranch(beta, tau_s, b))
     for amplitude, frequency, damping in (

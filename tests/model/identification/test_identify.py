@@ -27,7 +27,7 @@ FINE_Hz = RATE_Hz * FINER
 
 @pytest.fixture(scope="module")
 def hook():
-    """I11: the draw-hook spring of model.md § 4.2, slow strokes and loops at 25 and at 75 °C."""
+    """I11: the draw-hook spring of docs/facts/spring-model.md, slow strokes and loops at 25 and at 75 °C."""
     model = draw_hook()
     plan = [
         (25.0, [static(42.5, 5.0, FINE_Hz), 30.0, *loops(), 30.0, harmonic(20.0, 18.0, 1.0, 12, FINE_Hz)]),

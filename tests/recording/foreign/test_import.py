@@ -1,4 +1,4 @@
-"""Foreign records: every dialect of the contract reads to the same numbers; nothing is guessed in silence."""
+"""Foreign records: each dialect of docs/import.md gives the same numbers; nothing is guessed in silence."""
 
 from __future__ import annotations
 
