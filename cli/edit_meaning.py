@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from bufferstand.cli.campaigns import Prepared
+from bufferstand.daq.channel_guard import DEFAULT_TILT_MM
 from bufferstand.daq.folder import CampaignRecord, begin_record
 from bufferstand.daq.inputs import FileEdit, Inputs
-from bufferstand.daq.limits import DEFAULT_TILT_MM, SPEED_FACTOR
+from bufferstand.daq.rate_guard import SPEED_FACTOR
 from bufferstand.daq.same_steps import same_steps
 from bufferstand.daq.unguarded import what_is_unguarded
 from bufferstand.drivers.profile import SHIPPED

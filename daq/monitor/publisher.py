@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.guard_site import CONTROLLER_STREAM, FORCE_2_STREAM
 from bufferstand.daq.monitor.rows import RowBuffer, finite
-from bufferstand.daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
+from bufferstand.daq.panel import GuardSet
 from bufferstand.daq.progress import Progress
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.foundation.line_socket import bind_for_oneself

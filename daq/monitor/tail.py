@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from bufferstand.daq.guard_site import CONTROLLER_STREAM, FORCE_2_STREAM
 from bufferstand.daq.monitor.rows import RowBuffer, finite
-from bufferstand.daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM
 from bufferstand.daq.scaling import scale
 from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
 from bufferstand.foundation.channel import Branch, Channel
