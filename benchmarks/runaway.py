@@ -249,7 +249,7 @@ class Trials:
             motion = SINE
         limit_kN = self._random.uniform(*LIMITS_KN[self._when])
         guard = ChannelGuard("force", "force", limit_kN, None, "kN", "force", self._action)
-        acquisition.panel.change(GuardSet((guard,), (), self._quiet.controller))
+        acquisition.panel.change(GuardSet((guard,), (), self._quiet.of(ControllerGuard)))
         self._seen.clear()
         self._spoiled.begin()
         with suppress(Halt):

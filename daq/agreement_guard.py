@@ -69,6 +69,7 @@ class AgreementGuard(Guard[AgreementMemory]):
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`agreement`",)
     turn: ClassVar = 110
+    remembers: ClassVar = AgreementMemory
     of_zero: ClassVar = True
 
     tolerance_kN: float
@@ -82,10 +83,6 @@ class AgreementGuard(Guard[AgreementMemory]):
         if FORCE_2_STREAM in site.sensors:
             yield cls(site.table.agreement_kN, action=site.does("agreement"))
 
-    def begin(self, wall_s: float) -> AgreementMemory:
-        """Return that nothing was heard."""
-        return AgreementMemory()
-
     def look(self, memory: AgreementMemory, sight: Sight, beside: Beside) -> tuple[AgreementMemory, Found]:
         """Add a block of either stream."""
         if not isinstance(sight, Samples) or sight.block.stream not in (CONTROLLER_STREAM, FORCE_2_STREAM):
@@ -95,7 +92,7 @@ class AgreementGuard(Guard[AgreementMemory]):
 
     def margin(self, memory: AgreementMemory, beside: Beside) -> Margin:
         """Return the difference of the last window."""
-        label, action = "agreement of both forces", self.action.name.lower()
+        label, action = "agreement of both forces", self.action
         if memory.difference_kN is None:
             text = f"mean difference of both forces at most {self.tolerance_kN:g} kN"
             return Margin("agreement", label, text, None, action)

@@ -64,6 +64,7 @@ class ChannelGuard(Guard[ChannelMemory]):
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`force`", "`stroke`", "`tilt`", "`following error`")
     turn: ClassVar = 70
+    remembers: ClassVar = ChannelMemory
     of_zero: ClassVar = True
 
     name: str
@@ -117,10 +118,6 @@ class ChannelGuard(Guard[ChannelMemory]):
         """Return its name."""
         return self.name
 
-    def begin(self, wall_s: float) -> ChannelMemory:
-        """Return that it was within its limits."""
-        return ChannelMemory()
-
     def look(self, memory: ChannelMemory, sight: Sight, beside: Beside) -> tuple[ChannelMemory, Found]:
         """Judge every sample of a block that has the signal."""
         return evaluate_channel(self, memory, sight.block) if isinstance(sight, Samples) else (memory, None)
@@ -133,7 +130,7 @@ class ChannelGuard(Guard[ChannelMemory]):
 
     def margin(self, memory: ChannelMemory, beside: Beside) -> Margin:
         """Return the extreme of late that came nearest to its limit."""
-        span, action = memory.peaks.span(), self.action.name.lower()
+        span, action = memory.peaks.span(), self.action
         if span is None:
             return Margin(self.name, self.label, "no value", None, action)
         sides = [
@@ -211,5 +208,5 @@ def _excess(guard: ChannelGuard, block: ScaledBlock, row: int) -> Trip:
         stream=block.stream,
         sequence=sequence,
         time_us=time_us,
-        believed="sample",
+        believed=True,
     )

@@ -9,7 +9,15 @@ from typing import ClassVar, Self
 
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.guard_kind import Beside, Found, Guard
-from bufferstand.daq.guard_sights import CameBack, ClocksRead, Happening, PassOver, Samples, Sight, Snapshot
+from bufferstand.daq.guard_sights import (
+    CameBack,
+    ClocksRead,
+    Happening,
+    PassOver,
+    Samples,
+    Sight,
+    Snapshot,
+)
 from bufferstand.daq.guard_site import CONTROLLER_STREAM, Site
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.margin import Margin
@@ -41,11 +49,8 @@ class DeviceClockGuard(Guard[DeviceClockMemory]):
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`clock`",)
     turn: ClassVar = 100
+    remembers: ClassVar = DeviceClockMemory
     standing: ClassVar = True
-
-    def begin(self, wall_s: float) -> DeviceClockMemory:
-        """Return that no sample was seen."""
-        return DeviceClockMemory()
 
     def look(
         self, memory: DeviceClockMemory, sight: Sight, beside: Beside
@@ -61,7 +66,7 @@ class DeviceClockGuard(Guard[DeviceClockMemory]):
     def margin(self, memory: DeviceClockMemory, beside: Beside) -> Margin:
         """Return what it watches for: a jump has no way to it."""
         text = f"time stamps must count with the samples to {DEVICE_JUMP_S:g} s"
-        return Margin("clock", "clock of the controller", text, None, "stop")
+        return Margin("clock", "clock of the controller", text, None, Action.STOP)
 
 
 def evaluate_device_clock(
@@ -117,11 +122,8 @@ class ComputerClockGuard(Guard[HostMemory | None]):
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`clock`, `pause`",)
     turn: ClassVar = 5
+    in_journal: ClassVar = False
     standing: ClassVar = True
-
-    def begin(self, wall_s: float) -> HostMemory | None:
-        """Return nothing: the first look compares nothing."""
-        return None
 
     def look(
         self, memory: HostMemory | None, sight: Sight, beside: Beside
@@ -143,7 +145,7 @@ class ComputerClockGuard(Guard[HostMemory | None]):
     def margin(self, memory: HostMemory | None, beside: Beside) -> Margin:
         """Return what it watches for: neither has a way to it."""
         text = f"no pause of more than {PAUSE_S:g} s, civil time not set by more than {CIVIL_JUMP_S:g} s"
-        return Margin("pause", "this computer", text, None, "note")
+        return Margin("pause", "this computer", text, None, Action.NOTE)
 
 
 def evaluate_host(
@@ -218,6 +220,7 @@ class LagGuard(Guard[LagMemory]):
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`lag`",)
     turn: ClassVar = 130
+    in_journal: ClassVar = False
 
     stop_s: float
     fresh_s: float = 0.25
@@ -256,7 +259,7 @@ class LagGuard(Guard[LagMemory]):
         """Return for how long the newest sample has not been fresh."""
         behind_s = beside.wall_s - memory.fresh_at_s
         text = f"{behind_s:.1f} s behind, trips after {self.stop_s:g} s"
-        return Margin("lag", "reader behind the stand", text, behind_s / self.stop_s, "stop")
+        return Margin("lag", "reader behind the stand", text, behind_s / self.stop_s, Action.STOP)
 
 
 def evaluate_lag(

@@ -109,7 +109,7 @@ class ControllerGuard(Guard[ControllerMemory]):
             case Snapshot(status=status):
                 limited = new_limit(memory, status)
                 after, trip = evaluate_status(memory, status, beside.at_s, beside.wall_s)
-                return after, trip and replace(trip, believed=limited or "")
+                return after, trip and replace(trip, believed=limited is not None, limited=limited)
             case PassOver() if not beside.cut_off:
                 return memory, evaluate_controller_silence(self, memory, beside.at_s, beside.wall_s)
         return memory, None
@@ -131,7 +131,7 @@ class ControllerGuard(Guard[ControllerMemory]):
         silent_s = beside.wall_s - min(memory.sample_s, beat_s)
         text = f"{silent_s:.1f} s ago, trips after {self.silence_s:g} s"
         share = silent_s / self.silence_s
-        return Margin("silence controller", "silence of controller", text, share, "emergency")
+        return Margin("silence controller", "silence of controller", text, share, Action.EMERGENCY)
 
 
 def new_limit(memory: ControllerMemory, status: ControllerStatus) -> Limited | None:

@@ -51,6 +51,7 @@ class FrozenGuard(Guard[FrozenMemory]):
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`frozen …`",)
     turn: ClassVar = 90
+    remembers: ClassVar = FrozenMemory
     of_zero: ClassVar = True
 
     signal: str
@@ -69,10 +70,6 @@ class FrozenGuard(Guard[FrozenMemory]):
         """Return the channel."""
         return self.signal
 
-    def begin(self, wall_s: float) -> FrozenMemory:
-        """Return that nothing was seen."""
-        return FrozenMemory()
-
     def look(self, memory: FrozenMemory, sight: Sight, beside: Beside) -> tuple[FrozenMemory, Found]:
         """Judge a block that has the channel."""
         return evaluate_frozen(self, memory, sight.block) if isinstance(sight, Samples) else (memory, None)
@@ -85,7 +82,7 @@ class FrozenGuard(Guard[FrozenMemory]):
         """Return how far the command has moved while the channel showed one value."""
         name, moved_mm = f"frozen {self.signal}", memory.high_mm - memory.low_mm
         text = f"stands while the command moved {moved_mm:.1f} of {self.travel_mm:g} mm"
-        return Margin(name, name, text, moved_mm / self.travel_mm, self.action.name.lower())
+        return Margin(name, name, text, moved_mm / self.travel_mm, self.action)
 
 
 def evaluate_frozen(

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from bufferstand.daq.guard_kind import Guard
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.findings import nearest_key
-from bufferstand.foundation.settings import Settings, place_of, read_text, refusal
+from bufferstand.foundation.settings import Settings, demand_within, place_of, read_text, refusal
 from bufferstand.protocols.guard_table import GuardTable
 
 GROUP = "bufferstand.guards"
@@ -36,12 +36,16 @@ def kinds() -> tuple[Kind, ...]:
     BadInput
         If an installed package's guard cannot be had: without it nobody would guard what it does.
     TypeError
-        If two kinds have the same name.
+        If two kinds have the same name, or a table of its own has one of ``[guards]``.
     """
     found: dict[str, Kind] = {}
     for kind in (*_beside(), *_installed()):
         if found.setdefault(kind.kind, kind) is not kind:
             raise TypeError(f"two guards are called {kind.kind}: {found[kind.kind]} and {kind}")
+        if isinstance(kind.settings, type) and kind.kind in GuardTable.model_fields:
+            raise TypeError(
+                f"[guards] has a key {kind.kind} already: {kind} needs another name for its table"
+            )
     return tuple(found.values())
 
 
@@ -108,7 +112,9 @@ def demand_own_tables(table: GuardTable, path: Path) -> None:
                 if near
                 else f"remove it, or install the package that brings this guard; there is {known}",
             )
+        place: tuple[str | int, ...] = ("guards", name)
         try:
-            schema.model_validate(content)
+            settings = schema.model_validate(content)
         except ValidationError as error:
-            raise refusal(error, schema, path, text, ("guards", name)) from None
+            raise refusal(error, schema, path, text, place) from None
+        demand_within(settings, path, text, place)

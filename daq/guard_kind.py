@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from inspect import getattr_static
 from typing import Any, ClassVar, Generic, Literal, Protocol, Self, TypeVar
@@ -80,8 +80,12 @@ class Guard(ABC, Generic[MemoryT]):
         Guards look in this order; what must not depend on others keeps the default.
     standing : bool
         Whether it is in every set of guards, with its defaults where nobody states others.
-    of_zero : bool
-        Whether what it remembers counts from the zero in force, and is forgotten with it.
+    in_journal : bool
+        Whether samples and readings are all that it looks at: it can look at a journal, too.
+    remembers : callable
+        What it remembers when it begins to look, where no time belongs to that.
+    of_zero, lasting : bool
+        Whether that is forgotten with the zero in force, and whether it stays when all else begins anew.
     """
 
     kind: ClassVar[str]
@@ -91,7 +95,10 @@ class Guard(ABC, Generic[MemoryT]):
     docs: ClassVar[tuple[str, ...]] = ()
     turn: ClassVar[int] = 1000
     standing: ClassVar[bool] = False
+    in_journal: ClassVar[bool] = True
+    remembers: ClassVar[Callable[[], Any]] = type(None)
     of_zero: ClassVar[bool] = False
+    lasting: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         """Refuse a kind that leaves something out."""
@@ -111,9 +118,10 @@ class Guard(ABC, Generic[MemoryT]):
         """Return what tells it from the others of its kind, empty where there is one only."""
         return ""
 
-    @abstractmethod
     def begin(self, wall_s: float) -> MemoryT:
         """Return what it remembers when it begins to look [s of the wall]."""
+        memory: MemoryT = type(self).remembers()
+        return memory
 
     @abstractmethod
     def look(self, memory: MemoryT, sight: Sight, beside: Beside) -> tuple[MemoryT, Found]:
@@ -151,8 +159,8 @@ class Guard(ABC, Generic[MemoryT]):
 
     def after(self, memory: MemoryT, happening: Happening) -> MemoryT | None:
         """Return what it remembers after something has happened, None to begin with its first one."""
-        forgotten = isinstance(happening, BegunAnew) or (self.of_zero and isinstance(happening, NewZero))
-        return None if forgotten else memory
+        forgotten = isinstance(happening, BegunAnew) and not self.lasting
+        return None if forgotten or (self.of_zero and isinstance(happening, NewZero)) else memory
 
     def explained(self, memory: MemoryT, trip: Trip, beside: Beside) -> Trip:
         """Return the trip of a guard that believed its signal, with what this one knows against that."""
@@ -164,5 +172,5 @@ class Guard(ABC, Generic[MemoryT]):
 
 
 _STATED = ("kind", "title", "settings", "facts_as")
-_DEFINED = ("begin", "look", "margin")
+_DEFINED = ("look", "margin")
 _ACTIONS = {"action", "silence_action"}

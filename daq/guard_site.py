@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeVar
 
 from bufferstand.daq.guards import Action
 from bufferstand.drivers.interfaces import Stand, StreamFacts
+from bufferstand.foundation.settings import Settings
 from bufferstand.protocols.guard_table import GuardTable
 from bufferstand.protocols.limits import Envelope, TestLimits
 
 if TYPE_CHECKING:  # the spring model's libraries take seconds: the monitor, which shows guards, needs none
     from bufferstand.protocols.plan import Plan
     from bufferstand.protocols.prediction import Predictor
+
+SettingsT = TypeVar("SettingsT", bound=Settings)
 
 CONTROLLER_STREAM = "controller"
 """Name of the controller's stream (spec of the run file)."""
@@ -80,6 +83,7 @@ class Site:
             name: facts for name, facts in self.sensors.items() if facts.channels[0].quantity == "temperature"
         }
 
-    def own_table(self, kind: str) -> Mapping[str, Any] | None:
+    def own_table(self, kind: str, schema: type[SettingsT]) -> SettingsT | None:
         """Return ``[guards.KIND]`` of a guard that brings its own settings; None where it is not written."""
-        return self.table.own.get(kind)
+        content = self.table.own.get(kind)
+        return None if content is None else schema.model_validate(content)

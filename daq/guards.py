@@ -50,10 +50,11 @@ class Trip:
     sensor, setting, doubt : str
         Of a signal that does not fit the others: its channel, where in the stand file to look, and what is
         wrong with it; empty for any other trip.
-    believed : str
-        What the guard believed without a doubt: the ``sample`` of its signal, or the ``force`` or ``stroke``
-        by which a limit of the device's own went; empty where its trip rests on neither. The guards that
-        doubt signals are asked of it before it is latched.
+    believed : bool
+        Whether it rests on a signal that the guard believed: those that doubt signals are asked of it before
+        it is latched.
+    limited : str or None
+        What a limit of the device's own was of that has led to it; None without one.
     """
 
     guard: str
@@ -70,7 +71,8 @@ class Trip:
     sensor: str = ""
     setting: str = ""
     doubt: str = ""
-    believed: Literal["", "sample", "force", "stroke"] = ""
+    believed: bool = False
+    limited: Literal["force", "stroke"] | None = None
 
     def facts(self) -> dict[str, object]:
         """Return the trip as data of a run's event (only what is known)."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from bufferstand.daq.guards import Action
+
 SHOWN_S = 10
 """Extremes of so long count [s of stand time]: a peak is to be read before it is gone."""
 
@@ -21,7 +23,7 @@ class Margin:
         Value, limit and distance in words; what it watches for where there is no number.
     share : float or None
         How much of the way to the trip is used: 0 none, 1 tripped.
-    action : str
+    action : Action
         What its trip leads to.
     """
 
@@ -29,12 +31,12 @@ class Margin:
     label: str
     text: str
     share: float | None
-    action: str = ""
+    action: Action
 
     def as_dict(self) -> dict[str, object]:
         """Return it as data of a packet, which holds numbers only."""
         share = self.share if self.share is not None and math.isfinite(self.share) else None
-        return vars(self) | {"share": share}
+        return vars(self) | {"share": share, "action": self.action.name.lower()}
 
 
 @dataclass(frozen=True)

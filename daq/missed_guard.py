@@ -37,6 +37,7 @@ class MissedGuard(Guard[MissedMemory]):
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`missed cycles`",)
     turn: ClassVar = 60
+    remembers: ClassVar = tuple
 
     most_per_min: int
 
@@ -44,10 +45,6 @@ class MissedGuard(Guard[MissedMemory]):
     def made_for(cls, site: Site) -> Iterable[Self]:
         """Return it for every controller."""
         yield cls(site.table.missed_cycles_max_per_min)
-
-    def begin(self, wall_s: float) -> MissedMemory:
-        """Return that none was missed."""
-        return ()
 
     def look(self, memory: MissedMemory, sight: Sight, beside: Beside) -> tuple[MissedMemory, Found]:
         """Count the cycles that were missed before a block."""
@@ -57,7 +54,7 @@ class MissedGuard(Guard[MissedMemory]):
         """Return the cycles of the minute that ended with the last gap."""
         cycles = sum(missed for _, missed in memory)
         text = f"{cycles} missed within {WINDOW_S:g} s, trips above {self.most_per_min}"
-        return Margin("missed cycles", "missed cycles", text, cycles / (self.most_per_min + 1), "stop")
+        return Margin("missed cycles", "missed cycles", text, cycles / (self.most_per_min + 1), Action.STOP)
 
 
 def evaluate_missed(

@@ -49,7 +49,9 @@ class GuardSet:
     Parameters
     ----------
     *parts : Guard or iterable of Guard
-        The guards; those that stand in every set need not be named.
+        The guards.
+    complete : bool
+        Whether those that stand in every set are added, where they are not named.
 
     Raises
     ------
@@ -57,10 +59,10 @@ class GuardSet:
         If two guards of a kind cannot be told apart.
     """
 
-    def __init__(self, *parts: Guard[Any] | Iterable[Guard[Any]]) -> None:
+    def __init__(self, *parts: Guard[Any] | Iterable[Guard[Any]], complete: bool = True) -> None:
         named = [one for part in parts for one in ((part,) if isinstance(part, Guard) else part)]
         there = {type(one) for one in named}
-        standing = [kind() for kind in kinds() if kind.standing and kind not in there]
+        standing = [kind() for kind in kinds() if complete and kind.standing and kind not in there]
         self._guards = tuple(sorted((*named, *standing), key=lambda one: one.turn))
         self._of: dict[type[Guard[Any]], tuple[Any, ...]] = {}
         places = [(one.kind, one.key) for one in self._guards]
@@ -83,7 +85,8 @@ class GuardSet:
 
     def during(self, phase: Phase) -> GuardSet:
         """Return the set of those that look in a phase, as they do then."""
-        return GuardSet(now for one in self if (now := one.during(phase)) is not None)
+        found = (now for one in self if (now := one.during(phase)) is not None)
+        return GuardSet(found, complete=False)
 
     def cooling(self) -> GuardSet:
         """Return the set for waiting at zero force: a warm specimen does not trip, a silent sensor does."""
@@ -112,13 +115,16 @@ class GuardSet:
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> GuardSet:
-        """Return the guards from their data; those of packages that are not installed here are left out."""
+        """Return those guards from their data that can look at a journal.
+
+        Those of packages that are not installed here are left out.
+        """
         found = []
         for kind in kinds():
             facts = content.get(kind.kind)
-            if facts is not None and kind.facts_as != "none":
+            if facts is not None and kind.in_journal:
                 found += [kind.from_facts(one) for one in (facts if kind.facts_as == "list" else (facts,))]
-        return cls(found)
+        return cls(found, *(kind() for kind in kinds() if kind.standing and kind.in_journal), complete=False)
 
 
 class GuardPanel:
@@ -276,9 +282,10 @@ class GuardPanel:
         return any(guard.is_unsure(self._memories[place]) for place, guard in self._asked)
 
     def margins(self, wall_s: float) -> list[Margin]:
-        """Return how far every guard is from its trip now [s of the wall]."""
+        """Return how far every guard is from its trip now [s of the wall], the gravest action first."""
         self.wall_s = wall_s
-        return [guard.margin(self._memories[place], self) for place, guard in self._asked]
+        found = [guard.margin(self._memories[place], self) for place, guard in self._asked]
+        return sorted(found, key=lambda one: -one.action)
 
     # --- what happens --------------------------------------------------------------------------------
 

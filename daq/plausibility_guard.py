@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from bufferstand.daq.guard_kind import Beside, Found, Guard
-from bufferstand.daq.guard_sights import Happening, Samples, Sight
+from bufferstand.daq.guard_sights import Samples, Sight
 from bufferstand.daq.guard_site import CONTROLLER_STREAM
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.margin import Margin
@@ -108,11 +108,9 @@ class TransducerGuard(Guard["PlausibilityGuard | None"]):
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`plausibility of …`",)
     turn: ClassVar = 1
+    in_journal: ClassVar = False
+    lasting: ClassVar = True
     standing: ClassVar = True
-
-    def begin(self, wall_s: float) -> PlausibilityGuard | None:
-        """Return nothing: the first block says what the channels are."""
-        return None
 
     def look(
         self, memory: PlausibilityGuard | None, sight: Sight, beside: Beside
@@ -125,11 +123,7 @@ class TransducerGuard(Guard["PlausibilityGuard | None"]):
         memory = memory or PlausibilityGuard(sight.facts)
         return memory, memory.look(sight.raw, sight.block)
 
-    def after(self, memory: PlausibilityGuard | None, happening: Happening) -> PlausibilityGuard | None:
-        """Return its memory: counts know of no zero, and a transducer that has failed stays so."""
-        return memory
-
     def margin(self, memory: PlausibilityGuard | None, beside: Beside) -> Margin:
         """Return what it watches for."""
         text = f"readings must be possible; an end of the range counts after {HOLD_S * 1e3:g} ms"
-        return Margin("plausibility", "plausibility of transducers", text, None, "emergency")
+        return Margin("plausibility", "plausibility of transducers", text, None, Action.EMERGENCY)

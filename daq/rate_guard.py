@@ -53,6 +53,7 @@ class SpeedGuard(Guard[SpeedMemory]):
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`speed`",)
     turn: ClassVar = 80
+    remembers: ClassVar = SpeedMemory
     of_zero: ClassVar = True
 
     name: str
@@ -75,17 +76,13 @@ class SpeedGuard(Guard[SpeedMemory]):
         """Return its name."""
         return self.name
 
-    def begin(self, wall_s: float) -> SpeedMemory:
-        """Return that nothing was seen."""
-        return SpeedMemory()
-
     def look(self, memory: SpeedMemory, sight: Sight, beside: Beside) -> tuple[SpeedMemory, Found]:
         """Judge every sample of a block that has the signal."""
         return evaluate_speed(self, memory, sight.block) if isinstance(sight, Samples) else (memory, None)
 
     def margin(self, memory: SpeedMemory, beside: Beside) -> Margin:
         """Return the greatest speed of late, either way."""
-        span, action = memory.peaks.span(), self.action.name.lower()
+        span, action = memory.peaks.span(), self.action
         if span is None:
             return Margin(self.name, "speed", f"trips at {self.limit:g} {self.unit}", None, action)
         value = max(-span[0], span[1])
@@ -163,6 +160,7 @@ class HeatingGuard(Guard[HeatingMemory]):
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`heating of …`",)
     turn: ClassVar = 30
+    remembers: ClassVar = tuple
 
     stream: str
     label: str
@@ -183,10 +181,6 @@ class HeatingGuard(Guard[HeatingMemory]):
         """Return the sensor's stream."""
         return self.stream
 
-    def begin(self, wall_s: float) -> HeatingMemory:
-        """Return that nothing was read."""
-        return ()
-
     def look(self, memory: HeatingMemory, sight: Sight, beside: Beside) -> tuple[HeatingMemory, Found]:
         """Judge the sensor's reading, after its own guard has said whether it is true."""
         if not isinstance(sight, Samples) or sight.block.stream != self.stream:
@@ -200,7 +194,7 @@ class HeatingGuard(Guard[HeatingMemory]):
     def margin(self, memory: HeatingMemory, beside: Beside) -> Margin:
         """Return how fast its readings rise."""
         name, limit, rate = f"heating {self.stream}", self.limit_K_per_min, self.rate_K_per_min(memory)
-        action = self.action.name.lower()
+        action = self.action
         if rate is None:
             return Margin(name, name, f"trips at {limit:g} K/min", None, action)
         return Margin(name, name, f"{rate:+.1f} of {limit:g} K/min", max(0.0, rate / limit), action)

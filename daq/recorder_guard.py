@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 from bufferstand.daq.guard_kind import Beside, Found, Guard
 from bufferstand.daq.guard_sights import Happening, Recorded, Recording, RunBegun, Sight
@@ -96,6 +96,7 @@ class DiskGuard(Guard[RecorderGuard]):
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`recorder`",)
     turn: ClassVar = 140
+    in_journal: ClassVar = False
     standing: ClassVar = True
 
     stop_s: float = 10.0
@@ -122,13 +123,8 @@ class DiskGuard(Guard[RecorderGuard]):
     def margin(self, memory: RecorderGuard, beside: Beside) -> Margin:
         """Return for how long something has waited."""
         text = f"{memory.late_s:.1f} s behind, trips after {self.stop_s:g} s"
-        return Margin("disk", "disk", text, memory.late_s / self.stop_s, "stop")
+        return Margin("disk", "disk", text, memory.late_s / self.stop_s, Action.STOP)
 
     def facts(self) -> float:
         """Return its limit alone."""
         return self.stop_s
-
-    @classmethod
-    def from_facts(cls, facts: Any) -> Self:
-        """Return it from its limit."""
-        return cls(float(facts))

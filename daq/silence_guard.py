@@ -78,7 +78,7 @@ class SilenceGuard(Guard[SilenceMemory]):
         silent_s = beside.wall_s - memory.heard_s
         text = f"{silent_s:.1f} s ago, trips after {self.limit_s:g} s"
         name, label = f"silence {self.stream}", f"silence of {self.stream}"
-        return Margin(name, label, text, silent_s / self.limit_s, self.action.name.lower())
+        return Margin(name, label, text, silent_s / self.limit_s, self.action)
 
 
 def evaluate_stream_silence(

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from bufferstand.daq.guard_kind import Beside, Found, Guard
-from bufferstand.daq.guard_sights import Happening, Sight, Snapshot
+from bufferstand.daq.guard_sights import Sight, Snapshot
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.margin import Margin
 
@@ -41,11 +41,10 @@ class StatusForceGuard(Guard[StatusForceMemory]):
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`status force`",)
     turn: ClassVar = 120
+    remembers: ClassVar = StatusForceMemory
+    in_journal: ClassVar = False
+    lasting: ClassVar = True
     standing: ClassVar = True
-
-    def begin(self, wall_s: float) -> StatusForceMemory:
-        """Return that it was right."""
-        return StatusForceMemory()
 
     def look(
         self, memory: StatusForceMemory, sight: Sight, beside: Beside
@@ -56,15 +55,11 @@ class StatusForceGuard(Guard[StatusForceMemory]):
         shown_kN, sampled_kN = sight.status.force_kN, sight.sampled_kN
         return evaluate_status_force(memory, shown_kN, sampled_kN, at_s=beside.at_s, wall_s=beside.wall_s)
 
-    def after(self, memory: StatusForceMemory, happening: Happening) -> StatusForceMemory:
-        """Return its memory: nothing that happens to the stand makes a wrong reading right."""
-        return memory
-
     def margin(self, memory: StatusForceMemory, beside: Beside) -> Margin:
         """Return for how long it has been wrong."""
         wrong_s = 0.0 if memory.since_s is None else beside.wall_s - memory.since_s
         text = f"wrong for {wrong_s:.1f} s" if wrong_s else f"within {APART_KN:g} kN of the samples"
-        return Margin("status force", "controller's own force", text, wrong_s / LASTS_S, "note")
+        return Margin("status force", "controller's own force", text, wrong_s / LASTS_S, Action.NOTE)
 
 
 def evaluate_status_force(

@@ -130,7 +130,7 @@ class TemperatureGuard(Guard[TemperatureMemory]):
 
     def margin(self, memory: TemperatureMemory, beside: Beside) -> Margin:
         """Return how much of the way from the air to its stop the specimen has gone; else its silence."""
-        action = (self.silence_action if self.stop_C is None else self.action).name.lower()
+        action = self.silence_action if self.stop_C is None else self.action
         if memory.value_C is None:
             text = f"no reading yet (grace {self.grace_s:g} s)"
             return Margin(self.stream, self.label, text, None, action)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.guard_kind import Beside, Found, Guard
@@ -33,9 +33,10 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
     kind: ClassVar = "wiring"
     title: ClassVar = "signals fit each other, the command and the plan"
     settings: ClassVar = ("guards.force_against_model_factor", "guards.action.wiring")
-    facts_as: ClassVar = "one"
+    facts_as: ClassVar[Literal["list", "one", "none"]] = "one"
     docs: ClassVar = ("`wiring of …`",)
     turn: ClassVar = 40
+    remembers: ClassVar = WiringWatch
     """Before the limits: it says more of a wrong sign than the limit that it breaks."""
 
     @classmethod
@@ -55,10 +56,6 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
                 speed=site.speed,
             )
             yield cls(**vars(expected))
-
-    def begin(self, wall_s: float) -> WiringWatch:
-        """Return that nothing was seen."""
-        return WiringWatch()
 
     def look(self, memory: WiringWatch, sight: Sight, beside: Beside) -> tuple[WiringWatch, Found]:
         """Judge samples: a sensor's after its own guard has said whether the reading is true."""
@@ -104,8 +101,7 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
         if self.action is Action.NOTE:
             return trip
         own = [value for name, value in beside.latest_temperatures().items() if name in self.specimen]
-        limited = None if trip.believed in ("", "sample") else trip.believed
-        return memory.explained(self, trip, max(own, default=None), limited)
+        return memory.explained(self, trip, max(own, default=None), trip.limited)
 
     def is_unsure(self, memory: WiringWatch) -> bool:
         """Return whether a judge has begun to doubt."""
@@ -114,10 +110,10 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
     def margin(self, memory: WiringWatch, beside: Beside) -> Margin:
         """Return what it watches for: no single number shows it."""
         text = f"signals must fit each other and the plan (force within a factor of {self.force_factor:g})"
-        return Margin("wiring", "wiring of every signal", text, None, self.action.name.lower())
+        return Margin("wiring", "wiring of every signal", text, None, self.action)
 
     @classmethod
     def from_facts(cls, facts: Any) -> Self:
-        """Return it from its data, for its margin: nothing is judged by it."""
+        """Return it from its data, for its margin: what it was held against is left out."""
         action = Action[facts["action"].upper()]
         return cls(action=action, force_factor=facts["force_factor"], motion="none")
